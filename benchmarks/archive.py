@@ -22,20 +22,9 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.archive import (
-    Asked,
-    Delivery,
-    Sender,
-    SqlArchive,
-    cpk_by_month,
-    extract_job,
-    open_archive,
-    passed,
-    snapshot,
-    today,
-    trend,
-    used,
-)
+from ocmm_core.archive.questions import Asked, cpk_by_month, parts, passed, today, trend, used
+from ocmm_core.archive.records import Delivery, Sender, extract_job, snapshot
+from ocmm_core.archive.stores import SqlArchive, open_archive
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import SessionOptions
@@ -134,6 +123,10 @@ def questions(archive: SqlArchive, jobs: int) -> dict[str, float]:
         "where used, all rows": timed(
             lambda: used(archive, Asked(kind="calibration", what=some, most=100_000)), 3
         ),
+        "where used, all jobs have it": timed(
+            lambda: used(archive, Asked(kind="artefact", what="B-17"))
+        ),
+        "parts to choose from": timed(lambda: parts(archive)),
         "Cpk by month": timed(lambda: cpk_by_month(archive, asked), 3),
         "who passed what, a month": timed(
             lambda: passed(
@@ -204,7 +197,7 @@ def _run(archive: SqlArchive, options: argparse.Namespace, folder: Path) -> None
         lasted = time.perf_counter() - begin
         print(f"N = {done}: filled in {lasted:.0f} s", flush=True)
         for name, took in questions(archive, done).items():
-            print(f"  {name:26} {took:9.1f} ms")
+            print(f"  {name:30} {took:9.1f} ms")
     size = archive.ask(
         "SELECT pg_database_size(current_database())"
         if options.store == "postgresql"

@@ -13,8 +13,8 @@
 #                      that is there already, the tools and kernels that fit are used again
 #   --version VERSION  of the packages, to try an upgrade with; default: what the sources say
 #
-# It needs no root and nothing but Python 3.11 or newer with its shared library, git, dpkg, strip
-# (binutils) and xz; what else builds is installed by requirements-package.lock, by hash, into the
+# It needs no root and nothing but Python 3.11 or newer with its shared library, git, dpkg, binutils
+# and xz; what else builds is installed by requirements-package.lock, by hash, into the
 # folder of the build. The date is the commit's, order and modes are fixed: the same commit, Python
 # and system libraries give the same bytes. PYTHON=/path/to/python3.11 picks the Python.
 set -eu
@@ -44,7 +44,7 @@ while [ $# -gt 0 ]; do
     esac
     shift 2
 done
-for tool in git dpkg-deb strip xz tar; do
+for tool in git dpkg-deb as ld nm objcopy strip xz tar; do
     command -v "$tool" >/dev/null || fail "The program '$tool' is missing."
 done
 mkdir -p "$out"
@@ -127,10 +127,10 @@ fi
 
 # 5. What is not Qt's, nor a library of the GPL or LGPL, which stay as their makers handed them out,
 # nor one that was patched after it was linked (numpy, scipy): those cannot be loaded any more.
-for library in "$bundle"/_internal/libpython3*.so* "$bundle"/_internal/llvmlite/binding/libllvmlite.so; do
+for library in "$bundle"/_internal/libpython3*.so*; do
     strip --strip-unneeded "$library"
 done
-for folder in python3.* numba pkcs11 cryptography; do
+for folder in python3.* kernels pkcs11 cryptography; do
     find "$bundle"/_internal/$folder -type f -name '*.so' -exec strip --strip-unneeded {} +
 done
 # numpy and scipy bring the same run-time library of their compiler: one of them is enough.
@@ -146,12 +146,11 @@ if [ -n "$compiling" ]; then
     wait "$compiling" || fail "The kernels could not be compiled."
     printf '%s\n' "$state" >"$kernels/state"
 fi
-# The kernels, and the sources as Python keeps them; neither changes with the date of a file.
-(cd "$kernels" && find ocmm_core -name '*.nb[ci]' -print0 | sort -z | tar --null -T - -cf -) |
-    tar -C "$bundle/_internal" -xf -
-"$python" -m compileall -q -j 0 --invalidation-mode unchecked-hash \
-    -s "$bundle" -p /opt/ocmm "$bundle"/_internal/ocmm_core "$bundle"/_internal/ocmm_gui \
-    "$bundle"/_internal/installer
+cp "$kernels"/kernels/* "$bundle/_internal/kernels/"
+# The program with rights is a file of its own, and says by its name what it is; what both load is
+# one file.
+cp "$bundle/ocmm" "$bundle/ocmm-acq"
+ln -s ocmm.pkg "$bundle/ocmm-acq.pkg"
 
 # 6. What goes with them.
 say "Writing the pages, licences and the bill of materials."

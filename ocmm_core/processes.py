@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
-from typing import TypeVar
+from typing import NoReturn, TypeVar
 
 from ocmm_core.blas import use_one_thread
 from ocmm_core.errors import InternalError, OcmmError
@@ -31,6 +31,7 @@ _FEW = 16
 """So many jobs take as long one after the other as the start of two processes and the half of them:
 a process loads its libraries for about a second, a job of 91 points takes a tenth of one."""
 _END_S = 1.0
+_MOST_FILES = 1 << 16
 
 
 def processes_for(things: int) -> int:
@@ -108,6 +109,87 @@ def end_with_parent(may: Callable[[], bool] = lambda: True) -> None:
             os._exit(1)
 
     threading.Thread(target=watch, name="ocmm-parent-watch", daemon=True).start()
+
+
+class Aside:
+    """Work that a copy of this process does beside it; it ends with this one.
+
+    A copy has all that this process holds, also what cannot be sent, such as objects of C++, but
+    no threads. It ends with the thread that made it, too.
+
+    Parameters
+    ----------
+    work
+        Is given what sends bytes to this process.
+    """
+
+    def __init__(self, work: Callable[[Callable[[bytes], None]], None]) -> None:
+        self._pid = 0
+        self._pipe: Connection | None = None
+        if not HOST.can_copy_process():
+            return
+        ours, theirs = multiprocessing.Pipe(duplex=False)
+        parent = os.getpid()
+        try:
+            self._pid = os.fork()
+        except OSError:
+            ours.close()
+            theirs.close()
+            return
+        if not self._pid:
+            _work_aside(work, theirs, parent)
+        theirs.close()
+        self._pipe = ours
+
+    def next(self, limit_s: float) -> bytes | None:
+        """Wait for what the work sends next; None where it sends nothing more, for any reason.
+
+        Parameters
+        ----------
+        limit_s
+            After so much time of processors it is ended.
+        """
+        if self._pipe is None:
+            return None
+        try:
+            while not self._pipe.poll(_END_S):
+                took = HOST.processor_seconds(self._pid)
+                if took is None or took > limit_s:
+                    self.end()
+                    return None
+            return self._pipe.recv_bytes()
+        except (EOFError, OSError):
+            self.end()
+            return None
+
+    def end(self) -> None:
+        """End the work, whatever it does."""
+        if self._pipe is None:
+            return
+        self._pipe.close()
+        self._pipe = None
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(self._pid, signal.SIGKILL)
+        os.waitpid(self._pid, 0)
+
+
+def _work_aside(
+    work: Callable[[Callable[[bytes], None]], None], pipe: Connection, parent: int
+) -> NoReturn:
+    """Work in the copy, and never come back to what the other process does."""
+    try:
+        HOST.end_with_parent()
+        if os.getppid() != parent:
+            os._exit(1)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        # Who reads from the other process must see its pipes end with it.
+        os.closerange(3, pipe.fileno())
+        os.closerange(pipe.fileno() + 1, _MOST_FILES)
+        work(pipe.send_bytes)
+    except BaseException:
+        # The other process does without, and says what is wrong.
+        os._exit(1)
+    os._exit(0)
 
 
 @dataclass(slots=True)

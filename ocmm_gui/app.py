@@ -10,49 +10,41 @@ import argparse
 import contextlib
 import gc
 import os
-import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QWidget
+from PySide6.QtWidgets import QApplication
 
 from ocmm_core.composition import DEFAULT_SOURCE, DEMO_PLAN
 from ocmm_core.errors import InputError, InternalError, OcmmError
 from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.settings import LoadedSettings, Origin, RecentPlaces, Settings, SettingsStore
+from ocmm_gui._hand_over import HandOverSender, watch_jobs
+from ocmm_gui._showing import end_after, end_on_signals, save_pictures, show, splash
 from ocmm_gui.arguments import given, parser
 from ocmm_gui.home import Choice, Errands, StartWindow
 from ocmm_gui.kit import (
     DEFAULT_THEME,
-    THEMES,
     Mode,
     NoticeCentre,
-    PlainLabel,
-    apply_theme,
     chosen_language,
     style_of,
     text_font,
-    tr,
     use_language,
     use_numbers,
 )
 
 if TYPE_CHECKING:
-    from ocmm_core.archive import HandOverProcess
-    from ocmm_core.composition import BuiltStation, StationRequest
-    from ocmm_core.station.archiving import ArchiveWatch
+    from ocmm_core.composition import StationRequest
     from ocmm_gui.bridge import StationBridge
     from ocmm_gui.window import MainWindow
 
 EXIT_OK, EXIT_FAILED = 0, 2
 _START_PAGE = Choice(Errands.START)
 _HELD = "job.locked"
-_SENDER_MS = 5000
 _SAFE = "All points taken are saved in the job file."
 
 
@@ -142,10 +134,10 @@ def run(parsed: argparse.Namespace) -> int:
     """
     app = make_application()
     app.setQuitOnLastWindowClosed(False)
-    _end_on_signals(app)
+    end_on_signals(app)
     store = SettingsStore.of_this_user(given(parsed))
     told = NoticeCentre()
-    sender = _Sender(store)
+    sender = HandOverSender(store)
     try:
         return _windows(app, parsed, store, told)
     finally:
@@ -187,56 +179,6 @@ def _instead(choice: Choice, error: OcmmError) -> Choice:
     return _START_PAGE
 
 
-class _Sender:
-    """Starts the process that hands jobs over to the archive, when all else stands, and ends it.
-
-    Parameters
-    ----------
-    store
-        Where the archive is; read when the process starts.
-    """
-
-    def __init__(self, store: SettingsStore) -> None:
-        self._store = store
-        self._process: HandOverProcess | None = None
-        self._ended = False
-        QTimer.singleShot(_SENDER_MS, self._start)
-
-    def close(self) -> None:
-        """End it; it does not start any more."""
-        self._ended = True
-        if self._process is not None:
-            self._process.close()
-
-    def _start(self) -> None:
-        if self._ended:
-            return
-        # Loaded only now: the first page is on the screen before numerical libraries are.
-        from ocmm_core.archive import HandOverProcess
-        from ocmm_core.station.archiving import archive_place
-
-        # What is wrong with the address stands on the Start page and in the settings.
-        with contextlib.suppress(OcmmError):
-            place = archive_place(settings=self._store.load().settings)
-            if place is not None:
-                self._process = HandOverProcess(place)
-                self._process.start()
-
-
-def _watch(built: BuiltStation, loaded: LoadedSettings, choice: Choice) -> ArchiveWatch | None:
-    """Return what puts the jobs of a station into the outbox; None where nothing is archived."""
-    from ocmm_core.station.archiving import ArchiveWatch, archive_place
-
-    if choice.errand is Errands.DEMO:
-        # It shows how it is done; nothing of it is kept but its file.
-        return None
-    try:
-        place = archive_place(settings=loaded.settings)
-    except OcmmError:
-        return None
-    return None if place is None else ArchiveWatch(built.station, place.outbox)
-
-
 def _use_language(app: QApplication, settings: Settings) -> None:
     language = chosen_language(settings.window_language)
     use_language(app, language)
@@ -256,13 +198,13 @@ def _ask(
     for notice in told.kept():
         notices.post(notice)
     window.closed.connect(app.quit)
-    _show(window, parsed.size)
+    show(window, parsed.size)
     window.read()
     if choice.section:
         window.show_settings(choice.section)
-    _end_after(parsed.quit_after, window.close)
+    end_after(parsed.quit_after, window.close)
     app.exec()
-    _save_pictures(window, parsed.screenshot)
+    save_pictures(window, parsed.screenshot)
     window.close()
     window.deleteLater()
     return window.choice
@@ -287,7 +229,7 @@ def _work(
     loaded = store.load()
     options = _window_options(parsed, loaded)
     # Numerical libraries take a second to load: something is on the screen before that.
-    splash = _splash(app, loaded.settings.instrument_source, options)
+    starting = splash(app, loaded.settings.instrument_source, options.theme)
     try:
         from ocmm_core.composition import AcceptanceBench, build_station
         from ocmm_core.composition.practice import Practice
@@ -298,15 +240,15 @@ def _work(
         request = _request(parsed, loaded, choice)
         built = build_station(request)
     finally:
-        splash.close()
-        splash.deleteLater()
+        starting.close()
+        starting.deleteLater()
     notices = NoticeCentre()
     try:
         bridge = StationBridge(built.station)
     except BaseException:
         built.station.close()
         raise
-    watch = _watch(built, loaded, choice)
+    watch = watch_jobs(built, loaded, choice)
     code, after = EXIT_OK, ""
     path, plan = built.job_path, built.station.job.plan_file
     try:
@@ -323,7 +265,7 @@ def _work(
                 practice=Practice(request) if Practice.is_possible(request) else None,
             )
             window.show_far(options.far)
-            _show(window, options.size)
+            show(window, options.size)
             gc.freeze()
             gc.enable()
             _begin(window, bridge, parsed, loaded, choice)
@@ -333,12 +275,12 @@ def _work(
             for notice in told.kept():
                 notices.post(notice)
             window.closed.connect(app.quit)
-            _end_after(options.quit_after_s, window.close)
+            end_after(options.quit_after_s, window.close)
             app.exec()
             # The job that is measured last: it may be another one by now.
             path, plan = built.station.job.path, built.station.job.plan_file
             after = window.after
-            if not _save_pictures(window, options.screenshots):
+            if not save_pictures(window, options.screenshots):
                 code = EXIT_FAILED
     finally:
         gc.enable()
@@ -437,51 +379,6 @@ def _request(parsed: argparse.Namespace, loaded: LoadedSettings, choice: Choice)
         uncalibrated=parsed.uncalibrated,
     )
     return request_of_settings(settings, errand)
-
-
-def _show(window: QMainWindow, size: tuple[int, int] | None) -> None:
-    if size is None:
-        window.showMaximized()
-    else:
-        window.resize(*size)
-        window.show()
-
-
-def _end_after(seconds: float, end: Callable[[], object]) -> None:
-    if seconds > 0.0:
-        QTimer.singleShot(round(1000.0 * seconds), end)
-
-
-def _save_pictures(window: QWidget, paths: Sequence[Path]) -> bool:
-    """Save what the window showed last, and say whether every file could be written."""
-    saved = True
-    for path in paths:
-        if not window.grab().save(str(path)):
-            sys.stderr.write(f"The picture {path} cannot be written.\n")
-            saved = False
-    return saved
-
-
-def _splash(app: QApplication, source: str, options: WindowOptions) -> QLabel:
-    label = PlainLabel(tr("OCMM\n\nStarting: {source}").format(source=source))
-    label.setAlignment(Qt.AlignmentFlag.AlignCenter)
-    label.setWindowTitle("OCMM")
-    label.setFont(text_font(20))
-    label.resize(520, 200)
-    apply_theme(app, label, THEMES[options.theme])
-    label.show()
-    app.processEvents()
-    return label
-
-
-def _end_on_signals(app: QApplication) -> None:
-    def end(number: int, frame: FrameType | None) -> None:
-        # By the event loop: before it runs, quitting would have no effect.
-        QTimer.singleShot(0, app.quit)
-
-    # The timer of the live values gives Python the turns in which signals are handled.
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, end)
 
 
 def _window_options(parsed: argparse.Namespace, loaded: LoadedSettings) -> WindowOptions:

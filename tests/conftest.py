@@ -17,7 +17,7 @@ import threading
 import time
 import traceback
 import weakref
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,7 @@ import pytest
 
 from ocmm_core.blas import use_one_thread
 from tests.gate import gate_of
-from tests.host import not_run
+from tests.host import amount, not_run
 from tests.other_station import forget_histories
 
 # As the product does, before numpy is loaded: two threads on small matrices wait for each other,
@@ -152,6 +152,18 @@ def _compiles_nothing(
             + "\n".join(lines),
             pytrace=False,
         )
+
+
+@pytest.fixture
+def repeats(record_property: Callable[[str, object], None]) -> Callable[..., int]:
+    """Return `tests.host.amount`, which then says beside the test what it was."""
+
+    def chosen(short: int, long: int, again: int | None = None) -> int:
+        n = amount(short, long, again)
+        record_property("N", f"{n} of {long}" if n < long else n)
+        return n
+
+    return chosen
 
 
 @pytest.fixture(scope="session")

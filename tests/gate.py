@@ -4,7 +4,7 @@ As a plugin (registered in `conftest`) it lists what was not run, with the reaso
 OCMM_REQUIRE_ALL=1 that is a failure. With OCMM_TEST_RECORD=FILE it also writes down what became of
 every test and how long it took. As a program, ``python -m tests.gate FOLDER``, it adds up the
 records that `./run test` let the runs write there, ``LANE.json`` and for what was repeated
-``LANE.again.json``, and names the files that took longest.
+``LANE.again.json``, and names the tests and the files that took longest.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ import pytest
 PASSED, FAILED, NOT_RUN = "passed", "failed", "not run"
 RECORD, REQUIRE_ALL = "OCMM_TEST_RECORD", "OCMM_REQUIRE_ALL"
 _AGAIN = ".again"
-LONGEST = 25
-"""Files of which the time is told: where the minutes of a run go."""
+LONGEST = 60
+"""Files, and as many tests, of which the time is told: where the minutes of a run go."""
 _Report = TypeVar("_Report", pytest.TestReport, pytest.CollectReport)
 
 
@@ -169,7 +169,9 @@ def summary(folder: Path) -> tuple[list[str], bool]:
         everything.extend(found.values())
         for outcome in found.values():
             seconds[f"{outcome.test.partition('::')[0]} ({name})"] += outcome.seconds
-    longest = [
+    tests = nlargest(LONGEST, everything, key=lambda outcome: outcome.seconds)
+    longest = [f"SLOW {outcome.seconds:6.0f} s  {outcome.test}" for outcome in tests]
+    longest += [
         f"LONG {long:6.0f} s  {file}"
         for file, long in nlargest(LONGEST, seconds.items(), key=itemgetter(1))
     ]

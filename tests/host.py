@@ -1,13 +1,15 @@
 """What the host of the tests allows: the only place that may say that a test is not run.
 
 A test asks here before it begins. What goes wrong afterwards is a failure, never a reason to leave
-the test out. Each of these ends the test as NOT RUN with its reason where the host cannot.
+the test out. Each of these ends the test as NOT RUN with its reason where the host cannot. How
+often a test repeats something is asked here, too: see `amount`.
 """
 
 from __future__ import annotations
 
 import errno
 import importlib.util
+import math
 import os
 import shutil
 import subprocess
@@ -28,7 +30,39 @@ BUSY = 20.0
 computer, and its figure is printed or stands in a benchmark; a test only tells what answers from
 what does not."""
 
+LONG, AGAIN = "OCMM_TEST_LONG", "OCMM_TEST_AGAIN"
+"""Set by `./run test --long`, and where tests run once more as another processor."""
+
 on_linux_only = pytest.mark.skipif(sys.platform != "linux", reason="this is no Linux")
+
+
+def long_form() -> bool:
+    """Whether tests take all the time that they want: `./run test --long`."""
+    return os.environ.get(LONG, "") not in ("", "0")
+
+
+def amount(short: int, long: int, again: int | None = None) -> int:
+    """Return how often a test repeats what it tries; its statement must hold for each of them.
+
+    Parameters
+    ----------
+    short
+        In every run: as many as show what a change would break.
+    long
+        In the long form: as many as the statement was made with.
+    again
+        Where the same run tries `short` on the processor of this computer, and this is another one;
+        as many as `short` where nothing is given.
+    """
+    if long_form():
+        return long
+    repeated = os.environ.get(AGAIN, "") not in ("", "0")
+    return again if repeated and again is not None else short
+
+
+def looser(tolerance: float, n: int, long: int) -> float:
+    """Return a tolerance that was derived from the scatter of ``long`` draws, for ``n`` of them."""
+    return tolerance * math.sqrt(long / n)
 
 
 def not_run(reason: str) -> NoReturn:

@@ -1,103 +1,215 @@
 """Compile all kernels for the processors that the package is for: part of installer/build.sh.
 
-``python compile_kernels.py FOLDER`` compiles what lies in FOLDER, a copy of the sources, and keeps
-the results there. A process compiles one group for one kind of processor, and all that numba counts
-or orders by chance is the same each time, so the results are the same, byte for byte. No two
-processes share a list of results: each kind has its folders, and each group its functions.
+``python compile_kernels.py FOLDER`` compiles what lies in FOLDER, a copy of the sources, and leaves
+in FOLDER/kernels one library and one table for each kind of processor; `installer.bundle.linked`
+loads them. numba compiles as it does in a clone, up to the last step: LLVM then writes code that
+may lie anywhere, which the system's linker joins. A process compiles one group for one kind, and
+all that numba counts or orders by chance is the same each time, so the results are the same, byte
+for byte.
 """
 
 from __future__ import annotations
 
 import gc
+import json
 import os
 import subprocess
 import sys
 import sysconfig
-from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 from itertools import product
 from pathlib import Path
+from typing import Any
+
+_HELPERS = ("NRT_", "numba_")
+"""What numba's own libraries hold and do not name to a linker."""
+_PYTHON = ("Py", "_Py")
 
 
 def main(folder: Path) -> int:
     """Compile everything; return the exit code."""
     sys.path.insert(0, str(folder))
-    from installer.bundle.kernels import KINDS, environment, kernels_beside
+    from installer.bundle.kernels import KINDS, environment
     from ocmm_core.composition import kernel_groups
 
-    # numba makes no folder here: the one of the package is not to be written to.
-    for kind in KINDS:
-        for file in folder.glob("ocmm_core/**/*.py"):
-            kernels_beside(file, kind).mkdir(parents=True, exist_ok=True)
-
-    def compiled(task: tuple[int, str]) -> tuple[str, list[str]]:
+    def compiled(task: tuple[int, str]) -> bool:
         number, kind = task
         surroundings = os.environ | environment(kind)
         surroundings |= {"PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1"}
-        command = [sys.executable, __file__, str(folder), str(number)]
-        done = subprocess.run(  # noqa: S603 - this file
-            command, env=surroundings, check=False, stdout=subprocess.PIPE, text=True
-        )
-        return kind, done.stdout.split() if done.returncode == 0 else []
+        command = [sys.executable, __file__, str(folder), str(number), str(_objects(folder, kind))]
+        return subprocess.run(command, env=surroundings, check=False).returncode == 0  # noqa: S603 - this file
 
+    for kind in KINDS:
+        _objects(folder, kind).mkdir(parents=True, exist_ok=True)
     # The longest come first, for all kinds.
     tasks = list(product(range(len(kernel_groups())), KINDS))
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        written = list(pool.map(compiled, tasks))
-    if not all(names for _, names in written):
-        return 1
-    times = Counter((kind, name) for kind, names in written for name in names)
-    if twice := sorted({name for (_, name), count in times.items() if count > 1}):
-        sys.stderr.write(
-            f"Two groups compile {', '.join(twice)}: put what shares them into one group of "
-            "ocmm_core/composition/_kernels.py.\n"
-        )
-        return 1
-    functions = sum(map(len, kernel_groups()))
-    for kind in KINDS:
-        results = sum(1 for _ in folder.glob(f"ocmm_core/**/{kind}/*.nbc"))
-        # A folder that cannot be written to is no error for numba as the package uses it.
-        if results < functions:
-            sys.stderr.write(f"Only {results} results of {functions} functions were kept.\n")
+        if not all(list(pool.map(compiled, tasks))):
             return 1
+    (folder / "kernels").mkdir(exist_ok=True)
+    for kind in KINDS:
+        link(_objects(folder, kind), folder / "kernels", kind)
     return 0
 
 
-def compile_one(folder: Path, number: int) -> None:
-    """Compile one group for the processor that the environment names; print what was compiled."""
+def _objects(folder: Path, kind: str) -> Path:
+    return folder / "objects" / kind
+
+
+def compile_one(folder: Path, number: int, objects: Path) -> None:
+    """Compile one group for the processor that the environment names, into files of a folder."""
     sys.path.insert(0, str(folder))
-    from numba.core import event
-
-    from ocmm_core.composition import compile_group
-
-    class Names(event.Listener):  # type: ignore[misc] # numba ships no annotations
-        def __init__(self) -> None:
-            self.found: set[str] = set()
-
-        def on_start(self, event: object) -> None:
-            function = event.data["dispatcher"].py_func  # type: ignore[attr-defined] # as above
-            if function.__module__.startswith("ocmm_core."):
-                self.found.add(f"{function.__module__}.{function.__qualname__}")
-
-        def on_end(self, event: object) -> None:
-            pass
+    from ocmm_core.composition import kernel_groups
 
     forget_where(folder)
     # Looking for garbage takes a seventh of the time, and the process ends soon.
     gc.disable()
-    names = Names()
-    with event.install_listener("numba:compile", names):
-        compile_group(number)
-    sys.stdout.write("\n".join(sorted(names.found)))
+    rows = [
+        compile_kernel(getattr(import_module(module), name), types, objects, f"{number}_{place}")
+        for place, (module, name, types) in enumerate(kernel_groups()[number])
+    ]
+    (objects / f"{number}.json").write_text(json.dumps(rows), encoding="utf-8")
+
+
+def compile_kernel(kernel: Any, types: Any, objects: Path, mark: str) -> list[object]:
+    """Compile a function for some types, into ``MARK.o``; return its row of the table."""
+    import llvmlite.binding as llvm
+    from numba.core import config
+    from numba.core.registry import cpu_target
+    from numba.np.numpy_support import as_dtype
+
+    kernel.compile(types)
+    made = kernel.overloads[types]
+    function = made.fndesc
+    if len(types) != kernel.py_func.__code__.co_argcount:
+        raise ValueError(f"{function.qualname} is listed without some of its arguments")
+    codegen = cpu_target.target_context.codegen()
+    # As numba makes its own, but for where the code may lie.
+    machine = llvm.Target.from_default_triple().create_target_machine(
+        cpu=codegen._get_host_cpu_name(),  # noqa: SLF001 - numba shows neither
+        features=codegen._tm_features,  # noqa: SLF001 - as above
+        opt=config.OPT,
+        reloc="pic",
+        codemodel="small",
+    )
+    made.library._ensure_finalized()  # noqa: SLF001 - as above
+    file = objects / f"{mark}.o"
+    file.write_bytes(machine.emit_object(made.library._final_module))  # noqa: SLF001 - as above
+    # Each brings what it calls, as LLVM improved it there; none takes that of another one.
+    entry, memory = f"kernel_{mark}", f"environment_{mark}"
+    _run(
+        "objcopy", "--redefine-sym", f"{function.llvm_cpython_wrapper_name}={entry}",
+        "--redefine-sym", f"{function.env_name}={memory}", str(file),
+    )  # fmt: skip
+    _run("objcopy", f"--keep-global-symbol={entry}", f"--keep-global-symbol={memory}", str(file))
+
+    def word(one: Any) -> str:
+        if hasattr(one, "layout"):
+            return f"{as_dtype(one.dtype).str}{one.ndim}{one.layout}"
+        return as_dtype(one).str
+
+    return [
+        kernel.py_func.__module__, kernel.py_func.__name__, list(map(word, types)), mark,
+        [json.loads(_told(one)) for one in made.environment.consts],
+    ]  # fmt: skip
+
+
+def link(objects: Path, folder: Path, kind: str) -> None:
+    """Join what was compiled to ``KIND.so``, and write what is in it to ``KIND.json``."""
+    rows = [
+        row
+        for file in sorted(objects.glob("*.json"))
+        for row in json.loads(file.read_text(encoding="utf-8"))
+    ]
+    files = [objects / f"{row[3]}.o" for row in rows]
+    wanted = _run("nm", "--undefined-only", "--just-symbols", *map(str, files)).split()
+    helpers = sorted({name for name in wanted if name.startswith(_HELPERS)})
+    # numba's libraries hide their functions and tell where they are: each gets a step through a
+    # table that is filled when the library is loaded.
+    steps = "".join(
+        f".globl {name}\n.hidden {name}\n.type {name}, @function\n"
+        f"{name}: jmp *helpers+{8 * place}(%rip)\n"
+        for place, name in enumerate(helpers)
+    )
+    source = objects / "helpers.s"
+    source.write_text(
+        f'.section .note.GNU-stack,"",@progbits\n.text\n{steps}.bss\n.balign 8\n'
+        f".globl helpers\n.type helpers, @object\n.size helpers, {8 * len(helpers)}\n"
+        f"helpers: .skip {8 * len(helpers)}\n",
+        encoding="utf-8",
+    )
+    _run("as", "-o", str(objects / "helpers.o"), str(source))
+    shown = objects / "shown"
+    shown.write_text("{ global: kernel_*; environment_*; helpers; local: *; };", encoding="utf-8")
+    library = folder / f"{kind}.so"
+    _run(
+        "ld", "-shared", "-Bsymbolic", "--build-id=none", "--hash-style=gnu", "-z", "noexecstack",
+        "-z", "relro", "-z", "now", "--as-needed", "--gc-sections", f"--version-script={shown}",
+        "-soname", library.name, "-o", str(library), *map(str, files), str(objects / "helpers.o"),
+        *_system(),
+    )  # fmt: skip
+    _run("strip", "--strip-unneeded", str(library))
+    missing = [
+        name
+        for name in _run("nm", "-D", "--undefined-only", "--just-symbols", str(library)).split()
+        if "@" not in name and not name.startswith(_PYTHON)
+    ]
+    if missing:
+        raise ValueError(f"nothing holds {', '.join(missing)}")
+    table = {"helpers": helpers, "kernels": rows}
+    (folder / f"{kind}.json").write_text(json.dumps(table, indent=0), encoding="utf-8")
+
+
+def _system() -> list[str]:
+    """Return the system's C and mathematical library, of which this process has one each."""
+    import_module("math")
+    mapped = {line.split()[-1] for line in Path("/proc/self/maps").read_text("utf-8").splitlines()}
+    return sorted(one for one in mapped if Path(one).name.startswith(("libc.so.", "libm.so.")))
+
+
+def _run(*command: str) -> str:
+    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)  # noqa: S603 - of binutils
+    return done.stdout
+
+
+def _told(value: Any) -> bytes:
+    """Return in words what numba would pickle into its code; `linked` understands them."""
+    from llvmlite import ir
+    from numpy import dtype, ndarray
+
+    def plain(one: Any) -> object:
+        # What is known only when the error is raised.
+        return {"later": True} if isinstance(one, ir.Value) else one
+
+    if isinstance(value, dtype):
+        told: dict[str, object] = {"dtype": value.str}
+    elif value is ndarray:
+        told = {"type": "ndarray"}
+    else:
+        kind, arguments, where = value
+        told = {
+            "error": kind.__name__,
+            "arguments": None if arguments is None else list(map(plain, arguments)),
+            "where": where,
+        }
+    return json.dumps(told).encode()
 
 
 def forget_where(folder: Path) -> None:
     """Keep the folders of the build out of the results; they are others each time."""
+    from numba.core import pythonapi
     from numba.core.annotations.type_annotations import TypeAnnotation
+    from numba.core.caching import Cache
     from numba.core.callconv import CPUCallConv
 
     array_exprs = import_module("numba.np.ufunc.array_exprs")
+
+    # Nothing is kept beside the sources or loaded from there.
+    Cache.save_overload = lambda *_: None
+    Cache.load_overload = lambda *_: None
+    # Words instead of pickled objects, see `_told`.
+    pythonapi.serialize = type("Words", (), {"dumps": staticmethod(_told)})
 
     # A text for whoever looks into a function.
     TypeAnnotation.__str__ = lambda _: ""
@@ -126,4 +238,4 @@ if __name__ == "__main__":
     where = Path(sys.argv[1]).resolve()
     if len(sys.argv) == 2:
         sys.exit(main(where))
-    compile_one(where, int(sys.argv[2]))
+    compile_one(where, int(sys.argv[2]), Path(sys.argv[3]))

@@ -1,8 +1,6 @@
 """Which of the kernels that the package holds this computer runs.
 
-numba keys its results by name and features of the processor. The package holds them for a processor
-with AVX2 and for any x86-64 one, and the names that numba reads from the environment say which of
-the two is asked for. `installer.bundle.locator` finds them.
+The package holds them for a processor with AVX2 and for any x86-64 one, see `linked`.
 """
 
 from __future__ import annotations
@@ -33,41 +31,31 @@ def processor_kind(cpuinfo: str) -> str:
     return AVX2 if processors and all(flags >= _NEEDED for flags in processors) else GENERIC
 
 
-def kernels_beside(file: Path, kind: str) -> Path:
-    """Return the folder that holds what a file's functions were compiled to."""
-    # Whoever names a processor names no other folder.
-    return file.parent / "__pycache__" / kind.replace(os.sep, "_")
-
-
 def environment(kind: str) -> dict[str, str]:
-    """Return what numba must find in its environment, before it is imported, to use a kind."""
-    return {
-        "NUMBA_CPU_NAME": kind,
-        # Empty: those of that processor; without it those of this one are in the key.
-        "NUMBA_CPU_FEATURES": "",
-        "NUMBA_CACHE_LOCATOR_CLASSES": "installer.bundle.locator.ShippedLocator,"
-        "UserWideCacheLocator",
-    }
+    """Return what numba must find in its environment, before it is imported, to compile a kind."""
+    # Empty: the features of that processor; without it those of this one are in the key.
+    return {"NUMBA_CPU_NAME": kind, "NUMBA_CPU_FEATURES": ""}
 
 
-def choose() -> str:
-    """Ask for the kernels that fit this computer; return a sentence where they are slower ones.
+def choose() -> tuple[str, str]:
+    """Return the kind of kernels for this computer, and a sentence where it is not the best one.
 
-    Whoever set ``NUMBA_CPU_NAME`` has chosen.
+    ``NUMBA_CPU_NAME``, which numba reads in a clone, may ask for those that run on any processor.
     """
-    if "NUMBA_CPU_NAME" in os.environ:
-        kind = os.environ["NUMBA_CPU_NAME"]
-    else:
-        try:
-            kind = processor_kind(Path("/proc/cpuinfo").read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError):
-            kind = GENERIC
-    for name, value in environment(kind).items():
-        os.environ.setdefault(name, value)
-    if kind == AVX2:
-        return ""
+    try:
+        kind = processor_kind(Path("/proc/cpuinfo").read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError):
+        kind = GENERIC
+    asked = os.environ.get("NUMBA_CPU_NAME", kind)
+    if asked not in KINDS:
+        return kind, f"There are no kernels for a processor '{asked}': those for '{kind}' are used."
+    if asked == kind == AVX2:
+        return AVX2, ""
     if kind == GENERIC:
-        return (
+        return GENERIC, (
             "This processor has no AVX2: the kernels for any processor are used, which are slower."
         )
-    return f"No kernels are compiled for a processor '{kind}': each program compiles for itself."
+    return (
+        GENERIC,
+        "The kernels for any processor are used, as NUMBA_CPU_NAME asks; they are slower.",
+    )

@@ -1,5 +1,5 @@
-"""The program `ocmm` of the package."""
+"""The programs `ocmm` and `ocmm-acq` of the package."""
 
-from installer.bundle.start import run_ocmm
+from installer.bundle.start import run
 
-run_ocmm()
+run()

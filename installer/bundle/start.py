@@ -8,20 +8,29 @@ understands one word: it is the bus process, or measures how late that would wak
 from __future__ import annotations
 
 import multiprocessing
+import os
 import re
 import runpy
 import sys
+from pathlib import Path
 
-from installer.bundle import kernels
+from installer.bundle import kernels, linked
 
 _OURS = re.compile(r"ocmm_(core|gui)(\.\w+)*")
 
 
+def run() -> None:
+    """Be the program that this file is; not what it was called, which anybody may choose."""
+    (run_ocmm_acq if Path(sys.executable).name == "ocmm-acq" else run_ocmm)()
+
+
 def run_ocmm() -> None:
     """Be ``ocmm``, or the part of OCMM that was asked for."""
+    told = _use_kernels()
+    if getattr(sys, "frozen", False):
+        os.environ["QT_PLUGIN_PATH"] = str(Path(_inside(), "PySide6/Qt/plugins"))
     # A frozen program would start itself again and again without this.
     multiprocessing.freeze_support()
-    told = kernels.choose()
     words = sys.argv[1:]
     # Python's own option; a frozen program is isolated as it is.
     if words[:1] == ["-I"]:
@@ -39,9 +48,23 @@ def run_ocmm() -> None:
 
 def run_ocmm_acq() -> None:
     """Be the bus process, or the measurement of the doctor that needs its rights."""
+    _use_kernels()
     multiprocessing.freeze_support()
     module = "ocmm_core.acquisition.bus_process._start"
     if sys.argv[1:2] == ["--wake"] and len(sys.argv) == 4:
         del sys.argv[1]
         module = "ocmm_core.doctor._wake"
     runpy.run_module(module, run_name="__main__")
+
+
+def _use_kernels() -> str:
+    """Use the kernels of the package, if this is one; return what the user should know of them."""
+    kind, told = kernels.choose()
+    if not getattr(sys, "frozen", False):
+        return ""
+    linked.install(_inside() / "kernels", kind)
+    return told
+
+
+def _inside() -> Path:
+    return Path(sys._MEIPASS)  # type: ignore[attr-defined] # noqa: SLF001 - PyInstaller's name for it

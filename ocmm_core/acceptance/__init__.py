@@ -104,6 +104,7 @@ if TYPE_CHECKING:
         PlannedPosition,
         QuantityResult,
         Refusal,
+        RoomAir,
         UsedArtefact,
         Verdict,
     )
@@ -152,7 +153,7 @@ else:
         ),
         _result=(
             "AcceptanceRecord Climate Instrument JudgedValue Observation PlannedPosition "
-            "QuantityResult RECORD_SCHEMA Refusal UsedArtefact Verdict"
+            "QuantityResult RECORD_SCHEMA Refusal RoomAir UsedArtefact Verdict"
         ),
         _session="AcceptanceSession",
         _situation="Situation Stage certified_at judge",
@@ -203,6 +204,7 @@ __all__ = [
     "ProcedureOffer",
     "QuantityResult",
     "Refusal",
+    "RoomAir",
     "Situation",
     "SpatValues",
     "SphereValues",

@@ -15,6 +15,7 @@ from ocmm_core.acceptance._result import (
     Observation,
     PlannedPosition,
     Refusal,
+    RoomAir,
     UsedArtefact,
     Verdict,
 )
@@ -36,6 +37,7 @@ class Begun(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     plan: tuple[PlannedPosition, ...]
     notes: tuple[str, ...]
     reserved: tuple[str, ...]
+    air: RoomAir | msgspec.UnsetType = msgspec.UNSET
 
 
 class PointTaken(Observation, frozen=True, kw_only=True, tag=True):

@@ -15,6 +15,7 @@ from ocmm_core.acceptance._procedure import Procedure
 from ocmm_core.calibration.guided import Spots
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.camera import Vector3
+from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS
 
 RECORD_SCHEMA = "ocmm.acceptance-record/1"
@@ -104,6 +105,51 @@ class Climate(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     position: str
     when: str
     celsius: float
+
+
+class RoomAir(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The air where it was tested, read off once; None where nobody did.
+
+    Attributes
+    ----------
+    humidity_percent, pressure_hpa
+        Relative humidity, and pressure.
+    """
+
+    humidity_percent: float | None = None
+    pressure_hpa: float | None = None
+
+    @classmethod
+    def read(cls, humidity: str, pressure: str) -> RoomAir:
+        """Return what was typed; InputError where it is no number of a room."""
+        return cls(
+            humidity_percent=_read_off("humidity", humidity, "%", (0.0, 100.0)),
+            pressure_hpa=_read_off("pressure", pressure, "hPa", (500.0, 1100.0)),
+        )
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Return what was read off, with its unit."""
+        read = ((self.humidity_percent, "% humidity"), (self.pressure_hpa, "hPa"))
+        return tuple(f"{value:g} {unit}" for value, unit in read if value is not None)
+
+
+def _read_off(name: str, text: str, unit: str, limits: tuple[float, float]) -> float | None:
+    typed = text.strip().removesuffix(unit).strip().replace(",", ".")
+    if not typed:
+        return None
+    try:
+        value = float(typed)
+    except ValueError:
+        value = float("nan")
+    if not limits[0] <= value <= limits[1]:
+        raise InputError(
+            "acceptance.air",
+            f"'{name}' is {text[:40]!r}, but must be a number from {limits[0]:g} to "
+            f"{limits[1]:g} {unit}.",
+            "Read it off, or leave it empty: the papers say 'not stated' then.",
+        )
+    return value
 
 
 class UsedArtefact(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -317,6 +363,9 @@ class AcceptanceRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
         Of the whole test, and what may be said about the standard.
     chain_head
         Of the session file with every step.
+    air
+        Humidity and pressure, where somebody read them off; a record from before it was asked for
+        has none, and keeps its hash.
     """
 
     schema: str
@@ -344,3 +393,4 @@ class AcceptanceRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     verdict: Verdict
     wording: str
     chain_head: str
+    air: RoomAir | msgspec.UnsetType = msgspec.UNSET

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from ocmm_core.acceptance import _events as log
@@ -18,7 +19,7 @@ from ocmm_core.acceptance._guards import begin_findings, require_usable
 from ocmm_core.acceptance._kinds import Retest, kind_of, plan_of
 from ocmm_core.acceptance._placement import judge_point, judge_position
 from ocmm_core.acceptance._planning import vector
-from ocmm_core.acceptance._result import AcceptanceRecord
+from ocmm_core.acceptance._result import AcceptanceRecord, RoomAir
 from ocmm_core.acceptance._session_state import SessionState
 from ocmm_core.acceptance._situation import Situation, Stage, wanted
 from ocmm_core.calibration.guided import Spots, utc_text
@@ -61,6 +62,7 @@ class AcceptanceSession:
         calibration_artefacts: Sequence[ArtefactUse] = (),
         qualification_artefacts: Sequence[ArtefactUse] = (),
         reserved: Sequence[str] = (),
+        air: RoomAir | None = None,
     ) -> AcceptanceSession:
         """Begin a test in a new file; what only warns is in its notes.
 
@@ -72,6 +74,8 @@ class AcceptanceSession:
             What the calibration and the tip rest on.
         reserved
             `spots_hash` of observations that the calibration and the tip were computed from.
+        air
+            Humidity and pressure; None where nobody read them off.
 
         Raises
         ------
@@ -95,7 +99,7 @@ class AcceptanceSession:
             instrument=stage.instrument, artefacts=stage.artefacts, made_by=who, place=place,
             customer=customer, condition=condition, seed=stage.seed, plan=plan,
             notes=notes + tuple(one.what for one in found if not one.refuses),
-            reserved=tuple(reserved),
+            reserved=tuple(reserved), air=air if air is not None and air.words else msgspec.UNSET,
         )  # fmt: skip
         chain = ChainFile(path, log.Line, remembered=True)
         chain.append(log.Line(begun))

@@ -239,6 +239,7 @@ class SessionState:
             values=values, quantities=quantities_of(values), retests=self.retests,
             void_reasons=tuple(climate_reasons(self.stage, self.climate)),
             verdict=self.finished.verdict, wording=begun.procedure.wording, chain_head=chain_head,
+            air=begun.air,
         )  # fmt: skip
 
 

@@ -9,7 +9,8 @@ source), `_climate`, `_stream_options`, `_defaults`, `_from_settings` (what the 
 with), `_station_state` (in words). `_kernels` lists what is compiled, `_compile` does it.
 `_station_checks` measures for the doctor of a station. `_calibrate_scenes`,
 `_acceptance_scenes` and `_truth` are what the virtual rig needs. `_acceptance_site` is what an
-acceptance test stands on, `_acceptance_bench` the same for a window that stays open.
+acceptance test stands on, `_acceptance_bench` the same for a window that stays open; who shows its
+frames is a hand of the room `hands`.
 The virtual rig is known here and in the commands, and nowhere else. It must not know a command.
 """
 
@@ -21,11 +22,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.composition._acceptance_bench import AcceptanceBench, Conditions, TestsMade
-    from ocmm_core.composition._acceptance_scenes import (
-        RecordedHand,
-        VirtualHand,
-        scenes_of_acceptance,
-    )
+    from ocmm_core.composition._acceptance_scenes import scenes_of_acceptance
     from ocmm_core.composition._acceptance_site import (
         AcceptanceSite,
         acceptance_feed,
@@ -88,7 +85,7 @@ else:
     __getattr__ = door(
         __name__,
         _acceptance_bench="AcceptanceBench Conditions TestsMade",
-        _acceptance_scenes="RecordedHand VirtualHand scenes_of_acceptance",
+        _acceptance_scenes="scenes_of_acceptance",
         _acceptance_site=(
             "AcceptanceSite acceptance_feed artefacts_used_before default_test_folder "
             "instrument_of named_artefact open_test_site recorded_feed require_recorded "
@@ -135,13 +132,11 @@ __all__ = [
     "Feed",
     "NamedSource",
     "Origin",
-    "RecordedHand",
     "SourceSpec",
     "StateLine",
     "StationRequest",
     "StationState",
     "TestsMade",
-    "VirtualHand",
     "VirtualSite",
     "acceptance_feed",
     "artefacts_used_before",

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 
+import numpy as np
+
 from ocmm_core.acceptance import (
     RECORDS,
     SESSIONS,
@@ -27,6 +29,7 @@ from ocmm_core.acceptance import (
     InterimTest,
     OpenTest,
     ProcedureOffer,
+    RoomAir,
     Stage,
     UsedArtefact,
     finished_tests,
@@ -37,9 +40,10 @@ from ocmm_core.acceptance import (
     reserved_spots,
 )
 from ocmm_core.calibration.records import CalibrationInUse, CalibrationStore, ProbeInUse
-from ocmm_core.composition._acceptance_scenes import RecordedHand, VirtualHand
+from ocmm_core.composition._acceptance_scenes import scenes_of_acceptance
 from ocmm_core.composition._acceptance_site import (
     SHIPPED,
+    acceptance_feed,
     artefacts_used_before,
     default_test_folder,
     instrument_of,
@@ -50,8 +54,9 @@ from ocmm_core.composition._acceptance_site import (
 )
 from ocmm_core.composition._calibrate_scenes import VirtualSite
 from ocmm_core.composition._calibration_choice import choose_calibration, choose_probe
-from ocmm_core.composition._feeds import StationRequest
+from ocmm_core.composition._feeds import Feed, StationRequest
 from ocmm_core.composition._sources import Origin, origin_of
+from ocmm_core.composition.hands import RecordedHand, VirtualHand
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError
 
@@ -66,6 +71,8 @@ class Conditions:
         As in `AcceptanceRecord`.
     temperature_c
         Of the room.
+    air
+        Humidity and pressure, where somebody read them off.
     """
 
     who: str
@@ -73,6 +80,7 @@ class Conditions:
     customer: str = ""
     condition: str = "as found"
     temperature_c: float = 20.0
+    air: RoomAir = field(default_factory=RoomAir)
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,7 +223,7 @@ class AcceptanceBench:
             temperature_c=given.temperature_c, who=given.who.strip(), place=given.place.strip(),
             customer=given.customer.strip(), condition=given.condition,
             calibration_artefacts=of_cameras, qualification_artefacts=of_tip,
-            reserved=reserved_spots(folders),
+            reserved=reserved_spots(folders), air=given.air,
         )  # fmt: skip
         return self._procedure(session, given.temperature_c)
 
@@ -256,13 +264,18 @@ class AcceptanceBench:
         """Return who touches where the test wants it; None where a person does, at cameras."""
         one = self.request
         if origin_of(one.source) is Origin.RECORDING:
-            return RecordedHand(lambda: recorded_feed(one), procedure, failed)
+            return RecordedHand(lambda: (recorded_feed(one), np.inf), procedure, failed)
         if not self.is_virtual:
             return None
-        seed = procedure.session.stage.seed
-        return VirtualHand(
-            VirtualSite(one.rig, one.probe, seed, None), one.source, one.speed, procedure, failed
-        )
+        site = VirtualSite(one.rig, one.probe, procedure.session.stage.seed, None)
+
+        def make() -> tuple[Feed, int]:
+            view = procedure.view
+            away = np.array(view.stage.instrument.away)
+            scenes = scenes_of_acceptance(site, view.test, view.stage.artefacts, away)
+            return acceptance_feed(site, one.source, scenes, one.speed)
+
+        return VirtualHand(make, procedure, failed)
 
     # The interim check.
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ocmm_core.acquisition.frames import SourceDescription
-from ocmm_core.acquisition.recording import FrameRecorder
+from ocmm_core.acquisition.recording import FrameHistory, FrameRecorder
 from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse
 from ocmm_core.composition._calibration_choice import (
     checked_for_replay,
@@ -154,6 +154,7 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
                 simulated=feed.description.simulated,
             ),
             recorder,
+            FrameHistory(feed.description, calibration.rig),
         )
     except BaseException:
         feed.ring.close()

@@ -118,5 +118,13 @@ class Host(ABC):
         """Give way to other processes, by steps of `os.nice`."""
 
     @abstractmethod
+    def can_copy_process(self) -> bool:
+        """Return whether this process can go on as two, with all that it holds."""
+
+    @abstractmethod
+    def end_with_parent(self) -> None:
+        """Let the system end this process when the one that it is a copy of ends."""
+
+    @abstractmethod
     def reader_has_left(self, descriptor: int) -> bool:
         """Return whether nobody can read what is written to a pipe any more."""

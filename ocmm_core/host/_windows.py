@@ -116,6 +116,12 @@ class WindowsHost(Host):
     def stand_back(self, steps: int) -> None:
         del steps
 
+    def can_copy_process(self) -> bool:
+        return False
+
+    def end_with_parent(self) -> None:
+        return
+
     def reader_has_left(self, descriptor: int) -> bool:
         # A pipe whose reader has left says so when it is written to, and not before.
         del descriptor

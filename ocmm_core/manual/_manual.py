@@ -16,7 +16,7 @@ from ocmm_core.manual._search import Index, ManualHit
 
 _CHAPTERS = {
     Part.INSPECTOR: (
-        "start", "colours", "inspecting", "calibrating", "trouble", "plans", "wizards", "settings",
+        "start", "colours", "inspecting", "calibrating", "help", "plans", "wizards", "settings",
     ),
     Part.METROLOGIST: (
         "calibration", "calibration_in_use", "probe_calibration", "tip", "probe_in_use",

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.part_model._checked_model import MOST_FACES, MOST_TRIANGLES
+    from ocmm_core.part_model._checked_model import FARTHEST_MM, MOST_FACES, MOST_TRIANGLES
     from ocmm_core.part_model._model_file import (
         LARGEST_MODEL,
         MODEL_ENDING,
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _checked_model="MOST_FACES MOST_TRIANGLES",
+        _checked_model="FARTHEST_MM MOST_FACES MOST_TRIANGLES",
         _model_file=(
             "LARGEST_MODEL MODEL_ENDING model_from_bytes model_to_bytes read_model_file "
             "write_model_file"
@@ -72,6 +72,7 @@ else:
 
 __all__ = [
     "EDGE_MM",
+    "FARTHEST_MM",
     "LARGEST_MODEL",
     "MODEL_ENDING",
     "MOST_FACES",

@@ -16,7 +16,8 @@ MOST_TRIANGLES = 400_000
 MOST_FACES = 50_000
 _MOST_DEGREE = 25
 """As many as the kernels of CAD systems have."""
-_FARTHEST_MM = 1e6
+FARTHEST_MM = 1e6
+"""Largest coordinate of a part."""
 _LONGEST_NAME = 255
 _COLOUR = re.compile(r"(#[0-9a-f]{6})?")
 _HASH = re.compile(r"[0-9a-f]{64}")
@@ -43,7 +44,7 @@ def _why_not(model: PartModel) -> str:
         return "the name of its source is none"
     if not _HASH.fullmatch(model.source_sha256):
         return "the hash of its source is none"
-    if not 0.0 < model.deflection_mm < _FARTHEST_MM:
+    if not 0.0 < model.deflection_mm < FARTHEST_MM:
         return "its deflection is no size"
     if not 0 < len(model.faces) <= MOST_FACES:
         return f"it has {len(model.faces)} faces, and can have 1 to {MOST_FACES}"
@@ -147,7 +148,7 @@ def _are_knots(knots: Float, degree: int) -> bool:
 
 
 def _are_places(points: Float) -> bool:
-    return bool((np.abs(points) <= _FARTHEST_MM).all())
+    return bool((np.abs(points) <= FARTHEST_MM).all())
 
 
 def _within(numbers: NDArray[Any], low: int, high: int) -> bool:

@@ -106,9 +106,7 @@ def derivatives_at(surface: BezierSurface, parameters: Float) -> Derivatives:
     """Return places and derivatives at parameters (m, 2) within the surface's range."""
     a, bernstein_u = _bernstein(surface.breaks_u, surface.poles.shape[2] - 1, parameters[:, 0])
     b, bernstein_v = _bernstein(surface.breaks_v, surface.poles.shape[3] - 1, parameters[:, 1])
-    own = surface.poles[a, b]
-    rows = np.einsum("mai,mijc->majc", bernstein_u, own)
-    found = np.einsum("majc,mbj->mabc", rows, bernstein_v)
+    found = _summed(surface.poles[a, b], bernstein_u, bernstein_v)
     weights, places = found[..., 3], found[..., :3]
     w = weights[:, 0, 0, None]
     at = places[:, 0, 0] / w
@@ -123,7 +121,11 @@ def derivatives_at(surface: BezierSurface, parameters: Float) -> Derivatives:
 
 def places_at(surface: BezierSurface, parameters: Float) -> Float:
     """Return places (m, 3), mm, at parameters (m, 2)."""
-    return derivatives_at(surface, parameters).at
+    a, bernstein_u = _bernstein(surface.breaks_u, surface.poles.shape[2] - 1, parameters[:, 0], 0)
+    b, bernstein_v = _bernstein(surface.breaks_v, surface.poles.shape[3] - 1, parameters[:, 1], 0)
+    found = _summed(surface.poles[a, b], bernstein_u, bernstein_v)[:, 0, 0]
+    places: Float = found[:, :3] / found[:, 3:]
+    return places
 
 
 def normals_at(surface: BezierSurface, parameters: Float) -> Float:
@@ -206,29 +208,42 @@ def _spans(knots: Float, degree: int) -> tuple[Float, Float, Int]:
     spans = rising[(rising >= degree) & (rising < len(knots) - degree - 1)]
     breaks = np.append(knots[spans], knots[spans[-1] + 1])
     found = np.empty((len(spans), degree + 1, degree + 1))
-    for row, span in enumerate(spans.tolist()):
-        for pole in range(degree + 1):
-            # The blossom: de Boor's scheme with an argument of its own in each step.
-            values = np.eye(degree + 1)
-            for step in range(1, degree + 1):
-                argument = knots[span + 1] if step <= pole else knots[span]
-                for j in range(degree, step - 1, -1):
-                    low, high = knots[j + span - degree], knots[j + 1 + span - step]
-                    share = (argument - low) / (high - low)
-                    values[j] = (1.0 - share) * values[j - 1] + share * values[j]
-            found[row, pole] = values[degree]
+    for pole in range(degree + 1):
+        # The blossom: de Boor's scheme with an argument of its own in each step, of all spans.
+        values = np.tile(np.eye(degree + 1), (len(spans), 1, 1))
+        for step in range(1, degree + 1):
+            argument = knots[spans + 1] if step <= pole else knots[spans]
+            for j in range(degree, step - 1, -1):
+                low, high = knots[j + spans - degree], knots[j + 1 + spans - step]
+                share = ((argument - low) / (high - low))[:, None]
+                values[:, j] = (1.0 - share) * values[:, j - 1] + share * values[:, j]
+        found[:, pole] = values[:, degree]
     return breaks, found, spans - degree
 
 
-def _bernstein(breaks: Float, degree: int, parameters: Float) -> tuple[Int, Float]:
-    """Return the span of each parameter, and polynomials with two derivatives (m, 3, p + 1)."""
+def _summed(poles: Float, by_u: Float, by_v: Float) -> Float:
+    """Return poles (m, p + 1, q + 1, 4) by polynomials (m, a, p + 1), (m, b, q + 1): (m, a, b, 4).
+
+    As products of matrices: they take half the time of one sum over all indices.
+    """
+    m, p, q, _ = poles.shape
+    rows = (by_u @ poles.reshape(m, p, 4 * q)).reshape(m, -1, q, 4)
+    found: Float = by_v[:, None] @ rows
+    return found
+
+
+def _bernstein(breaks: Float, degree: int, parameters: Float, orders: int = 2) -> tuple[Int, Float]:
+    """Return the span of each parameter, and polynomials with their derivatives (m, 3, p + 1).
+
+    With fewer orders of derivatives they are (m, orders + 1, p + 1).
+    """
     spans = np.clip(np.searchsorted(breaks, parameters, side="right") - 1, 0, len(breaks) - 2)
     width = breaks[spans + 1] - breaks[spans]
     share = (parameters - breaks[spans]) / width
-    found = np.zeros((len(parameters), 3, degree + 1))
+    found = np.zeros((len(parameters), orders + 1, degree + 1))
     values = _polynomials(share, degree)
     found[:, 0] = values
-    for order in (1, 2):
+    for order in range(1, orders + 1):
         if degree < order:
             break
         lower = _polynomials(share, degree - order)
@@ -243,7 +258,14 @@ def _bernstein(breaks: Float, degree: int, parameters: Float) -> tuple[Int, Floa
 
 
 def _polynomials(share: Float, degree: int) -> Float:
-    places = np.arange(degree + 1)
-    counts = np.array([comb(degree, int(i)) for i in places], dtype=np.float64)
-    found: Float = counts * share[:, None] ** places * (1.0 - share)[:, None] ** (degree - places)
+    counts = np.array([comb(degree, i) for i in range(degree + 1)], dtype=np.float64)
+    found: Float = counts * _powers(share, degree) * _powers(1.0 - share, degree)[:, ::-1]
+    return found
+
+
+def _powers(base: Float, most: int) -> Float:
+    """Return powers 0 to ``most`` of numbers (m,), (m, most + 1)."""
+    found = np.ones((len(base), most + 1))
+    for power in range(1, most + 1):
+        np.multiply(found[:, power - 1], base, out=found[:, power])
     return found

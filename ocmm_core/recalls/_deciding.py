@@ -6,7 +6,8 @@ from datetime import UTC, datetime
 
 import msgspec
 
-from ocmm_core.archive import Archive, MarkRow
+from ocmm_core.archive.records import MarkRow
+from ocmm_core.archive.stores import Archive
 from ocmm_core.calibration.records import seal
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.archive import Outcome, RecalledJob, RecallRecord, headline

@@ -15,7 +15,8 @@ from functools import partial
 from pathlib import Path
 
 from ocmm_core import __version__
-from ocmm_core.archive import Archive, JobRecord, open_archive
+from ocmm_core.archive.records import JobRecord
+from ocmm_core.archive.stores import Archive, open_archive
 from ocmm_core.cluster import HERE, Site
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive import (

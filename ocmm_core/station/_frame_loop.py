@@ -15,6 +15,7 @@ from ocmm_core.acquisition.frames import (
     RingHeaderField,
     read_status,
 )
+from ocmm_core.acquisition.recording import FrameHistory
 from ocmm_core.camera import Rig
 from ocmm_core.measuring import PointOptions, Touch, TouchCollector
 from ocmm_core.station._faults import StationFaults
@@ -101,6 +102,8 @@ class FrameLoop:
         Ends the loop when it is set, by whomever.
     recorder
         Gets every raw frame.
+    history
+        Keeps the last of them in memory.
     """
 
     def __init__(
@@ -117,8 +120,9 @@ class FrameLoop:
         faults: StationFaults,
         halt: threading.Event,
         recorder: FrameSink | None = None,
+        history: FrameHistory | None = None,
     ) -> None:
-        self._ring = ring
+        self._ring, self._history = ring, history
         self._rig, self._body, self._reference = rig, body, reference
         self._tracking, self._point = tracking, point
         self._step, self._faults, self._recorder = step, faults, recorder
@@ -192,6 +196,8 @@ class FrameLoop:
             self._drained.set()
 
     def _feed(self, block: FrameBlock) -> None:
+        if self._history is not None:
+            self._history.append(block)
         if self._recorder is not None:
             try:
                 self._recorder.append(block)

@@ -17,13 +17,16 @@ from ocmm_core.inspection.evaluation import LiveView, ReferenceView, StatusWord
 from ocmm_core.measuring import PointOptions, explain, point_uncertainty
 from ocmm_core.station._bus_watch import SILENCE_S, BusWatch
 from ocmm_core.station._reference_watch import judge_reference, reference_view
+from ocmm_core.station.coaching import ProbeNow
 from ocmm_core.tracking import (
     FrameStatus,
     ProbeBody,
     ReferenceBody,
+    TipSensitivity,
     TrackBlock,
     TrackingPipeline,
     in_rig,
+    relative_sensitivities,
     relative_sensitivity,
     tip_sensitivity,
 )
@@ -33,6 +36,9 @@ _STALE_S = 0.3
 
 _SHOWN_FRAMES = 80
 """The live position is the mean of so many latest frames, 10 ms at 8 kHz."""
+
+_SEEN_SHARE = 0.5
+"""A spot that is there in fewer of these frames is not seen: it flickers at the rim of its cone."""
 
 _UNCERTAINTY_EVERY_S = 0.2
 """The uncertainty of the live tip changes slowly, costs milliseconds, and nobody reads it more
@@ -150,6 +156,46 @@ class LiveState:
             slot_references=self._references,
             reference=self._reference_view,
             faults=faults,
+        )
+
+    def probe_now(self) -> ProbeNow | None:
+        """Return how the probe was seen last, for the coach (any thread).
+
+        None before the first frame and where tracking lags or is silent: that is another trouble.
+        """
+        track, latest = self._track, self._last_good
+        if track is None or time.monotonic() - self._fed_at > _STALE_S:
+            return None
+        status = FrameStatus(int(track.status[-1]))
+        recent = track.uv[-_SHOWN_FRAMES:, ..., 0]
+        seen = np.isfinite(recent).mean(axis=0) >= _SEEN_SHARE
+        named = status is not FrameStatus.UNIDENTIFIED
+        lost = status is FrameStatus.LOST or not named
+        if latest is None:
+            return ProbeNow(False, lost, named, seen, None, None, None)
+        good, frame = latest
+        own = in_rig(good)
+        spots = good.uv[frame]
+        sensitivities = None
+        reference, rig, body = good.reference, self._rig, self._body
+        if self._reference is not None and reference is not None and reference.home is not None:
+            home, about, leds = reference.home, self._reference, reference.body.uv[frame]
+
+            def relative(uv: Float) -> tuple[TipSensitivity, ...]:
+                there = np.repeat(leds[None], len(uv), axis=0)
+                return relative_sensitivities(uv, there, home, rig, body, about)
+
+            sensitivities = relative
+        is_good = status is FrameStatus.OK
+        return ProbeNow(
+            is_good,
+            lost,
+            named,
+            np.isfinite(spots[..., 0]) if is_good else seen,
+            own.rotation_world_from_probe[frame],
+            own.tip_world[frame],
+            spots,
+            sensitivities,
         )
 
     def failed(

@@ -16,6 +16,7 @@ from functools import partial
 
 from ocmm_core.acquisition.bus_process import Acquisition, ChildProcess, RemoteObjects
 from ocmm_core.acquisition.frames import FrameRing
+from ocmm_core.acquisition.recording import FrameHistory
 from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.station._bus_watch import BusWatch
@@ -32,6 +33,7 @@ from ocmm_core.station._open_job import CurrentJob, Gear, PartLoader, PlanInUse,
 from ocmm_core.station._options import StationOptions
 from ocmm_core.station._reports import Reports
 from ocmm_core.station._touches import TouchTaker
+from ocmm_core.station.coaching import CoachWatch
 from ocmm_core.station.stream import StreamServer
 from ocmm_core.storage import JobFile
 
@@ -57,6 +59,8 @@ class MeasuringStation:
         See `StationOptions`.
     recorder
         Gets every raw frame; closed by `close`.
+    history
+        Keeps the last of them in memory, for support.
     """
 
     def __init__(
@@ -69,7 +73,10 @@ class MeasuringStation:
         ring: FrameRing,
         options: StationOptions,
         recorder: FrameSink | None = None,
+        history: FrameHistory | None = None,
     ) -> None:
+        self.history = history
+        """The last raw frames; None where none are kept."""
         self._acquisition, self._ring, self._recorder = acquisition, ring, recorder
         # What is said about results depends on how their poses were computed.
         session = replace(options.session, method=options.tracking.method)
@@ -98,6 +105,10 @@ class MeasuringStation:
         """What is measured with, and how far it can be trusted."""
         self.maintenance = StationMaintenance(current, watch, bus, gear.rig.name, faults, events)
         """What a maintenance technician does."""
+        self.coach = CoachWatch(
+            gear.rig, gear.body, live, failed=lambda error: faults.note(error, "The coach")
+        )
+        """Which turn of the probe would better its ball, or what to do while it is lost."""
         self.looks = Looks(ring, live, bus, instruments, faults)
         """Live values, acquisition and bus."""
         self._frames = frames = FrameLoop(
@@ -114,6 +125,7 @@ class MeasuringStation:
             faults=faults,
             halt=halt,
             recorder=recorder,
+            history=history,
         )
         self.job = StationJob(current, self.looks, frames, faults, events)
         """The job that is measured, and what an inspector does with it."""
@@ -171,6 +183,8 @@ class MeasuringStation:
             return
         self.request_stop()
         self._parts.close()
+        if not self.coach.close(_STOP_S):
+            _log.error("The coach did not end within %s s.", _STOP_S)
         if not self.join(_STOP_S):
             _log.error("The acquisition did not end within %s s.", _STOP_S)
         if self.stream is not None and not self.stream.close():

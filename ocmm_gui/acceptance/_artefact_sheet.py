@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Literal, cast
+from typing import Literal, TypeVar, cast
 
 from PySide6.QtWidgets import QHeaderView
 
@@ -15,6 +15,7 @@ from ocmm_core.composition import AcceptanceBench
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
 from ocmm_core.export.certificate import artefact_fields, read_dcc
+from ocmm_core.failure import contained
 from ocmm_gui.acceptance._artefact_form import ArtefactForm
 from ocmm_gui.acceptance._start_parts import kind_word
 from ocmm_gui.kit import (
@@ -26,6 +27,7 @@ from ocmm_gui.kit import (
     PathPanel,
     Teller,
     Theme,
+    Worker,
     WorkSheet,
     day_words,
     later,
@@ -35,6 +37,10 @@ from ocmm_gui.kit import (
     tr,
     tr_all,
 )
+
+T = TypeVar("T")
+_Register = tuple[tuple[ArtefactEntry, ...], dict[str, tuple[tuple[str, str], ...]]]
+"""Entries, and for each the procedures with why it is refused."""
 
 _KEYS = (
     ActionInfo("new", later("New"), later("Empty the fields"), ("F6",)),
@@ -93,6 +99,10 @@ class ArtefactSheet(WorkSheet):
         self._theme = THEMES[DEFAULT_THEME]
         self._entries: tuple[ArtefactEntry, ...] = ()
         self._refused: dict[str, tuple[tuple[str, str], ...]] = {}
+        # Every line of the register is read with its hash, and calibrations with their findings.
+        self._register = Worker("ocmm-artefacts", self)
+        self._asked = 0
+        self._doing = 0
         self.table = NumberTable(tr("Register of artefacts"), tr_all(_COLUMNS), whole=False)
         self.table.setFont(text_font(14))
         self.table.setWordWrap(False)
@@ -128,8 +138,17 @@ class ArtefactSheet(WorkSheet):
 
     def open(self) -> None:
         """Show what is in the register now."""
-        self.attempt(self._read_register)
+        self._read_register()
         self.table.setFocus()
+
+    def close_work(self) -> None:
+        """Give up what is read; call it before the window goes."""
+        super().close_work()
+        self._register.close(0.0)
+
+    def is_reading(self) -> bool:
+        """Return whether the register is read or written; for tests."""
+        return self._doing > 0
 
     def read(self, path: Path) -> None:
         """Fill in what a certificate states; the window stays free."""
@@ -147,9 +166,12 @@ class ArtefactSheet(WorkSheet):
 
     def store(self) -> None:
         """Add what is filled in; an id that is there takes the newer certificate."""
+        entry = self.attempt(lambda: typed_entry(self.form.texts()))
+        if entry is None:
+            return
+        who, now = self._who(), self._clock()
 
-        def add() -> ArtefactEntry:
-            entry = typed_entry(self.form.texts())
+        def add() -> None:
             register = self._bench.artefacts()
             known = register.entries.get(entry.id)
             if known is not None and known.certificate == entry.certificate:
@@ -157,16 +179,18 @@ class ArtefactSheet(WorkSheet):
                     "artefact.taken", f"'{entry.id}' with certificate {entry.certificate} is there "
                     "already.", "Give its new certificate, or another id.",
                 )  # fmt: skip
-            register.add(entry, self._who(), self._clock(), replace=known is not None)
-            return entry
+            register.add(entry, who, now, replace=known is not None)
 
-        entry = self.attempt(add)
-        if entry is not None:
+        def done(_none: None) -> None:
             self.told.emit(
                 tr("Stored: {id}, due {due}.").format(id=entry.id, due=day_words(entry.due_utc))
             )
-            self.form.clear()
+            # What was typed meanwhile is another artefact.
+            if self.form.texts()["id"].strip() == entry.id:
+                self.form.clear()
             self.open()
+
+        self._do(add, done, tr("The register"))
 
     def edit(self) -> None:
         """Fill in the selected artefact."""
@@ -186,10 +210,40 @@ class ArtefactSheet(WorkSheet):
         self._theme = theme
         self._show_reasons()
 
+    def _do(self, call: Callable[[], T], done: Callable[[T], None], reading: str) -> None:
+        """Carry out something with the register beside the window; what fails is told."""
+        self._doing += 1
+
+        def finish(answer: T) -> None:
+            self._doing -= 1
+            done(answer)
+
+        def fail(error: Exception) -> None:
+            self._doing -= 1
+            self.say(tr("Failed; the previous result is still shown."))
+            self.failed.emit(contained(error, reading, tr("Nothing was changed.")))
+
+        self._register.do(call, finish, fail)
+
     def _read_register(self) -> None:
         now = self._clock()
-        self._entries = tuple(self._bench.artefacts().entries.values())
-        self._refused = {one.id: self._bench.refused_for(one, now) for one in self._entries}
+        self._asked += 1
+        asked = self._asked
+        self.say(tr("Reading the register"))
+
+        def read() -> _Register:
+            entries = tuple(self._bench.artefacts().entries.values())
+            return entries, {one.id: self._bench.refused_for(one, now) for one in entries}
+
+        def done(found: _Register) -> None:
+            # Asked again meanwhile: a later answer comes.
+            if asked == self._asked:
+                self._entries, self._refused = found
+                self._show_register()
+
+        self._do(read, done, tr("The register"))
+
+    def _show_register(self) -> None:
         self.table.setRowCount(len(self._entries))
         for row, one in enumerate(self._entries):
             refused = [name for name, why in self._refused[one.id] if why]
@@ -225,13 +279,15 @@ class ArtefactSheet(WorkSheet):
         if entry is None:
             return
 
-        def remove() -> bool:
-            self._bench.artefacts().remove(entry.id, self._who(), self._clock())
-            return True
+        who, now = self._who(), self._clock()
 
-        if self.attempt(remove):
+        def done(_none: None) -> None:
             self.told.emit(tr("Removed: {id}. Its lines stay in the file.").format(id=entry.id))
             self.open()
+
+        self._do(
+            lambda: self._bench.artefacts().remove(entry.id, who, now), done, tr("The register")
+        )
 
     def _show(self, answer: object) -> None:
         if isinstance(answer, dict):

@@ -15,6 +15,7 @@ from ocmm_core.acceptance import (
     GuidedAcceptanceView,
     OpenTest,
     ProcedureOffer,
+    RoomAir,
 )
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.composition import AcceptanceBench, Conditions
@@ -83,6 +84,7 @@ class AcceptanceDesk(GuidedStack):
         # Every session is read with its hashes, and the disk may be slow.
         self._lists = Worker("ocmm-tests-open", self)
         self._asked = self._chosen = 0
+        self._making = False
         self.start = AcceptanceStart()
         self.addWidget(self.start)
         self.start.chosen.connect(self._choose)
@@ -141,6 +143,11 @@ class AcceptanceDesk(GuidedStack):
 
         self._lists.do(lambda: self.bench.unfinished(now), done, failed)
 
+    def leave(self) -> None:
+        """End what runs, or is being made ready, and give the window back."""
+        self._asked += 1
+        super().leave()
+
     def close_work(self) -> None:
         """End what runs and read no more lists; call it before the window goes."""
         self.close_runner()
@@ -176,11 +183,12 @@ class AcceptanceDesk(GuidedStack):
         self._lists.do(read, done, failed)
 
     def _begin(self) -> None:
-        self._run(self._begun)
+        self._make(self._wanted_test)
 
-    def _begun(self) -> AcceptanceProcedure:
+    def _wanted_test(self) -> Callable[[], AcceptanceProcedure]:
+        """Return what begins the test that is filled in."""
         start = self.start
-        if start.row() < 0:
+        if not 0 <= start.row() < len(self.procedures):
             raise InputError("acceptance.none", "No procedure chosen.", "Choose one.")
         offer, chosen = self.procedures[start.row()], start.artefact()
         if chosen is not None and chosen.refusal:
@@ -188,9 +196,10 @@ class AcceptanceDesk(GuidedStack):
         given = Conditions(
             who=start.value("who"), place=start.value("place"), customer=start.value("customer"),
             condition=start.chosen_condition(), temperature_c=self._temperature(),
+            air=RoomAir.read(start.value("humidity"), start.value("pressure")),
         )  # fmt: skip
-        used = () if chosen is None else (chosen.used,)
-        return self.bench.begin(offer, used, given, self._clock())
+        used, now = () if chosen is None else (chosen.used,), self._clock()
+        return lambda: self.bench.begin(offer, used, given, now)
 
     def _temperature(self) -> float:
         celsius = temperature(self.start.value("temperature"))
@@ -202,14 +211,43 @@ class AcceptanceDesk(GuidedStack):
         return celsius
 
     def _resume(self, path: Path) -> None:
-        self._run(lambda: self.bench.resume(path, self._temperature()))
+        def wanted() -> Callable[[], AcceptanceProcedure]:
+            celsius = self._temperature()
+            return lambda: self.bench.resume(path, celsius)
 
-    def _run(self, make: Callable[[], AcceptanceProcedure]) -> None:
+        self._make(wanted)
+
+    def _make(self, wanted: Callable[[], Callable[[], AcceptanceProcedure]]) -> None:
+        """Make a test ready beside the window: records, spots and documents are read for it."""
+        if self._making:
+            # Pressed twice: one test is enough.
+            return
         try:
-            procedure = make()
+            make = wanted()
         except OcmmError as error:
             self.start.show_trouble(said(f"{error.what} {error.remedy}".strip()))
             return
+        self.start.show_trouble("")
+        self.start.show_starting(tr("Preparing the test"))
+        self._making = True
+        asked = self._asked
+
+        def done(procedure: AcceptanceProcedure) -> None:
+            self._making = False
+            self.start.show_starting("")
+            # Who left meanwhile finds it among those that can go on.
+            if asked == self._asked and self.currentWidget() is self.start:
+                self._run(procedure)
+
+        def failed(error: Exception) -> None:
+            self._making = False
+            self.start.show_starting("")
+            told = contained(error, tr("The test"), tr("Nothing was changed."))
+            self.start.show_trouble(said(f"{told.what} {told.remedy}".strip()))
+
+        self._lists.do(make, done, failed)
+
+    def _run(self, procedure: AcceptanceProcedure) -> None:
         driver = WizardDriver(
             procedure, self._tap_of(procedure), DirectCalculation(procedure), clock=self._clock
         )

@@ -57,6 +57,10 @@ _FIELDS = (
     ("place", later("Place"), later("Where the test is made; may be empty")),
     ("customer", later("Customer"), later("For whom; empty for the laboratory itself")),
 )
+_AIR = (
+    ("humidity", later("Humidity, %"), later("Of the air; may be empty")),
+    ("pressure", later("Pressure, hPa"), later("Of the air; may be empty")),
+)
 _CONDITIONS = (
     (later("as found"), "as found"),
     (later("after adjustment"), "after adjustment"),
@@ -224,6 +228,17 @@ class AcceptanceStart(QWidget):
         """Return the state of the machine, as a record says it."""
         return _CONDITIONS[self.condition.currentIndex()][1]
 
+    def show_starting(self, text: str) -> None:
+        """Show that a test is being made ready; an empty text says that it is not any more."""
+        # The list keeps the keyboard: Escape leaves at any moment.
+        self.begin_button.setEnabled(not text)
+        if text:
+            self.resume_button.setEnabled(False)
+            self.note.setText(text)
+        else:
+            self._show_artefact()
+            self._show_open()
+
     def show_trouble(self, text: str) -> None:
         """Show why a test could not begin or go on; an empty text takes it away."""
         self.trouble.setText(text)
@@ -267,6 +282,17 @@ class AcceptanceStart(QWidget):
         self.limits.setStyleSheet(f"color: {self._theme.muted};")
         self.trouble.setStyleSheet(f"color: {self._theme.bad}; font-weight: bold;")
 
+    def _field(self, key: str, label: str, tip: str) -> HintField:
+        field = HintField()
+        field.setObjectName(key)
+        field.setAccessibleName(tr(label))
+        field.setAccessibleDescription(tr(tip))
+        field.setToolTip(literal(tr(tip)))
+        field.setPlaceholderText(tr(tip))
+        field.setFont(text_font(15))
+        self.fields[key] = field
+        return field
+
     def _lay_out(self, title: QWidget) -> None:
         left = QVBoxLayout()
         left.setSpacing(6)
@@ -276,18 +302,22 @@ class AcceptanceStart(QWidget):
         form.setHorizontalSpacing(12)
         form.setVerticalSpacing(6)
         for row, (key, label, tip) in enumerate(_FIELDS):
-            field = HintField()
-            field.setObjectName(key)
-            field.setAccessibleName(tr(label))
-            field.setAccessibleDescription(tr(tip))
-            field.setToolTip(literal(tr(tip)))
-            field.setPlaceholderText(tr(tip))
-            field.setFont(text_font(15))
-            self.fields[key] = field
+            field = self._field(key, label, tip)
             form.addWidget(caption_of(tr(label), field), row, 0)
             form.addWidget(field, row, 1)
-        form.addWidget(caption_of(tr("Condition"), self.condition), len(_FIELDS), 0)
-        form.addWidget(self.condition, len(_FIELDS), 1)
+        # Both in one row: few read them off, and the list of artefacts needs the room.
+        air = QHBoxLayout()
+        air.setSpacing(8)
+        (first, named, first_tip), (second, other, second_tip) = _AIR
+        humidity = self._field(first, named, first_tip)
+        air.addWidget(humidity)
+        pressure = self._field(second, other, second_tip)
+        air.addWidget(caption_of(tr(other), pressure))
+        air.addWidget(pressure)
+        form.addWidget(caption_of(tr(named), humidity), len(_FIELDS), 0)
+        form.addLayout(air, len(_FIELDS), 1)
+        form.addWidget(caption_of(tr("Condition"), self.condition), len(_FIELDS) + 1, 0)
+        form.addWidget(self.condition, len(_FIELDS) + 1, 1)
         right = QVBoxLayout()
         right.setSpacing(6)
         right.addWidget(caption_of(tr("Artefact"), self.artefacts))

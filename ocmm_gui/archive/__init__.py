@@ -3,8 +3,10 @@
 In: an archive and an outbox by the settings. Out: answers as a table and a chart, exported files.
 
 Read `_archive_sheet` (the page), `_asking` (what the process beside the window does),
-`_answer_table` (a table of any columns). The window computes nothing: questions are those of
-`ocmm_core.archive`. It must not know results, operator or Maintain.
+`_answer_table` (a table of any columns); then `_recall_panel`, `_recalling` and `_recall_table` (a
+recall of all archived jobs), `_labelled` and `_sheet_texts` (fields and words). The window
+computes nothing: questions are those of `ocmm_core.archive`, recalls those of `ocmm_core.recalls`.
+It must not know results, operator or Maintain.
 """
 
 from __future__ import annotations
@@ -16,7 +18,13 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_gui.archive._archive_sheet import ArchiveSheet
     from ocmm_gui.archive._asking import Asking
+    from ocmm_gui.archive._recall_table import RecallTable, mark_of
 else:
-    __getattr__ = door(__name__, _archive_sheet="ArchiveSheet", _asking="Asking")
+    __getattr__ = door(
+        __name__,
+        _archive_sheet="ArchiveSheet",
+        _asking="Asking",
+        _recall_table="RecallTable mark_of",
+    )
 
-__all__ = ["ArchiveSheet", "Asking"]
+__all__ = ["ArchiveSheet", "Asking", "RecallTable", "mark_of"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QTableWidgetItem
 
-from ocmm_core.archive import ArchiveAnswer
+from ocmm_core.archive.questions import ArchiveAnswer
 from ocmm_core.tolerances.decisions import PartWord, Verdict
 from ocmm_gui.kit import DataTable, Theme, digit_font, localised, said_word, tr
 

@@ -1,4 +1,4 @@
-"""The Archive page: choose a question, say what it is about, look at the answer, export it."""
+"""The Archive page: a question and its answer, or a recall of all archived jobs."""
 
 from __future__ import annotations
 
@@ -7,60 +7,30 @@ from datetime import date
 from pathlib import Path
 
 from PySide6.QtCore import QStringListModel, Qt
-from PySide6.QtWidgets import QCompleter, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCompleter, QHBoxLayout, QVBoxLayout, QWidget
 
-from ocmm_core.archive import (
-    QUESTIONS,
-    USES,
-    ArchiveAnswer,
-    ArchivePlace,
-    Asked,
-    HandOver,
-    export_answer,
-)
+from ocmm_core.archive.outbox import ArchivePlace, HandOver
+from ocmm_core.archive.questions import QUESTIONS, ArchiveAnswer, Asked, export_answer
+from ocmm_core.archive.records import USES
 from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.inspection.archive import RecallRecord
 from ocmm_gui.archive._answer_table import AnswerTable
 from ocmm_gui.archive._asking import Answered, Asking
+from ocmm_gui.archive._labelled import labelled
+from ocmm_gui.archive._recall_panel import RecallPanel
+from ocmm_gui.archive._sheet_texts import FIELDS, KEYS, TITLES
 from ocmm_gui.charts import TrendChart
 from ocmm_gui.kit import (
-    ActionInfo,
     ChoiceBox,
     FormField,
     PathPanel,
     Theme,
     WorkSheet,
-    caption,
     form_field,
-    later,
     sentence_label,
     tr,
 )
 
-_KEYS = (
-    ActionInfo("ask", later("Ask"), later("Ask the archive"), ("F8",)),
-    ActionInfo("next", later("Next question"), later("Choose the next question"), ("F6",)),
-    ActionInfo(
-        "export", later("Export"), later("Write the table to a file, .csv or .parquet"), ("F7",)
-    ),
-    ActionInfo("stop", later("Stop"), later("Stop asking; what is shown stays"), ("F9",)),
-)
-_TITLES = {
-    "today": later("What was measured"),
-    "trend": later("Trend of a characteristic"),
-    "used": later("Which jobs used this"),
-    "cpk": later("Cpk by month"),
-    "passed": later("Who passed what"),
-    "rr": later("R&R over stations"),
-}
-_FIELDS = (
-    ("part", later("Part"), later("name of the part")),
-    ("characteristic", later("Characteristic"), later("as in the plan")),
-    ("what", later("What"), later("hash, serial number or name")),
-    ("operator", later("Operator"), later("empty: all")),
-    ("station", later("Station"), later("empty: all")),
-    ("first", later("From"), later("day, e.g. 2026-11-26; empty: today")),
-    ("last", later("To"), later("day; empty: the same")),
-)
 _MOST_NOTES = 5
 
 
@@ -78,25 +48,25 @@ class ArchiveSheet(WorkSheet):
     def __init__(
         self, place: Callable[[], ArchivePlace | None], folder: Callable[[], Path]
     ) -> None:
-        super().__init__(tr("Archive"), _KEYS, tr("Asking the archive"))
+        super().__init__(tr("Archive"), KEYS, tr("Asking the archive"))
         self._place, self._proposed = place, folder
         self._answer: ArchiveAnswer | None = None
         self.question = ChoiceBox(
             tr("Question"), tr("What is asked of the archive"),
-            [tr(_TITLES[one.name]) for one in QUESTIONS],
+            [tr(TITLES[one.name]) for one in QUESTIONS],
         )  # fmt: skip
         self.kind = ChoiceBox(tr("Kind"), tr("What was used"), USES)
         self.fields: dict[str, FormField] = {}
         self._holders: dict[str, QWidget] = {}
         row = QHBoxLayout()
         row.setSpacing(10)
-        row.addWidget(_holder(caption(tr("Question"), self.question), self.question))
-        self._holders["kind"] = _holder(caption(tr("Kind"), self.kind), self.kind)
+        row.addWidget(labelled(tr("Question"), self.question))
+        self._holders["kind"] = labelled(tr("Kind"), self.kind)
         row.addWidget(self._holders["kind"])
-        for key, name, tip in _FIELDS:
+        for key, name, tip in FIELDS:
             field = form_field(tr(name), tr(tip))
             self.fields[key] = field
-            self._holders[key] = _holder(caption(tr(name), field), field)
+            self._holders[key] = labelled(tr(name), field)
             row.addWidget(self._holders[key], 1)
         self._parts, self._characteristics = QStringListModel(), QStringListModel()
         for key, model in (("part", self._parts), ("characteristic", self._characteristics)):
@@ -115,18 +85,31 @@ class ArchiveSheet(WorkSheet):
         middle.setSpacing(10)
         middle.addWidget(self.table, 55)
         middle.addWidget(self.chart, 45)
-        self.body.addLayout(row)
+        self.recall, self._asking = RecallPanel(), QWidget()
+        asking = QVBoxLayout(self._asking)
+        asking.setContentsMargins(0, 0, 0, 0)
+        asking.addLayout(row)
+        asking.addLayout(middle, 1)
+        asking.addWidget(self.notes)
         self.body.addWidget(self.target)
         self.body.addWidget(self.working)
-        self.body.addLayout(middle, 1)
-        self.body.addWidget(self.notes)
+        self.body.addWidget(self._asking, 1)
+        self.body.addWidget(self.recall, 1)
+        self.recall.hide()
         self.body.addWidget(self.standing)
         self.question.currentIndexChanged.connect(lambda _index: self._show_fields())
         self.fields["part"].textChanged.connect(lambda _text: self._offer())
         self.target.given.connect(self._write)
         self._known: tuple[tuple[str, str], ...] = ()
         self.use_keys(
-            {"ask": self.ask, "next": self._next, "export": self.export, "stop": self.stop},
+            {
+                "ask": self.ask,
+                "next": self._next,
+                "export": self.export,
+                "stop": self.stop,
+                "recall": self.turn_to_recall,
+                "store": self.store,
+            },
             primary="ask",
         )
         self._show_fields()
@@ -137,9 +120,15 @@ class ArchiveSheet(WorkSheet):
         self.ask()
 
     def ask(self) -> None:
-        """Ask the chosen question; the window stays free."""
+        """Ask the chosen question, or recall; the window stays free."""
         place = self._place_now()
         if place is None:
+            return
+        if self._recalls():
+            work = self.attempt(lambda: self.recall.work(place))
+            if work is not None:
+                self._begin(tr("Recalculating the jobs"), work)
+                self.say(tr("Checks the archived jobs. Nothing is changed."))
             return
         asked = self.attempt(self._asked)
         if asked is None:
@@ -153,11 +142,37 @@ class ArchiveSheet(WorkSheet):
             self.fields[missing[0]].setFocus()
 
     def export(self) -> None:
-        """Ask where the table of what is shown goes."""
+        """Ask where the table, or the recall, that is shown goes."""
+        if self._recalls():
+            if self.recall.record is None:
+                self.say(tr("Recall first (F8): there are no pages yet."))
+                return
+            day = self.recall.record.made_utc[:10]
+            self.target.ask(self._proposed() / f"recall-{day}.pdf")
+            return
         if self._answer is None:
             self.say(tr("Ask first (F8): there is no table yet."))
             return
         self.target.ask(self._proposed() / "archive.csv")
+
+    def turn_to_recall(self) -> None:
+        """Turn to the recall, or back to the questions."""
+        recalls = not self._recalls()
+        self.target.hide()
+        self._asking.setVisible(not recalls)
+        self.recall.setVisible(recalls)
+        (self.recall.finding if recalls else self.question).setFocus()
+        if recalls:
+            self.say(tr("Choose what was found wrong, then recall (F8). Nothing is changed."))
+
+    def store(self) -> None:
+        """Store the recall that is shown, in the name that was given."""
+        if not self._recalls():
+            self.say(tr("Turn to the recall first (F10)."))
+            return
+        work = self.attempt(self.recall.storing)
+        if work is not None:
+            self._begin(tr("Storing the recall"), work)
 
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""
@@ -165,12 +180,21 @@ class ArchiveSheet(WorkSheet):
         self.chart.set_theme(theme)
         self.question.set_theme(theme)
         self.kind.set_theme(theme)
+        self.recall.set_theme(theme)
 
     def show_standing(self, standing: HandOver) -> None:
         """Show how the hand-over stands, in words of the core."""
         self.standing.setText(standing.line or tr("Everything measured here is in the archive."))
 
+    def _recalls(self) -> bool:
+        # Also before the page itself is on the screen.
+        return not self.recall.isHidden()
+
     def _show(self, answer: object) -> None:
+        if isinstance(answer, RecallRecord):
+            self.say(self.recall.show_record(answer))
+        elif isinstance(answer, Path):
+            self.say(tr("Recall written to {path}.").format(path=answer))
         if not isinstance(answer, Answered):
             return
         self._known = answer.parts
@@ -194,9 +218,14 @@ class ArchiveSheet(WorkSheet):
             self.table.selectRow(0)
 
     def _write(self, path: Path) -> None:
+        self.target.hide()
+        if self._recalls():
+            work = self.attempt(lambda: self.recall.writing(path))
+            if work is not None:
+                self._begin(tr("Creating the pages"), work)
+            return
         if self._answer is None:
             return
-        self.target.hide()
         try:
             export_answer(self._answer, path)
         except OcmmError as error:
@@ -205,6 +234,8 @@ class ArchiveSheet(WorkSheet):
         self.say(tr("Table written to {path}.").format(path=path))
 
     def _next(self) -> None:
+        if self._recalls():
+            self.turn_to_recall()
         self.question.setCurrentIndex((self.question.currentIndex() + 1) % self.question.count())
         self.ask()
 
@@ -237,16 +268,6 @@ class ArchiveSheet(WorkSheet):
         if place is None:
             self.say(tr("The archive is off. Turn it on in Settings (Ctrl+,)."))
         return place
-
-
-def _holder(label: QLabel, field: QWidget) -> QWidget:
-    holder = QWidget()
-    layout = QVBoxLayout(holder)
-    layout.setContentsMargins(0, 0, 0, 0)
-    layout.setSpacing(2)
-    layout.addWidget(label)
-    layout.addWidget(field)
-    return holder
 
 
 def _day(text: str) -> date | None:

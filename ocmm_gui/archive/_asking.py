@@ -5,16 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from ocmm_core.archive import (
-    QUESTIONS,
-    ArchiveAnswer,
-    ArchivePlace,
-    Asked,
-    HandOver,
-    hand_over,
-    open_archive,
-    parts,
-)
+from ocmm_core.archive.outbox import ArchivePlace, HandOver, hand_over
+from ocmm_core.archive.questions import QUESTIONS, ArchiveAnswer, Asked, parts
+from ocmm_core.archive.stores import open_archive
 from ocmm_gui.kit import Tell, later
 
 

@@ -15,6 +15,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.evaluation import JobView, withdrawn
 from ocmm_core.measuring import MeasuredPoint, Refusal
 from ocmm_core.station import MeasuringStation
+from ocmm_core.station.coaching import CoachView
 from ocmm_gui.bridge._commands import CommandQueue, ShownJob
 from ocmm_gui.bridge._evaluator import Evaluator
 from ocmm_gui.bridge._job_change import JobChangeCommands
@@ -52,6 +53,8 @@ class StationBridge(QObject):
     """Emits the `MeasuredPoint` that was accepted."""
     point_refused = Signal(object)
     """Emits the `Refusal` of a touch."""
+    coach_changed = Signal(object)
+    """Emits the `CoachView` that stands beside the readout, when it looks otherwise."""
     plan_changed = Signal()
     """Another plan is measured now; emitted before the first `job_changed` of it."""
     evaluating = Signal(bool)
@@ -64,6 +67,7 @@ class StationBridge(QObject):
     _taken_elsewhere = Signal(object)
     _refused_elsewhere = Signal(object)
     _failed_elsewhere = Signal(object)
+    _coach_elsewhere = Signal(object)
 
     def __init__(self, station: MeasuringStation, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -89,6 +93,7 @@ class StationBridge(QObject):
         self._taken_elsewhere.connect(self.point_taken, queued)
         self._refused_elsewhere.connect(self.point_refused, queued)
         self._failed_elsewhere.connect(self.failed, queued)
+        self._coach_elsewhere.connect(self.coach_changed, queued)
         # Fits and uncertainties cost neither the window its time nor the thread that tracks.
         self._evaluator = Evaluator(
             station.job.view, self._changed_elsewhere.emit, self._on_not_evaluated
@@ -98,6 +103,7 @@ class StationBridge(QObject):
         station.events.point_taken.connect(self._on_taken, priority=1)
         station.events.point_refused.connect(self._on_refused, priority=1)
         station.faults.failed.connect(self._on_failed, priority=1)
+        station.coach.changed.connect(self._on_coach)
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.setInterval(LIVE_MS)
@@ -106,6 +112,7 @@ class StationBridge(QObject):
     def start(self) -> None:
         """Start the station and the timer, and send the first snapshots."""
         self._evaluator.start()
+        self.station.coach.start()
         if self._queue.begins:
             # The first touch is meant for the job that is being begun.
             self._queue.ask(
@@ -133,6 +140,7 @@ class StationBridge(QObject):
         self.station.events.point_taken.disconnect(self._on_taken)
         self.station.events.point_refused.disconnect(self._on_refused)
         self.station.faults.failed.disconnect(self._on_failed)
+        self.station.coach.changed.disconnect(self._on_coach)
         until = time.monotonic() + CLOSE_LIMIT_S
         self.station.request_stop()
         # What was asked for before is still done: the file is open until `close` of the station.
@@ -174,6 +182,9 @@ class StationBridge(QObject):
 
     def _on_refused(self, refusal: Refusal) -> None:
         self._refused_elsewhere.emit(refusal)
+
+    def _on_coach(self, view: CoachView) -> None:
+        self._coach_elsewhere.emit(view)
 
     def _on_failed(self, error: OcmmError) -> None:
         self._failed_elsewhere.emit(error)

@@ -4,7 +4,8 @@ In: settings of the core, jobs and plans that lie about. Out: what is to be open
 settings.
 
 Read `_start_page` (what can be begun) in `_start_window` (before there is a station), with
-`_plan_list`; `_settings_page` with `_setting_row`, one a setting;
+`_plan_list`; `_settings_page` with `_setting_row`, one a setting, and
+`_template_preview` (the first page of a report, drawn in another process);
 `_key_list` (keys of the window, to be changed); `_file_browser` (files, beside the measuring);
 `_find_action` (type what you want).
 It loads no numerical library by itself: what needs one is asked for in a thread, behind the page.

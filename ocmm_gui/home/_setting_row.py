@@ -49,6 +49,8 @@ class SettingRow(QObject):
         The setting.
     grid, row
         Where the widgets go.
+    below
+        What is told of the setting stands below it: there is no room at its right.
     """
 
     committed = Signal(str, object)
@@ -58,7 +60,15 @@ class SettingRow(QObject):
     left = Signal()
     """Escape in the field."""
 
-    def __init__(self, spec: SettingSpec, grid: QGridLayout, row: int, parent: QWidget) -> None:
+    def __init__(
+        self,
+        spec: SettingSpec,
+        grid: QGridLayout,
+        row: int,
+        parent: QWidget,
+        *,
+        below: bool = False,
+    ) -> None:
         super().__init__(parent)
         self.spec = spec
         self._shown: Value = spec.default
@@ -103,6 +113,7 @@ class SettingRow(QObject):
         self.told = sentence_label(tr("About {setting}").format(setting=label), 14)
         self.told.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         self.told.setProperty("role", "muted")
+        row = 2 * row if below else row
         grid.addWidget(self.mark, row, 0)
         grid.addWidget(words, row, 1)
         grid.addWidget(editor, row, 2)
@@ -114,7 +125,10 @@ class SettingRow(QObject):
         self.reset = _button("↺", tr("Set {setting} to its default").format(setting=label))
         self.reset.clicked.connect(lambda: self.committed.emit(spec.key, None))
         grid.addWidget(self.reset, row, 4)
-        grid.addWidget(self.told, row, 5)
+        if below:
+            grid.addWidget(self.told, row + 1, 1, 1, 4)
+        else:
+            grid.addWidget(self.told, row, 5)
 
     def show_value(self, loaded: LoadedSettings, *, in_job: bool) -> None:
         """Show what holds, where it comes from, and what the default is."""

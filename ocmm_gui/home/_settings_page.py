@@ -31,6 +31,7 @@ from ocmm_core.settings import (
 from ocmm_gui.home._file_browser import FileBrowser, Wanted
 from ocmm_gui.home._key_list import KeyList
 from ocmm_gui.home._setting_row import HIGH_PX, SettingRow
+from ocmm_gui.home._template_preview import TemplatePreview
 from ocmm_gui.kit import (
     ActionInfo,
     NarrowButton,
@@ -49,6 +50,8 @@ _APPLY = ActionInfo(
     ("F8",),
 )  # fmt: skip
 _NOTES_SHOWN = 4
+_HEAD = "report"
+"""The section that has a preview of what it makes."""
 
 
 class SettingsPage(Sheet):
@@ -77,6 +80,7 @@ class SettingsPage(Sheet):
         self.notes = sentence_label(tr("What was not used"), 15)
         self.notes.setProperty("role", "warn")
         self.rows: dict[str, SettingRow] = {}
+        self.preview = TemplatePreview()
         self._pages = QStackedWidget()
         self._sections = QButtonGroup(self)
         names = QVBoxLayout()
@@ -89,7 +93,9 @@ class SettingsPage(Sheet):
             button.setFont(text_font(17))
             self._sections.addButton(button, number)
             names.addWidget(button)
-            self._pages.addWidget(self._section(section))
+            self._pages.addWidget(
+                self._with_preview(section) if section == _HEAD else self._section(section)
+            )
         self.keys_list = KeyList()
         self.keys_list.changed.connect(lambda keys: self._commit("window.keys", keys))
         button = NarrowButton(tr("Keys"))
@@ -139,6 +145,8 @@ class SettingsPage(Sheet):
         """Show one section by its place."""
         self._pages.setCurrentIndex(number)
         self._sections.button(number).setChecked(True)
+        if number < len(SECTIONS) and list(SECTIONS)[number] == _HEAD:
+            self._follow_head()
 
     def change(self, key: str, value: Value) -> None:
         """Keep one setting, as its field does."""
@@ -149,8 +157,21 @@ class SettingsPage(Sheet):
         return bool(self._waiting)
 
     def close_work(self) -> None:
-        """Stop reading folders."""
+        """Stop reading folders and drawing pages."""
         self.browser.close_work()
+        self.preview.close_work()
+
+    def _follow_head(self) -> None:
+        """Show the page that reports have now: that of the chosen template, with its head."""
+        self.preview.follow(self.loaded.settings)
+
+    def _with_preview(self, section: str) -> QWidget:
+        both = QWidget()
+        row = QHBoxLayout(both)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self._section(section), 5)
+        row.addWidget(self.preview, 3)
+        return both
 
     def _section(self, section: str) -> QWidget:
         grid = QGridLayout()
@@ -159,13 +180,14 @@ class SettingsPage(Sheet):
         for place, spec in enumerate(one for one in SETTINGS if one.section == section):
             if spec.kind is Kind.KEYS:
                 continue
-            row = SettingRow(spec, grid, place, self)
+            row = SettingRow(spec, grid, place, self, below=section == _HEAD)
             row.committed.connect(self._commit)
             row.browse.connect(self._browse)
             row.left.connect(self.left)
             self.rows[spec.key] = row
         grid.setColumnStretch(2, 3)
-        grid.setColumnStretch(5, 4)
+        if section != _HEAD:
+            grid.setColumnStretch(5, 4)
         grid.setRowStretch(99, 1)
         area = QScrollArea()
         area.setWidgetResizable(True)
@@ -184,8 +206,9 @@ class SettingsPage(Sheet):
             self.told.emit(said(f"{note.what} {note.remedy}"))
         before = self.loaded.values[key]
         self.loaded = self._store.load()
-        if spec_of(key).section == "report":
+        if spec_of(key).section == _HEAD:
             self.attempt(self._use_head)
+            self._follow_head()
         waits = self._reopens and spec_of(key).applies is Applies.REOPEN
         if waits and self.loaded.values[key] != before:
             self._waiting.add(key)

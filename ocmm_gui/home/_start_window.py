@@ -355,7 +355,7 @@ def _warm() -> None:
 
 def _hand_over(settings: Settings) -> str:
     """Return how the hand-over to the archive stands, in a line; empty where all is well."""
-    from ocmm_core.archive import hand_over
+    from ocmm_core.archive.outbox import hand_over
     from ocmm_core.station.archiving import archive_place
 
     place = archive_place(settings=settings)

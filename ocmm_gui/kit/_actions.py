@@ -235,7 +235,15 @@ ACTIONS = (
         mode=None,
     ),
     ActionInfo(
-        "keys", later("Keys"), later("All keyboard shortcuts of the window"), ("Shift+F1",)
+        "keys", later("Keys"), later("All keyboard shortcuts of the window"), ("Ctrl+F1",)
+    ),
+    ActionInfo(
+        "what_to_do", later("What to do if"),
+        later("Symptoms, errors and their remedies, to be searched"), ("Shift+F1",), mode=None,
+    ),
+    ActionInfo(
+        "support", later("Support bundle"),
+        later("Pack what support needs, after showing what is inside"), ("Ctrl+B",), mode=None,
     ),
     ActionInfo(
         "start", later("Home"),

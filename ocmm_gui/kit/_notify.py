@@ -103,6 +103,13 @@ class NoticeCentre(QObject):
         when = datetime.now().astimezone()
         self.post(Notice(Level.ERROR, told.what, told.remedy, detail, when))
 
+    def text(self) -> str:
+        """Return all kept notices with their full text."""
+        return "\n".join(
+            f"{n.when.isoformat()} {n.level.value} {n.what} {n.remedy}\n{n.detail}"
+            for n in list(self._notices)
+        )
+
     def save(self, path: Path) -> None:
         """Write all kept notices with their full text to a file.
 
@@ -111,10 +118,7 @@ class NoticeCentre(QObject):
         StorageError
             The file cannot be written.
         """
-        text = "\n".join(
-            f"{n.when.isoformat()} {n.level.value} {n.what} {n.remedy}\n{n.detail}"
-            for n in list(self._notices)
-        )
+        text = self.text()
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             write_atomic(path, (text or tr("No messages.\n")).encode())

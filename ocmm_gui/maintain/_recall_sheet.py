@@ -10,30 +10,22 @@ from pathlib import Path
 from ocmm_core.errors import InputError
 from ocmm_core.export import write_together
 from ocmm_core.inspection.archive import (
-    COLUMNS,
     KeptPlaces,
-    Outcome,
     RecallRecord,
     checked,
     decide,
     decided,
     headline,
-    job_line,
     not_judged,
     recall,
-    rests_on,
-    row,
     totals,
-    worst_first,
 )
+from ocmm_gui.archive import RecallTable, mark_of
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     ActionInfo,
-    ColouredRow,
-    DataTable,
     FitText,
-    Mark,
     PathPanel,
     Teller,
     Theme,
@@ -42,7 +34,6 @@ from ocmm_gui.kit import (
     mark_colour,
     sentence_label,
     tr,
-    tr_all,
 )
 from ocmm_gui.reports import drawing, pdf_bytes
 
@@ -59,19 +50,6 @@ _KEYS = (
         ("F8",),
     ),
 )  # fmt: skip
-_TIPS = (
-    later("file of the job"),
-    later("as in the plan"),
-    later("value ± U and verdict with the calibration of the job"),
-    later("the same with the calibration its spots support"),
-    later("whether the verdict still holds"),
-    later("and why"),
-)
-_MARKS = {
-    Outcome.HOLDS: Mark.GOOD,
-    Outcome.CHANGES: Mark.BAD,
-    Outcome.UNKNOWN: Mark.DOUBT,
-}
 
 
 _MOST_LINES = 3
@@ -110,44 +88,6 @@ class _Writing:
         tell.commit()
         write_together({self.path: content})
         return self.path
-
-
-class RecallTable(DataTable):
-    """One row a characteristic, the jobs that need somebody first."""
-
-    def __init__(self) -> None:
-        super().__init__(
-            tr("Verdicts of the recall"), tuple(zip(COLUMNS, tr_all(_TIPS), strict=True))
-        )
-        self._record: RecallRecord | None = None
-        self._lines: list[str] = []
-        self._rows = ColouredRow(self)
-        self.setItemDelegate(self._rows)
-
-    def show_record(self, record: RecallRecord) -> None:
-        """Show what a recall found."""
-        self._record = record
-        rows = [(job, one) for job in worst_first(record.jobs) for one in job.characteristics]
-        self._lines = [f"{job_line(job)} {rests_on(job)}" for job, _ in rows]
-        self.setRowCount(len(rows))
-        for at, (job, one) in enumerate(rows):
-            for column, text in enumerate((Path(job.path).stem, *row(one))):
-                colour = mark_colour(self._colours, _MARKS[one.outcome]) if column == 4 else None
-                self._write(at, column, text, colour)
-        self.resizeColumnsToContents()
-        if rows:
-            self.selectRow(0)
-
-    def line(self) -> str:
-        """Return what the chosen row rests on; empty without one."""
-        at = self.currentRow()
-        return self._lines[at] if 0 <= at < len(self._lines) else ""
-
-    def set_theme(self, theme: Theme) -> None:
-        """Write in the colours of ``theme`` from now on."""
-        self._colours = self._rows.theme = theme
-        if self._record is not None:
-            self.show_record(self._record)
 
 
 class RecallSheet(WorkSheet):
@@ -290,11 +230,7 @@ class RecallSheet(WorkSheet):
             self.table.setFocus()
 
     def _show_words(self, record: RecallRecord) -> None:
-        worst = next(
-            (one for one in (Outcome.CHANGES, Outcome.UNKNOWN) if record.count(one)),
-            Outcome.HOLDS,
-        )
-        mark = Mark.DOUBT if record.unread and worst is Outcome.HOLDS else _MARKS[worst]
+        mark = mark_of(record)
         self._headline.show_text(headline(record), mark_colour(self._theme, mark), mark)
         said = (*totals(record), decided(record)) if record.jobs else ()
         self.totals.setText("\n".join((*said, *not_judged(record, _MOST_LINES))))

@@ -23,6 +23,8 @@ PLACES = {
     "CompareSheet": "exports.md#a-batch",
     "ArchiveSheet": "archive.md#questions",
     "RecallSheet": "recall.md#recalculating",
+    "WhatToDoSheet": "help.md#what-to-do-if-shiftf1",
+    "SupportSheet": "help.md#support-bundle-ctrlb",
     # Maintain.
     "BusPage": "wire.md#verdicts",
     "CalibrationPage": "calibrating.md#the-page-of-the-cameras",

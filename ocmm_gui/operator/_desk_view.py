@@ -24,7 +24,10 @@ from ocmm_core.camera import Rig
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.evaluation import FeatureState, JobView, LiveView
 from ocmm_core.inspection.plan import Plan
+from ocmm_core.measuring import Refusal
+from ocmm_core.station.coaching import CoachView
 from ocmm_core.tracking import ProbeBody
+from ocmm_gui.help import CoachPanel
 from ocmm_gui.kit import (
     PlainLabel,
     header_words,
@@ -53,7 +56,9 @@ _TOUCHED_PX = 57
 _PICTURE_PX = (96, 190)
 """Least and greatest height of the picture of the step."""
 _SIDE_PX = 250
-_PANEL_PX = 370
+_PANEL_PX = 410
+_READOUT_SHARE = 56
+"""Of the width, in hundredths; the coach has the rest."""
 
 
 class DeskView(QWidget):
@@ -73,6 +78,7 @@ class DeskView(QWidget):
         self.plan = PlanList()
         self.points = PointView(rig, body, animated=_animated())
         self.readout = Readout()
+        self.coach = CoachPanel()
         self.feature = FeaturePanel()
         self.guidance = Guidance(15)
         self.picture = StepPicture()
@@ -145,6 +151,21 @@ class DeskView(QWidget):
         if self.cameras.isVisible():
             self.cameras.show_live(live)
 
+    def show_coach(self, view: CoachView) -> None:
+        """Show what the coach says."""
+        self.coach.show_coach(view)
+        self.readout.show_remedy(said(view.remedy))
+
+    def show_refusal(self, refusal: Refusal) -> None:
+        """Show for a while why a touch gave no point, and what to do."""
+        self.coach.show_refusal(refusal)
+        self.readout.show_refusal(said(refusal.what), said(refusal.remedy))
+
+    def forget_refusal(self) -> None:
+        """Show what is measured again: a point was taken."""
+        self.coach.forget_refusal()
+        self.readout.forget_refusal()
+
     def show_job(self, job: JobView) -> None:
         """Show the job as it stands."""
         done = sum(feature.state is FeatureState.DONE for feature in job.features)
@@ -204,7 +225,11 @@ class DeskView(QWidget):
         layout = QVBoxLayout(side)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(6)
-        layout.addWidget(self.readout, 1)
+        above = QHBoxLayout()
+        above.setSpacing(6)
+        above.addWidget(self.readout, _READOUT_SHARE)
+        above.addWidget(self.coach, 100 - _READOUT_SHARE)
+        layout.addLayout(above, 1)
         layout.addWidget(self.feature, 3)
         box = QFrame()
         box.setProperty("role", "panel")

@@ -18,8 +18,11 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_core.inspection.evaluation import JobView, LiveView
+from ocmm_core.measuring import Refusal
+from ocmm_core.station.coaching import CoachView
 from ocmm_core.tolerances.decisions import NO_VERDICT, Verdict, VerdictSummary
 from ocmm_gui.charts import ToleranceBar
+from ocmm_gui.help import CoachPanel
 from ocmm_gui.kit import (
     DASHES,
     DEFAULT_THEME,
@@ -91,6 +94,8 @@ class FarView(QWidget):
         self._readout = Readout()
         self._coverage = CoverageView()
         self._ring = TargetRing()
+        self.coach = CoachPanel(far=True)
+        self.coach.hide()
         self._values = {
             key: FitText(tr(name), limit=130, align=right, digits=True, reserve=reserve)
             for key, name, reserve in _VALUES
@@ -118,6 +123,7 @@ class FarView(QWidget):
         pictures = QVBoxLayout()
         pictures.addWidget(self._coverage, 1)
         pictures.addWidget(self._ring, 1)
+        pictures.addWidget(self.coach, 2)
         grid = QGridLayout(self)
         grid.setContentsMargins(24, 4, 24, 12)
         grid.setHorizontalSpacing(28)
@@ -175,7 +181,8 @@ class FarView(QWidget):
         step, point, rest = next_step(job, self._live).partition(". ")
         summary = NO_VERDICT if feature is None or job.shows_part else job.verdict_of(feature.name)
         counted = f"{summary.deciding}: {said(summary.words)}." if summary.words else ""
-        parts = (counted, rest, far_off, step_text(job))
+        hint = self.coach.hint()
+        parts = (hint, counted, rest, far_off, step_text(job))
         words = " ".join(part for part in parts if part)
         hidden = self._live if job.shows_part and has_failed(self._live) else None
         step = f"{step}{point}".strip()
@@ -255,6 +262,33 @@ class FarView(QWidget):
         if self._job is not None:
             self.show_job(self._job)
 
+    def show_coach(self, view: CoachView) -> None:
+        """Show what the coach says, while the probe is lost in place of what is not known then."""
+        self.coach.show_coach(view)
+        self._readout.show_remedy(said(view.remedy))
+        self._show_pictures()
+        if self._job is not None:
+            self.show_job(self._job)
+
+    def show_refusal(self, refusal: Refusal) -> None:
+        """Show for a while why a touch gave no point, and what to do."""
+        self.coach.show_refusal(refusal)
+        self._readout.show_refusal(said(refusal.what), said(refusal.remedy))
+        self._show_pictures()
+
+    def forget_refusal(self) -> None:
+        """Show what is measured again: a point was taken."""
+        self.coach.forget_refusal()
+        self._readout.forget_refusal()
+        self._show_pictures()
+
+    def _show_pictures(self) -> None:
+        probe = self.coach.shows_probe()
+        self.coach.setVisible(probe)
+        self._coverage.setHidden(probe)
+        # With a hint alone the way to the next point is still wanted.
+        self._ring.setHidden(self.coach.is_trouble())
+
     def _show_status(self) -> None:
         if self._live is None:
             return
@@ -267,6 +301,9 @@ class FarView(QWidget):
         )
 
     def _show_ring(self) -> None:
+        if self.coach.isHidden() == self.coach.shows_probe():
+            # The time of a refusal is over.
+            self._show_pictures()
         target = None if self._job is None else self._job.target
         self._ring.show_target(target, None if self._live is None else self._live.tip_world)
 

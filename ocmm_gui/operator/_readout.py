@@ -31,9 +31,13 @@ DIGITS_HZ = 12
 """Digits that change faster cannot be read."""
 
 FLASH_MS = 450
+REFUSED_MS = 4000
+"""So long a refusal stands in place of the digits."""
 _RESERVE = "+0000.000"
 _CAPTION_SHARE = 0.08
 _REASON_LIMIT_PX = 100
+_LARGE_SHARE = 0.62
+"""Of the height, for what to do; the rest says why."""
 
 
 class Readout(QWidget):
@@ -50,6 +54,12 @@ class Readout(QWidget):
         self._end_of_flash.setSingleShot(True)
         self._end_of_flash.setInterval(FLASH_MS)
         self._end_of_flash.timeout.connect(self._stop_flash)
+        self._remedy = ""
+        self._refusal: tuple[str, str] | None = None
+        self._end_of_refusal = QTimer(self)
+        self._end_of_refusal.setSingleShot(True)
+        self._end_of_refusal.setInterval(REFUSED_MS)
+        self._end_of_refusal.timeout.connect(self.forget_refusal)
         self.setAccessibleName(tr("Readout"))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
@@ -76,6 +86,33 @@ class Readout(QWidget):
                     unit=unit_word(), frame=frame, uncertainty=uncertainty
                 ),
             )
+
+    def show_remedy(self, remedy: str) -> None:
+        """Show what to do, in large type, as long as there is no number."""
+        if remedy != self._remedy:
+            self._remedy = remedy
+            self.update()
+
+    def show_refusal(self, what: str, remedy: str) -> None:
+        """Show for a while why a touch gave no point, and in large type what to do."""
+        self._refusal = (what, remedy)
+        self._end_of_refusal.start()
+        self.update()
+
+    def forget_refusal(self) -> None:
+        """Show the digits again."""
+        self._refusal = None
+        self._end_of_refusal.stop()
+        self.update()
+
+    def trouble(self) -> tuple[str, str]:
+        """Return what to do in large type, and why; two empty texts where digits are shown."""
+        if DASHES in self._values:
+            return self._remedy, self._caption
+        if self._refusal is not None:
+            what, remedy = self._refusal
+            return (remedy or what), (what if remedy else "")
+        return "", ""
 
     def withdraw(self, reason: str) -> None:
         """Show no number any more, and why."""
@@ -119,18 +156,21 @@ class Readout(QWidget):
         box = self._digit_box()
         painter.setFont(digit_font(pixels))
         row = box.height() / 3.0
+        large, why = self.trouble()
         for index, (axis, value) in enumerate(zip("XYZ", self._values, strict=True)):
             place = QRectF(box.left(), box.top() + index * row, box.width(), row)
             painter.setPen(QColor(self._theme.accent))
             painter.drawText(
                 place, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, axis
             )
-            if value != DASHES:
+            if value != DASHES and not large:
                 painter.setPen(QColor(self._theme.text))
                 painter.drawText(
                     place, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, value
                 )
-        if DASHES in self._values:
+        if large:
+            self._paint_trouble(painter, large, why)
+        elif DASHES in self._values:
             painter.setPen(QColor(self._theme.text))
             painter.setFont(text_font(self.reason_pixels()))
             painter.drawText(self._reason_box(), WRAPPED, self._caption)
@@ -148,6 +188,24 @@ class Readout(QWidget):
             painter.setBrush(Qt.BrushStyle.NoBrush)
             half = 0.5 * thick
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(half, half, -half, -half), 6, 6)
+
+    def _paint_trouble(self, painter: QPainter, large: str, why: str) -> None:
+        """Paint what to do, and below it smaller why."""
+        box = self._reason_box()
+        first = QRectF(box)
+        if why:
+            first.setHeight(_LARGE_SHARE * box.height())
+        painter.setPen(QColor(self._theme.bad))
+        painter.setFont(
+            text_font(wrapped_pixels(large, first, _REASON_LIMIT_PX, bold=True), bold=True)
+        )
+        painter.drawText(first, WRAPPED, large)
+        if why:
+            second = QRectF(box)
+            second.setTop(first.bottom())
+            painter.setPen(QColor(self._theme.text))
+            painter.setFont(text_font(wrapped_pixels(why, second, _REASON_LIMIT_PX // 2)))
+            painter.drawText(second, WRAPPED, why)
 
     def reason_pixels(self) -> int:
         """Return the pixel size of the sentence that stands in place of the digits."""

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         PagePicture,
         Previewing,
         Writing,
+        template_page,
     )
 else:
     __getattr__ = door(
@@ -35,7 +36,7 @@ else:
         _drawing="drawing",
         _preview="PagePreview",
         _recall="pdf_bytes",
-        _side="CertificateWriting FormatText PagePicture Previewing Writing",
+        _side="CertificateWriting FormatText PagePicture Previewing Writing template_page",
     )
 
 __all__ = [
@@ -48,4 +49,5 @@ __all__ = [
     "Writing",
     "drawing",
     "pdf_bytes",
+    "template_page",
 ]

@@ -78,6 +78,8 @@ def lay_out(found: Comparison, paper: Paper) -> Canvas:
         _SIGN,
         partial(paint_signatures, words=[speech.say(one) for one in paper.template.signatures]),
     )
+    end = speech.say(f"End of statistics of {found.plan}")
+    canvas.draw(50.0, lambda painter, box: paint_text(painter, box, end, SMALL))
     return canvas
 
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 
 from ocmm_core.export.report import PaperLengths
 from ocmm_core.wording import Speech
@@ -171,8 +172,18 @@ def whole_words(text: str, style: Style, width: float) -> Style:
     smaller = style
     longest = max(text.split(), key=len, default="")
     while smaller.size > _LEAST * style.size:
-        metrics = QFontMetricsF(text_font(smaller.size, bold=smaller.bold))
+        _, metrics = _face(smaller.size, smaller.bold)
         if metrics.horizontalAdvance(longest) <= width:
+            break
+        smaller = replace(smaller, size=0.95 * smaller.size)
+    return smaller
+
+
+def on_one_line(text: str, style: Style, width: float) -> Style:
+    """Return a style, if need be a smaller one, in which a text stands on one line."""
+    smaller = style
+    while smaller.size > _LEAST * style.size:
+        if _face(smaller.size, smaller.bold)[1].horizontalAdvance(text) <= width:
             break
         smaller = replace(smaller, size=0.95 * smaller.size)
     return smaller
@@ -185,9 +196,21 @@ def _unbroken(cell: PageField, column: Column) -> PageField:
     return replace(cell, style=whole_words(cell.text, cell.style, column.width - 16.0))
 
 
+@lru_cache(maxsize=64)
+def _face(size: float, bold: bool) -> tuple[QFont, QFontMetricsF]:
+    """Return font and metrics of a style: a large report asks for the same few 50,000 times."""
+    font = text_font(size, bold=bold)
+    return font, QFontMetricsF(font)
+
+
+def forget_faces() -> None:
+    """Let the fonts go; to be called before the application that they belong to ends."""
+    _face.cache_clear()
+
+
 def text_height(text: str, style: Style, width: float) -> float:
     """Return how high a text is when it is written into a width."""
-    metrics = QFontMetricsF(text_font(style.size, bold=style.bold))
+    _, metrics = _face(style.size, style.bold)
     box = QRectF(0.0, 0.0, width, 1e6)
     return metrics.boundingRect(box, _wrapping(metrics, text, width), text).height()
 
@@ -208,9 +231,9 @@ def paint_line(
     align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop,
 ) -> None:
     """Write a text into one line of a box; what has no room is left out, with dots."""
-    metrics = QFontMetricsF(text_font(style.size, bold=style.bold))
+    font, metrics = _face(style.size, style.bold)
     shown = metrics.elidedText(text, Qt.TextElideMode.ElideRight, box.width())
-    painter.setFont(text_font(style.size, bold=style.bold))
+    painter.setFont(font)
     painter.setPen(QColor(style.colour))
     painter.drawText(box, int(align) | int(Qt.TextFlag.TextSingleLine), shown)
 
@@ -223,9 +246,9 @@ def paint_text(
     align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop,
 ) -> None:
     """Write a text into a box."""
-    painter.setFont(text_font(style.size, bold=style.bold))
+    font, metrics = _face(style.size, style.bold)
+    painter.setFont(font)
     painter.setPen(QColor(style.colour))
-    metrics = QFontMetricsF(text_font(style.size, bold=style.bold))
     painter.drawText(box, int(align) | _wrapping(metrics, text, box.width()), text)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -104,7 +105,9 @@ def _state(canvas: Canvas, name: str, why: str) -> None:
 def certificate_pdf(paper: Certificate) -> bytes:
     """Return the pages as PDF; StorageError as `written_pdf`."""
     canvas = lay_out(paper)
-    foot = f"{paper.number}   OCMM {__version__}"
+    # A page that was copied alone must not be taken for another one either.
+    states = (state.partition(":")[0] for state in paper.states)
+    foot = "   ".join((paper.number, *states, f"OCMM {__version__}"))
     return written_pdf(
         canvas,
         lambda painter, index: paint_with_foot(painter, canvas, index, foot),
@@ -120,6 +123,7 @@ def _run(canvas: Canvas, run: CertificateRun) -> None:
     warm = speech.say(NOT_STATED)
     if run.temperature_c is not None:
         warm = speech.number(f"{run.temperature_c:.1f} °C")
+    warm = ", ".join((warm, *map(speech.say, run.air.words)))
     when = run.made_utc[:16].replace("T", " ")
     canvas.text(f"{when} UTC, {run.made_by}, {warm}. {speech.say(f'{run.rule}.')}", SMALL)
     for note in run.notes:
@@ -176,7 +180,7 @@ def _paint_errors(painter: QPainter, box: QRectF, *, paper: Certificate, speech:
     lines = [line for run in paper.runs for line in run.lines]
     plot = box.adjusted(150.0, 60.0, -20.0, -110.0)
     longest = max(abs(line.reference) for line in lines) or 1.0
-    highest = 1.15 * max(max(line.limit, abs(line.error) + line.expanded) for line in lines)
+    highest = _round_end(max(max(line.limit, abs(line.error) + line.expanded) for line in lines))
 
     def place(length: float, error: float) -> QPointF:
         return QPointF(
@@ -203,6 +207,17 @@ def _paint_errors(painter: QPainter, box: QRectF, *, paper: Certificate, speech:
     _paint_scales(painter, box, plot, longest, highest, speech)
 
 
+def _round_end(reach: float) -> float:
+    """Return the end of a scale, mm: half and whole of it are numbers that need no rounding.
+
+    A tick at 34.5 µm that says 34 makes every point beside it look wrong.
+    """
+    wanted = max(1.1 * reach, 1e-6)
+    power = 10.0 ** math.floor(math.log10(wanted))
+    return float(power * next(step for step in (1.0, 2.0, 4.0, 6.0, 8.0, 10.0)
+                              if step * power >= wanted))  # fmt: skip
+
+
 def _paint_error(
     painter: QPainter,
     place: Callable[[float, float], QPointF],
@@ -225,7 +240,8 @@ def _paint_scales(
         y = plot.center().y() - 0.5 * plot.height() * share
         told = QRectF(box.left(), y - 18.0, 140.0, 36.0)
         align = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-        paint_text(painter, told, f"{1e3 * share * highest:+.0f} µm", SMALL, align)
+        value = f"{1e3 * share * highest:+g}" if share else "0"
+        paint_text(painter, told, f"{value} µm", SMALL, align)
     for share in (0.0, 0.5, 1.0):
         x = plot.left() + plot.width() * share / 1.05
         told = QRectF(x - 100.0, plot.bottom() + 8.0, 200.0, 36.0)

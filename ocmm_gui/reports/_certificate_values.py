@@ -37,7 +37,10 @@ def table_of_values(canvas: Canvas, paper: Certificate) -> None:
         return
     speech = canvas.speech
     if not paper.values_before:
-        canvas.heading("Further values", 120.0)
+        # Those of the state before stand in its table.
+        adjusted = len(paper.runs) > 1
+        words = "Further values, after the adjustment" if adjusted else "Further values"
+        canvas.heading(words, 120.0)
         canvas.table(
             _VALUES,
             [[PageField(_name(one, speech)), *_stated(one, speech)] for one in paper.values],

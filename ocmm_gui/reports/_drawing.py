@@ -11,6 +11,7 @@ from PySide6.QtGui import QGuiApplication
 
 from ocmm_core.errors import InternalError
 from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_gui.reports._canvas import forget_faces
 
 
 @contextmanager
@@ -23,6 +24,7 @@ def drawing() -> Iterator[None]:
     try:
         yield
     finally:
+        forget_faces()
         del application
 
 

@@ -9,6 +9,7 @@ from functools import partial
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QImage, QPainter
 
+from ocmm_core.errors import InputError
 from ocmm_core.export.report import NOT_STATED, Paper, PaperFact, ReportData, paper_facts
 from ocmm_gui.reports._canvas import (
     INK,
@@ -135,11 +136,28 @@ def _paint_columns(
 
 
 def _picture(content: bytes) -> QImage | None:
-    """Return the logo; None without one, and where it cannot be drawn."""
-    image = QImage.fromData(content) if content else QImage()
-    if image.isNull() or max(image.width(), image.height()) > _MOST_PX:
+    """Return the logo; None without one.
+
+    Raises
+    ------
+    InputError
+        It begins as a picture and is none, or is too large: a letterhead that lacks it without a
+        word is not that of the laboratory.
+    """
+    if not content:
         return None
-    return image
+    image = QImage.fromData(content)
+    if image.isNull():
+        fault = "cannot be drawn: it begins as a picture, and is damaged or far too large"
+    elif max(image.width(), image.height()) > _MOST_PX:
+        fault = f"is {image.width()} × {image.height()} pixels; at most {_MOST_PX} are drawn"
+    else:
+        return image
+    raise InputError(
+        "report.logo",
+        f"The logo of the template (field 'laboratory.logo') {fault}.",
+        "Give another picture, or leave the field empty.",
+    )
 
 
 def _paint_logo(painter: QPainter, box: QRectF, logo: QImage) -> None:

@@ -5,7 +5,6 @@ Words stand beside what they name, or as near as there is room, at the end of a 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -16,7 +15,7 @@ from ocmm_core.export.report import ReportData
 from ocmm_core.geometry import Float
 from ocmm_core.rendering import RenderMode
 from ocmm_gui.kit import text_font
-from ocmm_gui.reports._canvas import INK, WIDTH, Canvas, Style, paint_text
+from ocmm_gui.reports._canvas import INK, SMALL, WIDTH, Canvas, Style, paint_text
 from ocmm_gui.reports._deviation_scale import deviation_scale
 from ocmm_gui.views import (
     Orbit,
@@ -79,6 +78,15 @@ def picture(canvas: Canvas, data: ReportData) -> None:
         _paint_words(painter, box, tags, places)
 
     canvas.draw(height, paint)
+    tags = [item for item in items if isinstance(item, Tag)]
+    places = orbit.project(np.array([tag.point for tag in tags]).reshape(-1, 3), WIDTH, height)
+    written = sum(1 for _ in placed_words(QRectF(0.0, 0.0, WIDTH, height), tags, places))
+    if written < len(tags):
+        # A name that is missing must not look as if its feature were.
+        canvas.text(
+            canvas.speech.say(f"{len(tags) - written} of {len(tags)} names have no room here."),
+            SMALL,
+        )
     deviation_scale(canvas, data, seen, colour_mm)
 
 
@@ -129,26 +137,39 @@ def placed_words(
         (n, 2 or 3): where the points of ``tags`` are, from its upper left corner.
     """
     metrics = QFontMetricsF(text_font(_WORD.size, bold=True))
-    taken: list[QRectF] = []
+    height = metrics.height()
+    # Left, top, right and bottom of the words that are there: one look instead of thousands.
+    taken, count = np.empty((len(tags), 4)), 0
     for tag, place in zip(tags, places, strict=True):
         anchor = QPointF(box.left() + place[0], box.top() + place[1])
-        width, height = metrics.horizontalAdvance(tag.text) + 2.0 * _PAD, metrics.height()
-        for spot in _spots(anchor, width, height):
-            if box.contains(spot) and not any(spot.intersects(other) for other in taken):
-                taken.append(spot)
-                yield tag, anchor, spot
-                break
+        width = metrics.horizontalAdvance(tag.text) + 2.0 * _PAD
+        spots = _spots(anchor, width, height)
+        inside = (spots[:, 0] >= box.left()) & (spots[:, 2] <= box.right())
+        inside &= (spots[:, 1] >= box.top()) & (spots[:, 3] <= box.bottom())
+        spots = spots[inside]
+        others = taken[:count, None]
+        covers = (spots[:, 0] < others[..., 2]) & (spots[:, 2] > others[..., 0])
+        covers &= (spots[:, 1] < others[..., 3]) & (spots[:, 3] > others[..., 1])
+        free = np.flatnonzero(~covers.any(axis=0))
+        if len(free):
+            left, top, right, bottom = taken[count] = spots[free[0]]
+            count += 1
+            yield tag, anchor, QRectF(left, top, right - left, bottom - top)
 
 
-def _spots(anchor: QPointF, width: float, height: float) -> Iterator[QRectF]:
-    for ring in range(1, _RINGS + 1):
-        for turn in range(_TURNS):
-            angle = 2.0 * math.pi * turn / _TURNS
-            x = anchor.x() + ring * _STEP * math.cos(angle)
-            y = anchor.y() - ring * _STEP * math.sin(angle)
-            # A word to the left of its point ends there, one to the right begins there.
-            left = x - width * (0.5 - 0.5 * math.cos(angle))
-            yield QRectF(left, y - 0.5 * height, width, height)
+_AROUND = 2.0 * np.pi * np.arange(_TURNS) / _TURNS
+_OUTWARD = _STEP * np.arange(1, _RINGS + 1)[:, None]
+
+
+def _spots(anchor: QPointF, width: float, height: float) -> Float:
+    """Return (n, 4) left, top, right, bottom of the places round a point, nearest first."""
+    along = np.cos(_AROUND)
+    x = anchor.x() + _OUTWARD * along
+    y = anchor.y() - _OUTWARD * np.sin(_AROUND)
+    # A word to the left of its point ends there, one to the right begins there.
+    left = (x - width * (0.5 - 0.5 * along)).ravel()
+    top = (y - 0.5 * height).ravel()
+    return np.stack([left, top, left + width, top + height], axis=1)
 
 
 def _nearest(word: QRectF, anchor: QPointF) -> QPointF:

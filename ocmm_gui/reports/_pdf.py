@@ -64,8 +64,21 @@ def page_picture(canvas: Canvas, index: int, data: ReportData, width: int = 1240
     return image
 
 
-def pdf_bytes(data: ReportData, attachments: Mapping[str, bytes]) -> bytes:
+def _told_nobody(_page: int, _pages: int) -> None:
+    """Nobody watches."""
+
+
+def pdf_bytes(
+    data: ReportData,
+    attachments: Mapping[str, bytes],
+    progress: Callable[[int, int], None] = _told_nobody,
+) -> bytes:
     """Return the report as a PDF file with other files inside.
+
+    Parameters
+    ----------
+    progress
+        Told before each page is painted: which of how many.
 
     Raises
     ------
@@ -73,19 +86,26 @@ def pdf_bytes(data: ReportData, attachments: Mapping[str, bytes]) -> bytes:
         What was read back from it is not what was put in.
     """
     canvas = lay_out(data)
+
+    def paint(painter: QPainter, index: int) -> None:
+        progress(index + 1, len(canvas.pages))
+        paint_page(painter, canvas, index, data)
+
     return written_pdf(
         canvas,
-        lambda painter, index: paint_page(painter, canvas, index, data),
+        paint,
         attachments,
         title=one_line(f"{data.head.part} {data.head.serial}: {data.job}")[:_LONGEST_TITLE],
         software=data.written_by,
     )
 
 
-def pdf_file(data: ReportData) -> tuple[str, bytes]:
-    """Return name and content of ``<job>_report.pdf``; errors as `pdf_bytes`."""
+def pdf_file(
+    data: ReportData, progress: Callable[[int, int], None] = _told_nobody
+) -> tuple[str, bytes]:
+    """Return name and content of ``<job>_report.pdf``; arguments and errors as `pdf_bytes`."""
     attachments = EXPORTERS["json"].contents((data,), polyworks_profile())
-    return f"{data.stem}{PDF.suffixes[0]}", pdf_bytes(data, attachments)
+    return f"{data.stem}{PDF.suffixes[0]}", pdf_bytes(data, attachments, progress)
 
 
 def write_pdf(data: ReportData, folder: Path, *, incomplete: bool = False) -> Path:

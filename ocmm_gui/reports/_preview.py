@@ -31,6 +31,8 @@ class PagePreview(QScrollArea):
         self._pages = QVBoxLayout(inside)
         self._pages.setSpacing(_GAP_PX)
         self.setWidget(inside)
+        self._pictures: list[tuple[QLabel, PagePicture]] = []
+        self.verticalScrollBar().valueChanged.connect(lambda _value: self._show_near())
         self._width = 0
 
     def width_in(self, room: int) -> int:
@@ -46,15 +48,22 @@ class PagePreview(QScrollArea):
             self._width = picture.width
         page = QLabel()
         page.setAccessibleName(f"Page {picture.index + 1} of {picture.count}")
-        page.setPixmap(QPixmap.fromImage(picture.image()))
+        page.setFixedSize(picture.width, picture.height)
         self._pages.addWidget(page, 0, Qt.AlignmentFlag.AlignHCenter)
+        self._pictures.append((page, picture))
+        self._show_near()
 
     def page_count(self) -> int:
         """Return how many pages are shown; for tests."""
         return self._pages.count()
 
+    def unpacked(self) -> list[bool]:
+        """Return which pages have their pixels in the window now; for tests."""
+        return [not page.pixmap().isNull() for page, _ in self._pictures]
+
     def clear(self) -> None:
         """Show no page."""
+        self._pictures.clear()
         while (item := self._pages.takeAt(0)) is not None:
             old = item.widget()
             if old is not None:
@@ -63,8 +72,24 @@ class PagePreview(QScrollArea):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Ask for pages that are as wide as there is room now."""
         super().resizeEvent(event)
+        self._show_near()
         if self._width and abs(self.width_in(self.width()) - self._width) > _SAME_PX:
             self.widened.emit()
+
+    def _show_near(self) -> None:
+        """Unpack the pages that are looked at, and those beside them; let all others go."""
+        if not self._pictures:
+            return
+        top, high = self.verticalScrollBar().value(), max(self.viewport().height(), _LEAST_PX)
+        y = self._pages.contentsMargins().top()
+        for page, picture in self._pictures:
+            # By their sizes: pages that have just come are not laid out yet.
+            near = y < top + 2 * high and y + picture.height > top - high
+            if near and page.pixmap().isNull():
+                page.setPixmap(QPixmap.fromImage(picture.image()))
+            elif not near and not page.pixmap().isNull():
+                page.setPixmap(QPixmap())
+            y += picture.height + _GAP_PX
 
     def minimumSizeHint(self) -> QSize:
         """Return the size below which nothing can be read."""

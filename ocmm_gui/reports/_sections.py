@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 
 import segno
@@ -9,7 +10,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen
 
 from ocmm_core.export.report import ReportData, ReportedResult, one_line
-from ocmm_core.features.shapes import MINIMUM_POINTS
+from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.inspection.evaluation import INCOMPLETE, SIMULATED_LINE
 from ocmm_core.seals import shown_key
 from ocmm_core.tolerances.decisions import U_LABEL, PartWord, Verdict, VerdictSummary
@@ -27,6 +28,7 @@ from ocmm_gui.reports._canvas import (
     Column,
     PageField,
     Style,
+    on_one_line,
     paint_line,
     paint_text,
 )
@@ -114,6 +116,7 @@ def verdicts(canvas: Canvas, data: ReportData) -> None:
     canvas.heading("Results", 200.0)
     rows = []
     remarks: list[str] = []
+    shapes = {feature.name: feature.shape for feature in data.features}
     for item in data.reported:
         mark = ""
         if item.result.note:
@@ -121,7 +124,7 @@ def verdicts(canvas: Canvas, data: ReportData) -> None:
                 f"{len(remarks) + 1}) {item.result.name}: {canvas.speech.say(item.result.note)}"
             )
             mark = f" {len(remarks)})"
-        rows.append(_result_row(item, mark, _symbol(item, data), canvas))
+        rows.append(_result_row(item, mark, _symbol(item, shapes), canvas))
     canvas.table(RESULT_COLUMNS, rows)
     canvas.skip(12.0)
     for remark in remarks:
@@ -309,9 +312,8 @@ def _fact(canvas: Canvas, name: str, value: str, style: Style = BODY) -> None:
     canvas.pages[-1].append(lambda painter: paint_text(painter, box, words, muted))
 
 
-def _symbol(item: ReportedResult, data: ReportData) -> Symbol | None:
+def _symbol(item: ReportedResult, shapes: Mapping[str, Shape]) -> Symbol | None:
     """Return the symbol that stands for a result; None where it is written as words."""
-    shapes = {feature.name: feature.shape for feature in data.features}
     return symbol_of(item.result.kind, shapes.get(item.result.features[0]))
 
 
@@ -386,7 +388,7 @@ def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
             Qt.AlignmentFlag.AlignCenter,
         )
         frame.setTop(frame.top() + 36.0)
-    paint_text(
-        painter, frame, f"{_MARKS[part.verdict]} {speech.word(part.word.value)}",
-        Style(56.0, bold=True, colour=colour), Qt.AlignmentFlag.AlignCenter,
-    )  # fmt: skip
+    words = f"{_MARKS[part.verdict]} {speech.word(part.word.value)}"
+    # In some languages it is longer, and a second line would cover the states.
+    style = on_one_line(words, Style(56.0, bold=True, colour=colour), frame.width() - 30.0)
+    paint_text(painter, frame, words, style, Qt.AlignmentFlag.AlignCenter)

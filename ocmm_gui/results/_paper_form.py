@@ -16,6 +16,7 @@ from ocmm_core.export.report import (
     keep_given,
     keep_template,
     load_paper,
+    surroundings,
     template_in_use,
 )
 from ocmm_gui.kit import caption, form_field, later, said, sentence_label, tr
@@ -28,6 +29,9 @@ _FIELDS = (
     ("revision", later("Revision"), later("Revision of the drawing")),
     ("place", later("Place"), later("Where it was measured")),
     ("received", later("Received"), later("Date and condition")),
+    ("room", later("Room, °C"), later("Temperature of the room, a number or a range")),
+    ("humidity", later("Humidity, %"), later("Of the air, a number or a range")),
+    ("pressure", later("Pressure, hPa"), later("Of the air, where it matters")),
     ("deviations", later("Deviations"), later("Parted by semicolons")),
 )
 _SEPARATOR = ";"
@@ -79,11 +83,14 @@ class PaperForm(QWidget):
         Raises
         ------
         InputError
-            The template cannot be used.
+            The template cannot be used, or what was read off in the room is no reading.
         """
         path = self._template()
         self._watch(path)
-        return load_paper(path, self._given())
+        given = self._given()
+        # A field that holds no reading is told beside the fields, as a template is.
+        surroundings(given)
+        return load_paper(path, given)
 
     def keep(self) -> None:
         """Keep what was typed with the job.
@@ -123,6 +130,9 @@ class PaperForm(QWidget):
             revision=typed["revision"],
             place=typed["place"],
             received=typed["received"],
+            room=typed["room"],
+            humidity=typed["humidity"],
+            pressure=typed["pressure"],
             deviations=tuple(part for part in told if part),
         )
 

@@ -77,7 +77,7 @@ _PART = "The window"
 START, REOPEN = "start", "reopen"
 _IN_WIZARDS = ("theme", "log", "manual")
 """Actions of the window that a wizard leaves as they are."""
-_ON_SHEETS = (*_IN_WIZARDS, "settings", "start", "find")
+_ON_SHEETS = (*_IN_WIZARDS, "settings", "start", "find", "what_to_do", "support")
 """The same of a sheet, on which nothing is lost."""
 
 
@@ -227,6 +227,10 @@ class MainWindow(QMainWindow):
         bridge.job_changed.connect(self._on_job)
         bridge.point_taken.connect(self._feedback.taken)
         bridge.point_refused.connect(self._feedback.refused)
+        for view in (self.desk, self.far):
+            bridge.coach_changed.connect(view.show_coach)
+            bridge.point_refused.connect(view.show_refusal)
+            bridge.point_taken.connect(lambda _point, view=view: view.forget_refusal())
 
     def _add(self, view: QWidget) -> None:
         """Take a view into the stack that was made because it is wanted."""
@@ -341,6 +345,8 @@ class MainWindow(QMainWindow):
             "alignment": sheets.open_alignment,
             "keys": sheets.open_keys,
             "manual": self._open_manual,
+            "what_to_do": sheets.open_what_to_do,
+            "support": sheets.open_support,
             "recall": sheets.open_recall,
             "archive": sheets.open_archive,
             "view": lambda: self.show_far(not self.is_far()),

@@ -24,7 +24,9 @@ from ocmm_gui.window._keys_sheet import KeysSheet
 from ocmm_gui.window._made_late import MadeLate
 
 if TYPE_CHECKING:
+    from ocmm_core.support import SupportSite
     from ocmm_gui.archive import ArchiveSheet
+    from ocmm_gui.help import SupportSheet, WhatToDoSheet
     from ocmm_gui.home import SettingsPage
     from ocmm_gui.maintain import RecallSheet
     from ocmm_gui.manual import ManualSheet
@@ -159,6 +161,20 @@ class Sheets(MadeLate):
         return self._join(page, self.left)
 
     @cached_property
+    def what_to_do(self) -> WhatToDoSheet:
+        """Return the page of symptoms and remedies."""
+        from ocmm_gui.help import WhatToDoSheet
+
+        return self._join(WhatToDoSheet(self.open_support), self.left)
+
+    @cached_property
+    def support(self) -> SupportSheet:
+        """Return what would be packed for support."""
+        from ocmm_gui.help import SupportSheet
+
+        return self._join(SupportSheet(self._support_site, self._folder), self.left)
+
+    @cached_property
     def recall(self) -> RecallSheet:
         """Return the recall of older jobs. It is opened from Maintain, and left to there."""
         from ocmm_gui.maintain import RecallSheet
@@ -238,6 +254,30 @@ class Sheets(MadeLate):
 
         self.wanted.emit(self.manual)
         self.manual.open(place_of(page))
+
+    def open_what_to_do(self) -> None:
+        """Search what to do; in trouble, with what the last refusal says."""
+        self.wanted.emit(self.what_to_do)
+        refusal = self._bridge.shown.job.refusal
+        self.what_to_do.open("" if refusal is None else refusal.code.value)
+
+    def open_support(self) -> None:
+        """Show what would be packed for support."""
+        self.wanted.emit(self.support)
+        self.support.open()
+
+    def _support_site(self) -> SupportSite:
+        from ocmm_core.support import site_of_this_user
+
+        station = self._bridge.station
+        live = station.looks.live()
+        state = (
+            f"{live.status.value} {live.reason}\n{calibration_words(self._bridge)}\n"
+            f"{live.acquisition}\n{chr(10).join(live.faults)}\n"
+        )
+        return site_of_this_user(
+            self._store, station.history, {"window.log": self._notices.text(), "state.txt": state}
+        )
 
     def open_settings(self) -> None:
         """Show the settings."""

@@ -248,8 +248,16 @@
         <translation>Gespeichert: {id}, fällig {due}.</translation>
     </message>
     <message>
+        <source>The register</source>
+        <translation>Das Register</translation>
+    </message>
+    <message>
         <source>Remove {id} from the register?</source>
         <translation>{id} aus dem Verzeichnis entfernen?</translation>
+    </message>
+    <message>
+        <source>Reading the register</source>
+        <translation>Das Register wird gelesen</translation>
     </message>
     <message>
         <source>nothing</source>
@@ -305,6 +313,14 @@
     <message>
         <source>The artefacts</source>
         <translation>Die Normale</translation>
+    </message>
+    <message>
+        <source>Preparing the test</source>
+        <translation>Die Prüfung wird vorbereitet</translation>
+    </message>
+    <message>
+        <source>The test</source>
+        <translation>Die Prüfung</translation>
     </message>
     <message>
         <source>Retest</source>
@@ -424,6 +440,18 @@
     <message>
         <source>For whom; empty for the laboratory itself</source>
         <translation>Für wen; leer für das eigene Labor</translation>
+    </message>
+    <message>
+        <source>Humidity, %</source>
+        <translation>Feuchte, %</translation>
+    </message>
+    <message>
+        <source>Of the air; may be empty</source>
+        <translation>Der Luft; darf leer bleiben</translation>
+    </message>
+    <message>
+        <source>Pressure, hPa</source>
+        <translation>Druck, hPa</translation>
     </message>
     <message>
         <source>as found</source>
@@ -1513,8 +1541,96 @@ Startet: {source}</translation>
         <translation>Auftrag mit diesen Einstellungen neu öffnen; kein Punkt geht verloren</translation>
     </message>
     <message>
+        <source>Write the support bundle to a file</source>
+        <translation>Supportpaket in eine Datei schreiben</translation>
+    </message>
+    <message>
+        <source>Mask names</source>
+        <translation>Namen verdecken</translation>
+    </message>
+    <message>
+        <source>Take names of people out, or keep them</source>
+        <translation>Namen von Personen herausnehmen oder lassen</translation>
+    </message>
+    <message>
+        <source>Leave out</source>
+        <translation>Weglassen</translation>
+    </message>
+    <message>
+        <source>Leave the selected part out, or not</source>
+        <translation>Den gewählten Teil weglassen oder nicht</translation>
+    </message>
+    <message>
+        <source>Gather again</source>
+        <translation>Neu sammeln</translation>
+    </message>
+    <message>
+        <source>Look again at everything</source>
+        <translation>Alles neu zusammenstellen</translation>
+    </message>
+    <message>
+        <source>Versions</source>
+        <translation>Versionen</translation>
+    </message>
+    <message>
         <source>Settings</source>
         <translation>Einstellungen</translation>
+    </message>
+    <message>
+        <source>Doctor</source>
+        <translation>Rechnerprüfung</translation>
+    </message>
+    <message>
+        <source>Logs</source>
+        <translation>Protokolle</translation>
+    </message>
+    <message>
+        <source>Record heads</source>
+        <translation>Köpfe der Aufzeichnungen</translation>
+    </message>
+    <message>
+        <source>Last 30 seconds</source>
+        <translation>Letzte 30 Sekunden</translation>
+    </message>
+    <message>
+        <source>Support bundle</source>
+        <translation>Supportpaket</translation>
+    </message>
+    <message>
+        <source>Mask names of people</source>
+        <translation>Namen von Personen verdecken</translation>
+    </message>
+    <message>
+        <source>Files of the support bundle</source>
+        <translation>Dateien des Supportpakets</translation>
+    </message>
+    <message>
+        <source>What is in the selected file</source>
+        <translation>Inhalt der gewählten Datei</translation>
+    </message>
+    <message>
+        <source>Write the support bundle to</source>
+        <translation>Supportpaket schreiben nach</translation>
+    </message>
+    <message>
+        <source>File of the support bundle</source>
+        <translation>Datei des Supportpakets</translation>
+    </message>
+    <message>
+        <source>Gathering. Nothing is sent.</source>
+        <translation>Wird gesammelt. Nichts wird gesendet.</translation>
+    </message>
+    <message>
+        <source>Failed; nothing was written.</source>
+        <translation>Fehlgeschlagen; nichts wurde geschrieben.</translation>
+    </message>
+    <message>
+        <source>{count} files, {size} KiB. This is all that is packed; nothing is sent. Passwords and keys are never in it.</source>
+        <translation>{count} Dateien, {size} KiB. Nur das wird gepackt; nichts wird gesendet. Kennwörter und Schlüssel sind nie dabei.</translation>
+    </message>
+    <message>
+        <source>Support bundle written to {path} ({size} KiB). Nothing was sent.</source>
+        <translation>Supportpaket nach {path} geschrieben ({size} KiB). Nichts wurde gesendet.</translation>
     </message>
     <message>
         <source>What was not used</source>
@@ -1665,8 +1781,16 @@ Startet: {source}</translation>
         <translation>Die Tabelle in eine Datei schreiben, .csv oder .parquet</translation>
     </message>
     <message>
-        <source>Stop asking; what is shown stays</source>
-        <translation>Abfrage abbrechen; was angezeigt wird, bleibt</translation>
+        <source>Stop; what is shown stays</source>
+        <translation>Anhalten; was gezeigt wird, bleibt</translation>
+    </message>
+    <message>
+        <source>Recall archived jobs, or back to the questions</source>
+        <translation>Archivierte Aufträge zurückrufen, oder zurück zu den Fragen</translation>
+    </message>
+    <message>
+        <source>Store the recall; stations hold back what does not hold</source>
+        <translation>Rückruf speichern; Stationen halten zurück, was nicht gilt</translation>
     </message>
     <message>
         <source>What was measured</source>
@@ -1757,12 +1881,28 @@ Startet: {source}</translation>
         <translation>Übergabe an das Archiv</translation>
     </message>
     <message>
+        <source>Checks the archived jobs. Nothing is changed.</source>
+        <translation>Prüft die archivierten Aufträge. Nichts wird geändert.</translation>
+    </message>
+    <message>
         <source>Fill in what it is about, then ask (F8).</source>
         <translation>Angeben, worum es geht, dann abfragen (F8).</translation>
     </message>
     <message>
+        <source>Recall first (F8): there are no pages yet.</source>
+        <translation>Erst zurückrufen (F8): es gibt noch keine Seiten.</translation>
+    </message>
+    <message>
         <source>Ask first (F8): there is no table yet.</source>
         <translation>Erst abfragen (F8): noch gibt es keine Tabelle.</translation>
+    </message>
+    <message>
+        <source>Choose what was found wrong, then recall (F8). Nothing is changed.</source>
+        <translation>Wählen, was falsch war, dann zurückrufen (F8). Nichts wird geändert.</translation>
+    </message>
+    <message>
+        <source>Turn to the recall first (F10).</source>
+        <translation>Erst zum Rückruf wechseln (F10).</translation>
     </message>
     <message>
         <source>Everything measured here is in the archive.</source>
@@ -2191,6 +2331,14 @@ Startet: {source}</translation>
     <message>
         <source>SIMULATED: learn the window in two minutes</source>
         <translation>SIMULIERT: das Fenster in zwei Minuten kennenlernen</translation>
+    </message>
+    <message>
+        <source>Symptoms, errors and their remedies, to be searched</source>
+        <translation>Symptome, Fehler und ihre Abhilfe, durchsuchbar</translation>
+    </message>
+    <message>
+        <source>Pack what support needs, after showing what is inside</source>
+        <translation>Packen, was der Support braucht, nachdem der Inhalt gezeigt wurde</translation>
     </message>
     <message>
         <source>All keyboard shortcuts of the window</source>
@@ -2838,8 +2986,56 @@ Startet: {source}</translation>
         <translation>Wer den Taster hält</translation>
     </message>
     <message>
+        <source>Pack what support needs</source>
+        <translation>Packen, was der Support braucht</translation>
+    </message>
+    <message>
+        <source>Symptoms and remedies</source>
+        <translation>Symptome und Abhilfe</translation>
+    </message>
+    <message>
+        <source>What you see</source>
+        <translation>Was zu sehen ist</translation>
+    </message>
+    <message>
+        <source>symptom, or what the program says</source>
+        <translation>Symptom, oder was das Programm meldet</translation>
+    </message>
+    <message>
         <source>What to do</source>
         <translation>Was zu tun ist</translation>
+    </message>
+    <message>
+        <source>in this order</source>
+        <translation>in dieser Reihenfolge</translation>
+    </message>
+    <message>
+        <source>of errors and refusals</source>
+        <translation>von Fehlern und Ablehnungen</translation>
+    </message>
+    <message>
+        <source>What to do if</source>
+        <translation>Was tun, wenn</translation>
+    </message>
+    <message>
+        <source>Search</source>
+        <translation>Suche</translation>
+    </message>
+    <message>
+        <source>a symptom, or the code of an error</source>
+        <translation>ein Symptom oder der Code eines Fehlers</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n lines</source>
+        <comment>1 line</comment>
+        <translation>
+            <numerusform>1 Zeile</numerusform>
+            <numerusform>%n Zeilen</numerusform>
+        </translation>
+    </message>
+    <message>
+        <source>Nothing found. Type less.</source>
+        <translation>Nichts gefunden. Weniger eingeben.</translation>
     </message>
     <message>
         <source>Skip step</source>
@@ -3661,6 +3857,54 @@ Startet: {source}</translation>
         <translation>Schreiben</translation>
     </message>
     <message>
+        <source>what the histories tell</source>
+        <translation>was die Historien sagen</translation>
+    </message>
+    <message>
+        <source>artefact</source>
+        <translation>Normal</translation>
+    </message>
+    <message>
+        <source>tip</source>
+        <translation>Tastspitze</translation>
+    </message>
+    <message>
+        <source>calibration</source>
+        <translation>Kalibrierung</translation>
+    </message>
+    <message>
+        <source>serial number, name or hash</source>
+        <translation>Seriennummer, Name oder Hash</translation>
+    </message>
+    <message>
+        <source>Wrong since</source>
+        <translation>Falsch seit</translation>
+    </message>
+    <message>
+        <source>day, e.g. 2026-11-26</source>
+        <translation>Tag, z. B. 2026-11-26</translation>
+    </message>
+    <message>
+        <source>Calibrations</source>
+        <translation>Kalibrierungen</translation>
+    </message>
+    <message>
+        <source>folders of the stations; empty: this computer</source>
+        <translation>Ordner der Stationen; leer: dieser Rechner</translation>
+    </message>
+    <message>
+        <source>who decides; to store it</source>
+        <translation>wer entscheidet; zum Speichern</translation>
+    </message>
+    <message>
+        <source>Finding</source>
+        <translation>Befund</translation>
+    </message>
+    <message>
+        <source>What was found to be wrong</source>
+        <translation>Was sich als falsch erwies</translation>
+    </message>
+    <message>
         <source>Result of the recall</source>
         <translation>Ergebnis des Rückrufs</translation>
     </message>
@@ -3671,6 +3915,22 @@ Startet: {source}</translation>
     <message>
         <source>Evidence for the selected verdict</source>
         <translation>Belege zum ausgewählten Urteil</translation>
+    </message>
+    <message>
+        <source>What was wrong, or since when, is missing.</source>
+        <translation>Es fehlt, was falsch war oder seit wann.</translation>
+    </message>
+    <message>
+        <source>Fill in both, then recall (F8).</source>
+        <translation>Beides ausfüllen, dann zurückrufen (F8).</translation>
+    </message>
+    <message>
+        <source>No recall is shown yet.</source>
+        <translation>Es wird noch kein Rückruf gezeigt.</translation>
+    </message>
+    <message>
+        <source>Recall first (F8).</source>
+        <translation>Erst zurückrufen (F8).</translation>
     </message>
     <message>
         <source>Select the folder with the jobs (F7). Job files are not changed.</source>
@@ -4660,6 +4920,10 @@ Startet: {source}</translation>
         <translation>Zurück ohne Flächen</translation>
     </message>
     <message>
+        <source>The selected face</source>
+        <translation>Die markierte Fläche</translation>
+    </message>
+    <message>
         <source>The model has no face with an exact surface.</source>
         <translation>Das Modell hat keine Fläche mit exakter Form.</translation>
     </message>
@@ -5606,6 +5870,18 @@ Startet: {source}</translation>
     <message>
         <source>Date and condition</source>
         <translation>Datum und Zustand</translation>
+    </message>
+    <message>
+        <source>Temperature of the room, a number or a range</source>
+        <translation>Temperatur des Raums, Zahl oder Bereich</translation>
+    </message>
+    <message>
+        <source>Of the air, a number or a range</source>
+        <translation>Der Luft, Zahl oder Bereich</translation>
+    </message>
+    <message>
+        <source>Of the air, where it matters</source>
+        <translation>Der Luft, wo es darauf ankommt</translation>
     </message>
     <message>
         <source>Deviations</source>
@@ -8190,16 +8466,228 @@ Startet: {source}</translation>
         <translation>Zurückgeben drücken: Der Roboter macht weiter. Strg+K findet alles andere.</translation>
     </message>
     <message>
+        <source>Drawing the first page</source>
+        <translation>Die erste Seite wird gezeichnet</translation>
+    </message>
+    <message>
+        <source>Preview of the report template</source>
+        <translation>Vorschau der Berichtsvorlage</translation>
+    </message>
+    <message>
+        <source>State of the preview</source>
+        <translation>Zustand der Vorschau</translation>
+    </message>
+    <message>
+        <source>First page of a report</source>
+        <translation>Erste Seite eines Berichts</translation>
+    </message>
+    <message>
+        <source>First page of a report, nothing measured. It follows the settings.</source>
+        <translation>Erste Seite eines Berichts, nichts gemessen. Sie folgt den Einstellungen.</translation>
+    </message>
+    <message>
+        <source>Coach</source>
+        <translation>Coach</translation>
+    </message>
+    <message>
+        <source>U {value} µm</source>
+        <translation>U {value} µm</translation>
+    </message>
+    <message>
+        <source>Camera {name} sees {count} LEDs.</source>
+        <translation>Kamera {name} sieht {count} LEDs.</translation>
+    </message>
+    <message>
+        <source>Ellipsoid of the ball, k = 2: {axes} µm.</source>
+        <translation>Ellipsoid der Kugel, k = 2: {axes} µm.</translation>
+    </message>
+    <message>
+        <source>ring {scale} µm</source>
+        <translation>Ring {scale} µm</translation>
+    </message>
+    <message>
+        <source>{turns}: U {now} → {then} µm</source>
+        <translation>{turns}: U {now} → {then} µm</translation>
+    </message>
+    <message>
+        <source>as you face the cameras</source>
+        <translation>mit Blick zu den Kameras</translation>
+    </message>
+    <message>
+        <source>LOST: the cameras do not see the probe</source>
+        <translation>VERLOREN: die Kameras sehen den Taster nicht</translation>
+    </message>
+    <message>
+        <source>Turn the LEDs to the cameras. Follow the arrow beside the readout. Move hand, cable and part out of the line of sight. Check that the probe is switched on.</source>
+        <translation>LEDs zu den Kameras drehen. Dem Pfeil neben der Anzeige folgen. Hand, Kabel und Teil aus der Sichtlinie nehmen. Prüfen, ob der Taster eingeschaltet ist.</translation>
+    </message>
+    <message>
+        <source>LOST: LED identification is ambiguous</source>
+        <translation>VERLOREN: die Zuordnung der LEDs ist mehrdeutig</translation>
+    </message>
+    <message>
+        <source>Turn the probe so that all LEDs face both cameras. Cover reflections. Check that the probe in Settings is the one in your hand.</source>
+        <translation>Taster drehen, bis alle LEDs zu beiden Kameras zeigen. Reflexionen abdecken. Prüfen, ob der Taster der Einstellungen der in der Hand ist.</translation>
+    </message>
+    <message>
+        <source>INACCURATE: the position uncertainty is too large</source>
+        <translation>UNGENAU: die Positionsunsicherheit ist zu groß</translation>
+    </message>
+    <message>
+        <source>Follow the hint beside the readout. Show more LEDs to both cameras. Move the part to the middle of the measuring volume.</source>
+        <translation>Dem Hinweis neben der Anzeige folgen. Beiden Kameras mehr LEDs zeigen. Das Teil in die Mitte des Messvolumens stellen.</translation>
+    </message>
+    <message>
+        <source>INACCURATE: the spots do not fit the probe</source>
+        <translation>UNGENAU: die Lichtpunkte passen nicht zum Taster</translation>
+    </message>
+    <message>
+        <source>Cover reflections and lamps. Check that the right probe is chosen. Look for a bent or knocked probe. If it stays, verify the cameras.</source>
+        <translation>Reflexionen und Lampen abdecken. Prüfen, ob der richtige Taster gewählt ist. Nachsehen, ob er verbogen oder angestoßen ist. Bleibt es so, die Kameras verifizieren.</translation>
+    </message>
+    <message>
+        <source>INACCURATE: the ball is outside the calibrated volume</source>
+        <translation>UNGENAU: die Kugel ist außerhalb des kalibrierten Volumens</translation>
+    </message>
+    <message>
+        <source>Move the part into the measuring volume; the small picture of the 3-D view shows it.</source>
+        <translation>Das Teil in das Messvolumen stellen; das kleine Bild der 3-D-Ansicht zeigt es.</translation>
+    </message>
+    <message>
+        <source>No point: the probe moved</source>
+        <translation>Kein Punkt: der Taster bewegte sich</translation>
+    </message>
+    <message>
+        <source>Rest the ball on the surface, hold still until the tone, then pull away along the normal. Steady your arm.</source>
+        <translation>Kugel auf der Fläche ruhen lassen, bis zum Ton stillhalten, dann entlang der Normalen abheben. Den Arm abstützen.</translation>
+    </message>
+    <message>
+        <source>No point: the side of the material is not known</source>
+        <translation>Kein Punkt: die Materialseite ist nicht bekannt</translation>
+    </message>
+    <message>
+        <source>Approach along the normal and pull back the same way. Press I to choose how the side is found, X to flip the last point.</source>
+        <translation>Entlang der Normalen antasten und so abheben. I wählt, wie die Seite gefunden wird, X kehrt den letzten Punkt um.</translation>
+    </message>
+    <message>
+        <source>No point: no feature, or several, fit the touch</source>
+        <translation>Kein Punkt: kein Element passt zur Antastung, oder mehrere</translation>
+    </message>
+    <message>
+        <source>Choose the feature in the list, or switch to plan order with O. Check the alignment: F5.</source>
+        <translation>Element in der Liste wählen oder mit O zur Abfolge des Prüfplans wechseln. Ausrichtung prüfen: F5.</translation>
+    </message>
+    <message>
+        <source>No point: the job is paused</source>
+        <translation>Kein Punkt: der Auftrag ist angehalten</translation>
+    </message>
+    <message>
+        <source>Press Z to resume, then touch again.</source>
+        <translation>Mit Z fortsetzen, dann erneut antasten.</translation>
+    </message>
+    <message>
+        <source>NO POINTS: the calibration of the cameras forbids it</source>
+        <translation>KEINE PUNKTE: die Kalibrierung der Kameras lässt es nicht zu</translation>
+    </message>
+    <message>
+        <source>Read the sentence at the top. Expired or knocked: Maintain, Verify or Relocate. UNCALIBRATED results are not proven.</source>
+        <translation>Den Satz ganz oben lesen. Abgelaufen oder angestoßen: Wartung, Verifizieren oder Neu einmessen. Ergebnisse, die UNKALIBRIERT sind, sind nicht nachgewiesen.</translation>
+    </message>
+    <message>
+        <source>NO POINTS: the tip must be checked</source>
+        <translation>KEINE PUNKTE: die Spitze muss geprüft werden</translation>
+    </message>
+    <message>
+        <source>Maintain, Check tip: it takes a minute. After a blow or a change of the tip qualify it on the sphere.</source>
+        <translation>Wartung, Spitze prüfen: es dauert eine Minute. Nach einem Stoß oder Wechsel die Spitze an der Kugel einmessen.</translation>
+    </message>
+    <message>
+        <source>NOT READY: no new frames from the cameras</source>
+        <translation>NICHT BEREIT: keine neuen Bilder von den Kameras</translation>
+    </message>
+    <message>
+        <source>Check power and network cables of the cameras. Maintain, Bus shows which camera is missing. Wait until all are in operation.</source>
+        <translation>Strom- und Netzwerkkabel der Kameras prüfen. Wartung, Bus zeigt, welche Kamera fehlt. Warten, bis alle in Betrieb sind.</translation>
+    </message>
+    <message>
+        <source>The reference body is lost or has moved</source>
+        <translation>Der Referenzkörper ist verloren oder wurde bewegt</translation>
+    </message>
+    <message>
+        <source>Clear the line of sight to its LEDs. Let part and cameras come to rest. It must not be moved against the part.</source>
+        <translation>Sichtlinie zu seinen LEDs freimachen. Teil und Kameras zur Ruhe kommen lassen. Er darf gegen das Teil nicht bewegt werden.</translation>
+    </message>
+    <message>
+        <source>NOT STORED: points cannot be saved</source>
+        <translation>NICHT GESPEICHERT: Punkte lassen sich nicht speichern</translation>
+    </message>
+    <message>
+        <source>Free disk space or connect the disk again. Points that are shown as taken are safe. Open the job again from the Start page.</source>
+        <translation>Speicherplatz schaffen oder den Datenträger wieder anschließen. Punkte, die als genommen gezeigt werden, sind sicher. Den Auftrag von der Startseite neu öffnen.</translation>
+    </message>
+    <message>
+        <source>FAILED: a part of the program stopped</source>
+        <translation>AUSGEFALLEN: ein Teil des Programms hielt an</translation>
+    </message>
+    <message>
+        <source>All points taken are saved. Open the job again: Start page, Continue. If it fails again, write a support bundle.</source>
+        <translation>Alle genommenen Punkte sind gespeichert. Den Auftrag neu öffnen: Startseite, Fortsetzen. Fällt es wieder aus, ein Supportpaket schreiben.</translation>
+    </message>
+    <message>
+        <source>Results: NOT PROVEN</source>
+        <translation>Ergebnisse: NICHT NACHGEWIESEN</translation>
+    </message>
+    <message>
+        <source>The value lies within U of the limit. Select it in Results to see what makes U large; more points, or a better attitude of the probe, make it smaller.</source>
+        <translation>Der Wert liegt innerhalb von U an der Grenze. In Ergebnisse zeigt die Zeile, was U groß macht; mehr Punkte oder eine bessere Haltung des Tasters machen es kleiner.</translation>
+    </message>
+    <message>
+        <source>The plan cannot be opened</source>
+        <translation>Der Prüfplan lässt sich nicht öffnen</translation>
+    </message>
+    <message>
+        <source>Read which line or field the message names. Open the plan in the editor (F4), which marks what is wrong.</source>
+        <translation>Lesen, welche Zeile oder welches Feld die Meldung nennt. Den Prüfplan im Editor (F4) öffnen, der markiert, was falsch ist.</translation>
+    </message>
+    <message>
+        <source>A report cannot be written</source>
+        <translation>Ein Bericht lässt sich nicht schreiben</translation>
+    </message>
+    <message>
+        <source>Choose a folder that can be written. Close the file in the other program, then press E again.</source>
+        <translation>Einen beschreibbaren Ordner wählen. Die Datei im anderen Programm schließen, dann wieder E drücken.</translation>
+    </message>
+    <message>
+        <source>A setting has no effect</source>
+        <translation>Eine Einstellung wirkt nicht</translation>
+    </message>
+    <message>
+        <source>Settings shows when a change applies: at once, or when the job is opened again.</source>
+        <translation>Die Einstellungen zeigen, wann eine Änderung gilt: sofort, oder wenn der Auftrag neu geöffnet wird.</translation>
+    </message>
+    <message>
+        <source>The archive does not answer</source>
+        <translation>Das Archiv antwortet nicht</translation>
+    </message>
+    <message>
+        <source>Nothing is lost: jobs wait in the outbox. Check the network and the address in Settings, Archive.</source>
+        <translation>Nichts ist verloren: Aufträge warten im Ausgang. Netzwerk und Adresse prüfen: Einstellungen, Archiv.</translation>
+    </message>
+    <message>
+        <source>The picture stutters or frames are late</source>
+        <translation>Das Bild ruckelt oder Bilder kommen zu spät</translation>
+    </message>
+    <message>
+        <source>Close other programs. Let a technician run the doctor of this computer; Maintain, Bus shows late and lost cycles.</source>
+        <translation>Andere Programme schließen. Den Rechner von der Instandhaltung prüfen lassen; Wartung, Bus zeigt späte und verlorene Zyklen.</translation>
+    </message>
+    <message>
         <source>Chapters</source>
         <translation>Kapitel</translation>
     </message>
     <message>
         <source>List of chapters, those for the inspector first</source>
         <translation>Liste der Kapitel, die für den Prüfer zuerst</translation>
-    </message>
-    <message>
-        <source>Search</source>
-        <translation>Suchen</translation>
     </message>
     <message>
         <source>Search the manual</source>

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.gate import FAILED, NOT_RUN, PASSED, Outcome, summary, write_record
-from tests.host import HANG_S
+from tests.host import AGAIN, HANG_S, LONG, amount, looser
 from tests.processor import AVX2, GENERIC, why_not
 
 _ROOT = Path(__file__).resolve().parents[2]
@@ -210,3 +210,17 @@ def test_the_files_that_took_longest_are_named(tmp_path: Path) -> None:
     long = [line.split() for line in summary(tmp_path)[0] if line.startswith("LONG")]
     assert [line[3] for line in long] == ["test_them.py", "test_quick.py"]
     assert int(long[0][1]) >= 1
+    slow = [line.split() for line in summary(tmp_path)[0] if line.startswith("SLOW")]
+    assert [line[3] for line in slow] == ["test_them.py::test_it", "test_quick.py::test_it"]
+
+
+def test_the_long_form_takes_the_whole_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in (LONG, AGAIN):
+        monkeypatch.delenv(name, raising=False)
+    assert (amount(6, 50), amount(6, 50, again=3)) == (6, 6)
+    monkeypatch.setenv(AGAIN, "1")
+    assert (amount(6, 50), amount(6, 50, again=3)) == (6, 3)
+    monkeypatch.setenv(LONG, "1")
+    assert (amount(6, 50), amount(6, 50, again=3)) == (50, 50)
+    # Half of the draws know a mean half as well, squared.
+    assert looser(0.02, 2_500, 10_000) == pytest.approx(0.04)

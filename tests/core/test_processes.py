@@ -7,13 +7,15 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from ocmm_core.errors import InputError, InternalError, OcmmError
-from ocmm_core.processes import processes_for, side_by_side
-from tests.host import HANG_S
+from ocmm_core.host import HOST
+from ocmm_core.processes import Aside, processes_for, side_by_side
+from tests.host import HANG_S, not_run
 
 BOUND_S = 60.0
 """Ending takes a second a process; a busy computer may take some more, hanging ones minutes."""
@@ -126,3 +128,88 @@ def _lives(pid: int) -> bool:
         return "Z" not in Path(f"/proc/{pid}/stat").read_text(encoding="ascii").split()[2]
     except (FileNotFoundError, ProcessLookupError):
         return False
+
+
+def needs_copies() -> None:
+    if not HOST.can_copy_process():
+        not_run("this system does not copy processes, or has one processor")
+
+
+def test_a_copy_sends_what_it_makes_and_ends_with_it() -> None:
+    needs_copies()
+    held = {"what only this process has": 7}
+
+    def made(send: Callable[[bytes], None]) -> None:
+        send(str(held).encode())
+        # More than a pipe holds: it waits until somebody reads.
+        send(b"x" * 3_000_000)
+
+    aside = Aside(made)
+    assert aside.next(HANG_S) == str(held).encode()
+    assert len(aside.next(HANG_S) or b"") == 3_000_000
+    assert aside.next(HANG_S) is None
+    assert aside.next(HANG_S) is None
+    aside.end()
+
+
+def test_a_copy_that_fails_or_takes_too_long_sends_nothing() -> None:
+    needs_copies()
+
+    def fails(send: Callable[[bytes], None]) -> None:
+        send(b"first")
+        raise KeyError("defect")
+
+    aside = Aside(fails)
+    assert aside.next(HANG_S) == b"first"
+    assert aside.next(HANG_S) is None
+
+    def works_on(send: Callable[[bytes], None]) -> None:
+        while True:
+            pass
+
+    aside = Aside(works_on)
+    began = time.monotonic()
+    assert aside.next(0.05) is None
+    assert time.monotonic() - began < BOUND_S
+    # What nobody waits for ends when it is told to.
+    aside = Aside(works_on)
+    aside.end()
+    aside.end()
+
+
+_PARENT = """
+import os, sys, time
+from ocmm_core.processes import Aside
+def work(send):
+    send(str(os.getpid()).encode())
+    while True:
+        pass
+aside = Aside(work)
+print(aside.next(1000.0).decode(), flush=True)
+time.sleep(1000.0)
+"""
+
+
+def test_a_copy_ends_with_the_process_that_was_killed() -> None:
+    needs_copies()
+    parent = subprocess.Popen([sys.executable, "-c", _PARENT], stdout=subprocess.PIPE, text=True)
+    try:
+        assert parent.stdout is not None
+        copy = int(parent.stdout.readline())
+    finally:
+        parent.kill()
+        parent.wait()
+        parent.stdout.close()
+    until = time.monotonic() + BOUND_S
+    while time.monotonic() < until and _runs(copy):
+        time.sleep(0.05)
+    assert not _runs(copy)
+
+
+def _runs(pid: int) -> bool:
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text("utf-8", "replace").rpartition(")")[2]
+    except OSError:
+        return False
+    # One that is dead stays in the list until somebody asks how it ended.
+    return state.split()[0] not in ("Z", "X")

@@ -50,10 +50,16 @@ def sheet(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Artefact
         made.show()
         made.activateWindow()
     made.open()
+    _settled(qtbot, made)
     yield made
     made.close_work()
     made.close()
     made.deleteLater()
+
+
+def _settled(qtbot: QtBot, sheet: ArtefactSheet) -> None:
+    """Wait until the register was read and written."""
+    qtbot.waitUntil(lambda: not sheet.is_reading(), timeout=HANG_MS)
 
 
 def _typed(sheet: ArtefactSheet, **changes: str) -> None:
@@ -69,6 +75,7 @@ def test_an_artefact_is_typed_listed_renewed_and_removed_by_keys(
     sheet.form.kind.setCurrentIndex(0)
     _typed(sheet)
     QTest.keyClick(sheet.form.fields["id"], Qt.Key.Key_F8)
+    _settled(qtbot, sheet)
     assert sheet.table.rowCount() == 1, failed
     words = sheet.table.words(0)
     assert words[:4] == ("S-7", "sphere", "4711", "0.30")
@@ -77,6 +84,7 @@ def test_an_artefact_is_typed_listed_renewed_and_removed_by_keys(
     # The same certificate twice is a mistake of whoever types; a newer one takes its place.
     _typed(sheet)
     QTest.keyClick(sheet.form.fields["id"], Qt.Key.Key_F8)
+    _settled(qtbot, sheet)
     assert "is there already" in failed.pop().what
     sheet.table.setFocus()
     QTest.keyClick(sheet.table, Qt.Key.Key_F10)
@@ -85,6 +93,7 @@ def test_an_artefact_is_typed_listed_renewed_and_removed_by_keys(
     # Half a millimetre of U: too coarse for every test, with a sentence for each.
     sheet.form.fields["expanded"].setText("0.5")
     QTest.keyClick(sheet.form.fields["id"], Qt.Key.Key_F8)
+    _settled(qtbot, sheet)
     assert failed == []
     assert sheet.table.rowCount() == 1
     assert "SPHERE-25" in sheet.table.words(0)[6]
@@ -92,14 +101,17 @@ def test_an_artefact_is_typed_listed_renewed_and_removed_by_keys(
     # What is no number is named.
     _typed(sheet, id="S-8", expanded="0.3 um")
     QTest.keyClick(sheet.form.fields["id"], Qt.Key.Key_F8)
+    _settled(qtbot, sheet)
     assert "'expanded' is '0.3 um'" in failed.pop().what
     _typed(sheet, id="S-8", due_utc="2020-01-01")
     QTest.keyClick(sheet.form.fields["id"], Qt.Key.Key_F8)
+    _settled(qtbot, sheet)
     assert "expired on 2020-01-01" in failed.pop().what
     sheet.table.setFocus()
     QTest.keyClick(sheet.table, Qt.Key.Key_Delete, Qt.KeyboardModifier.ControlModifier)
     assert sheet.sure.isVisible()
     sheet.sure.agree()
+    _settled(qtbot, sheet)
     assert sheet.table.rowCount() == 0
     left: list[int] = []
     sheet.left.connect(lambda: left.append(1))

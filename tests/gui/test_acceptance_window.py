@@ -25,7 +25,8 @@ from ocmm_core.acceptance import (
     recompute,
     typed_entry,
 )
-from ocmm_core.composition import AcceptanceBench, StationRequest, VirtualHand, build_station
+from ocmm_core.composition import AcceptanceBench, StationRequest, build_station
+from ocmm_core.composition.hands import VirtualHand
 from ocmm_core.documents import resource
 from ocmm_gui.acceptance._measure_page import MeasurePage
 from ocmm_gui.acceptance._verdict_page import AcceptanceVerdictPage

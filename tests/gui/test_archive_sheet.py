@@ -8,10 +8,15 @@ from pathlib import Path
 import pytest
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.archive import QUESTIONS, ArchivePlace, open_archive
+from benchmarks.recall_scenes import TruePart, World, base_points
+from ocmm_core.archive.outbox import ArchivePlace, Outbox
+from ocmm_core.archive.questions import QUESTIONS
+from ocmm_core.archive.stores import open_archive
 from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.archive import Outcome, headline
 from ocmm_gui.archive import ArchiveSheet
 from tests.core.archive.made_jobs import START, made_delivery
+from tests.core.inspection.test_recall import LARGE, SHIFT, TURN
 from tests.host import HANG_MS
 
 NAMES = [one.name for one in QUESTIONS]
@@ -99,9 +104,97 @@ def test_an_archive_that_is_off_is_said(qtbot: QtBot, tmp_path: Path) -> None:
     assert "The archive is off" in sheet.about()
 
 
+@pytest.fixture(scope="module")
+def shop(tmp_path_factory: pytest.TempPathFactory) -> tuple[ArchivePlace, Path]:
+    """Return an archive with two jobs of a calibration that failed, and its history."""
+    folder = tmp_path_factory.mktemp("shop")
+    world = World(base_points(folder), folder / "calibrations", seed=3)
+    for name, part in (("before", TruePart()), ("large", LARGE)):
+        world.measure(folder / f"{name}.ocmm", part)
+        if name == "before":
+            world.push(TURN, SHIFT)
+    world.verify(passed=False)
+    world.calibrate()
+    place = ArchivePlace(str(folder / "archive.sqlite"), "Station 1", folder / "outbox")
+    with Outbox(place.outbox) as outbox:
+        for name in ("before", "large"):
+            outbox.put(folder / f"{name}.ocmm")
+        courier = place.courier(outbox)
+        assert courier.send_waiting().sent == 2
+        courier.close()
+    return place, folder / "calibrations"
+
+
+def test_a_recall_is_computed_shown_stored_and_printed(
+    qtbot: QtBot, shop: tuple[ArchivePlace, Path], tmp_path: Path
+) -> None:
+    place, calibrations = shop
+    sheet = ArchiveSheet(lambda: place, lambda: tmp_path)
+    qtbot.addWidget(sheet)
+    sheet.resize(1280, 720)
+    sheet.show()
+    told: list[OcmmError] = []
+    sheet.failed.connect(told.append)
+
+    def done() -> None:
+        qtbot.waitUntil(lambda: not sheet.is_working(), timeout=HANG_MS)
+
+    sheet.keys["store"].trigger()
+    assert "Turn to the recall first" in sheet.about()
+    sheet.keys["recall"].trigger()
+    assert sheet.recall.isVisible()
+    assert not sheet.table.isVisible()
+    sheet.recall.fields["folders"].setText(str(calibrations))
+    sheet.keys["store"].trigger()
+    assert told.pop().code == "recall.nothing"
+    # Given up at once; what is shown stays.
+    sheet.keys["ask"].trigger()
+    assert sheet.is_working()
+    sheet.keys["stop"].trigger()
+    assert not sheet.is_working()
+    sheet.keys["ask"].trigger()
+    done()
+    assert not told
+    assert sheet.recall.table.rowCount() >= 2
+    record = sheet.recall.record
+    assert record is not None
+    assert {job.serial: job.outcome for job in record.jobs} == {
+        "before": Outcome.HOLDS, "large": Outcome.CHANGES,
+    }  # fmt: skip
+    assert sheet.recall.headline() == headline(record)
+    # Nobody is named: the core says so.
+    sheet.keys["store"].trigger()
+    done()
+    assert told.pop().code == "recall.nobody"
+    sheet.keys["export"].trigger()
+    sheet.target.given.emit(tmp_path / "recall.pdf")
+    done()
+    assert (tmp_path / "recall.pdf").read_bytes().startswith(b"%PDF")
+    sheet.recall.fields["who"].setText("Anna")
+    sheet.keys["store"].trigger()
+    done()
+    assert not told
+    assert "Anna" in sheet.recall.totals.text()
+    with open_archive(place.address) as archive:
+        rows = archive.ask("SELECT serial, held FROM archived_job ORDER BY serial").rows
+        assert rows == (("before", 0), ("large", 1))
+    # A finding that is named needs to say what, and since when.
+    sheet.recall.finding.setCurrentIndex(1)
+    sheet.keys["ask"].trigger()
+    assert told.pop().code == "recall.finding"
+    sheet.recall.fields["what"].setText("B-17")
+    sheet.recall.fields["since"].setText("last week")
+    sheet.keys["ask"].trigger()
+    assert "last week is no day." in told.pop().what
+    sheet.keys["recall"].trigger()
+    assert sheet.question.isVisible()
+    sheet.close_work()
+
+
 def test_everything_has_an_accessible_name(sheet: ArchiveSheet) -> None:
     for widget in (
         sheet.question, sheet.kind, sheet.table, sheet.notes, sheet.standing,
-        *sheet.fields.values(),
+        *sheet.fields.values(), sheet.recall.finding, sheet.recall.table, sheet.recall.totals,
+        *sheet.recall.fields.values(),
     ):  # fmt: skip
         assert widget.accessibleName()

@@ -87,21 +87,21 @@ def test_the_plan_is_aligned_by_what_was_chosen(qtbot: QtBot, tmp_path: Path) ->
     sheet.told.connect(said.append)
     sheet.choose_faces()
     assert "No CAD model" in said[-1]
-    sheet.importing.part_read.emit(PartOfPlan(part()))
-    assert not sheet.faces.isHidden()
-    sheet.faces.picture.face_clicked.emit(0)
-    QTest.keyClick(sheet.faces.list, Qt.Key.Key_Return)
+    sheet.models.importing.part_read.emit(PartOfPlan(part()))
+    assert not sheet.models.faces.isHidden()
+    sheet.models.faces.picture.face_clicked.emit(0)
+    QTest.keyClick(sheet.models.faces.list, Qt.Key.Key_Return)
     rule = sheet.draft.plan.alignment
     assert isinstance(rule, ModelBestFit)
     assert [face.number for face in rule.faces] == [1]
     assert all(name.startswith("SKIN on ") for name in rule.points)
-    assert sheet.faces.isHidden()
+    assert sheet.models.faces.isHidden()
     assert "24 points added" in said[-1]
     # The form shows them, and a second look begins with them.
-    sheet.importing.part_read.emit(PartOfPlan(part()))
-    assert [face.number for face in sheet.faces.chosen()] == [1]
-    QTest.keyClick(sheet.faces.list, Qt.Key.Key_Escape)
-    assert sheet.faces.isHidden()
+    sheet.models.importing.part_read.emit(PartOfPlan(part()))
+    assert [face.number for face in sheet.models.faces.chosen()] == [1]
+    QTest.keyClick(sheet.models.faces.list, Qt.Key.Key_Escape)
+    assert sheet.models.faces.isHidden()
     sheet.undo()
     assert sheet.draft.plan.alignment is None
     sheet.close_work()

@@ -121,21 +121,21 @@ def sheet(qtbot: QtBot) -> Iterator[PlanSheet]:
 def test_the_plan_gets_what_was_chosen_and_nothing_before(sheet: PlanSheet, qtbot: QtBot) -> None:
     before = sheet.draft.plan
     model = StepModel((), (), {}, PART)
-    sheet.importing.offered.emit(ReadModel(Path("block.step"), model, offers(), "+z"))
-    assert not sheet.choice.isHidden()
+    sheet.models.importing.offered.emit(ReadModel(Path("block.step"), model, offers(), "+z"))
+    assert not sheet.models.choice.isHidden()
     assert sheet.draft.plan is before
-    QTest.keyClick(sheet.choice.list, Qt.Key.Key_Space)
-    QTest.keyClick(sheet.choice.list, Qt.Key.Key_Return)
+    QTest.keyClick(sheet.models.choice.list, Qt.Key.Key_Space)
+    QTest.keyClick(sheet.models.choice.list, Qt.Key.Key_Return)
     qtbot.waitUntil(lambda: sheet.draft.plan is not before, timeout=HANG_MS)
     found = {feature.name for feature in sheet.draft.plan.features}
     assert found >= {"PLANE_2", "PLANE_3", "PLANE_4", "PLANE_6"}
     assert "PLANE_1" not in found
-    assert sheet.choice.isHidden()
+    assert sheet.models.choice.isHidden()
     # Back without: the plan stays.
     now = sheet.draft.plan
-    sheet.importing.offered.emit(ReadModel(Path("block.step"), model, offers(), "+z"))
-    QTest.keyClick(sheet.choice.list, Qt.Key.Key_Escape)
-    assert sheet.choice.isHidden()
+    sheet.models.importing.offered.emit(ReadModel(Path("block.step"), model, offers(), "+z"))
+    QTest.keyClick(sheet.models.choice.list, Qt.Key.Key_Escape)
+    assert sheet.models.choice.isHidden()
     assert sheet.draft.plan is now
 
 
@@ -143,8 +143,8 @@ def test_a_free_form_is_taken_with_its_zone_and_not_without(sheet: PlanSheet, qt
     before = sheet.draft.plan
     model = StepModel((), (), {}, PART)
     read = ReadModel(Path("block.step"), model, (*offers(), free_form()), "+z")
-    sheet.importing.offered.emit(read)
-    choice = sheet.choice
+    sheet.models.importing.offered.emit(read)
+    choice = sheet.models.choice
     assert not choice.zone.isHidden()
     assert "7" not in "".join(names(choice.chosen()))
     choice.list.setCurrentRow(6)

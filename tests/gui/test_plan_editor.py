@@ -137,7 +137,7 @@ def test_a_plan_is_saved_with_features_from_a_table(
     table = tmp_path / "more.csv"
     table.write_text("name,shape,x,y,z,diameter\nPIN_1,Circle,1,2,3,8\nPIN_2,Circle,4,5,6,8\n")
     sheet.import_file(table)
-    qtbot.waitUntil(sheet.importing.isHidden, timeout=HANG_MS)
+    qtbot.waitUntil(sheet.models.importing.isHidden, timeout=HANG_MS)
     path = tmp_path / "mine.toml"
     with qtbot.waitSignal(sheet.saved, timeout=HANG_MS):
         sheet.save_as(path)
@@ -159,9 +159,9 @@ def test_a_model_is_read_beside_the_window_and_can_be_given_up(
     told: list[object] = []
     sheet.failed.connect(told.append)
     sheet.import_file(path)
-    assert sheet.importing.words() == "Importing a.step. Shift+F9 cancels."
+    assert sheet.models.importing.words() == "Importing a.step. Shift+F9 cancels."
     sheet.keys["import"].trigger()
-    assert sheet.importing.words() == ""
+    assert sheet.models.importing.words() == ""
     qtbot.waitUntil(lambda: multiprocessing.active_children() == [], timeout=HANG_MS)
     assert (sheet.draft.plan, told) == (before, [])
 

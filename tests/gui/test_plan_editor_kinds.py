@@ -175,7 +175,7 @@ def test_the_frame_of_a_document_is_taken_or_found_again(
     assert "comes from its document" in sheet.checks.text()
     assert form.faulty() == "digest"
     sheet.import_file(path)
-    qtbot.waitUntil(sheet.importing.isHidden, timeout=HANG_MS)
+    qtbot.waitUntil(sheet.models.importing.isHidden, timeout=HANG_MS)
     assert isinstance(sheet.draft.plan.alignment, SavedFrame)
     assert form.item() == sheet.draft.plan.alignment
     rotation = form.fields["rotation"]
@@ -183,7 +183,7 @@ def test_the_frame_of_a_document_is_taken_or_found_again(
     assert rotation.isReadOnly()
     _fill(form, "type", "relocation")
     sheet.import_file(path)
-    qtbot.waitUntil(sheet.importing.isHidden, timeout=HANG_MS)
+    qtbot.waitUntil(sheet.models.importing.isHidden, timeout=HANG_MS)
     _fill(form, "limit", "0,25")
     rule = sheet.draft.plan.alignment
     assert isinstance(rule, Relocation)

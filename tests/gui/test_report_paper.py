@@ -11,6 +11,7 @@ import pytest
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QImage
 
+from ocmm_core.errors import InputError
 from ocmm_core.export.report import (
     SECTIONS,
     Particulars,
@@ -99,3 +100,47 @@ def test_words_of_the_picture_never_cover_each_other() -> None:
         assert len(words) == crowd
         assert all(box.contains(word) for word in words)
         assert not any(one.intersects(other) for one, other in combinations(words, 2))
+
+
+@pytest.mark.usefixtures("qapp")
+def test_a_logo_that_is_no_picture_is_told_and_not_left_out(tmp_path: Path) -> None:
+    data = on_paper(tmp_path)
+    whole = data.paper.logo
+    spoilt = whole[: len(whole) // 2] + bytes(len(whole))
+    bomb = whole[:16] + (100_000).to_bytes(4, "big") * 2 + whole[24:]
+    for logo in (whole[:8], spoilt, bomb):
+        with pytest.raises(InputError, match=r"'laboratory\.logo'"):
+            pdf.lay_out(replace(data, paper=replace(data.paper, logo=logo)))
+    wide = QImage(5000, 10, QImage.Format.Format_RGB32)
+    wide.fill(0)
+    assert wide.save(str(tmp_path / "logo.png"))
+    large = load_paper(tmp_path / "lab.toml")
+    with pytest.raises(InputError, match="5000 × 10 pixels"):
+        pdf.lay_out(replace(data, paper=large))
+
+
+@pytest.mark.parametrize(
+    "customer",
+    [
+        "x" * 1000,
+        "שלום עולם " * 80,
+        "مرحبا بالعالم " * 60,
+        "\u202eGNORW si siht\u202c",
+        "\U0001f4d0\U00012000\ue000" * 200,
+        "a\u0301" * 500,
+    ],
+)
+@pytest.mark.usefixtures("qapp")
+def test_whatever_a_customer_is_called_stays_on_its_page(tmp_path: Path, customer: str) -> None:
+    data = on_paper(tmp_path, given=Particulars(customer=customer))
+    canvas = pdf.lay_out(data)
+    # The head grows with what it says, and ends above the foot; the end of the report is there.
+    assert len(canvas.pages) <= 6
+    assert texts(canvas).strip().endswith(f"End of report {report_number(data)}")
+    told = next(fact.value for fact in paper_facts(data) if fact.name == "Customer")
+    assert "\u202e" not in told
+    page = pdf.page_picture(canvas, 0, data, 420)
+    margin = page.copy(page.width() - 25, 0, 25, page.height())
+    assert {margin.pixel(x, y) for x in range(0, 25, 3) for y in range(0, page.height(), 3)} == {
+        0xFFFFFFFF
+    }

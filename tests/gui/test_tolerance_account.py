@@ -58,8 +58,8 @@ def imported(before: Plan) -> Imported:
 
 def test_nothing_is_taken_over_before_it_is_answered(sheet: PlanSheet) -> None:
     before = sheet.draft.plan
-    sheet.importing.imported.emit(imported(before))
-    account = sheet.tolerances
+    sheet.models.importing.imported.emit(imported(before))
+    account = sheet.models.tolerances
     assert account.isVisible()
     assert not sheet.items.isVisible()
     assert sheet.draft.plan == before
@@ -79,9 +79,9 @@ def test_nothing_is_taken_over_before_it_is_answered(sheet: PlanSheet) -> None:
 
 def test_return_takes_all_over_and_undo_takes_it_back(sheet: PlanSheet) -> None:
     before = sheet.draft.plan
-    sheet.importing.imported.emit(imported(before))
-    QTest.keyClick(sheet.tolerances.question, Qt.Key.Key_Return)
-    assert not sheet.tolerances.isVisible()
+    sheet.models.importing.imported.emit(imported(before))
+    QTest.keyClick(sheet.models.tolerances.question, Qt.Key.Key_Return)
+    assert not sheet.models.tolerances.isVisible()
     assert sheet.items.isVisible()
     assert [one.name for one in sheet.draft.plan.characteristics] == ["Good b"]
     assert [one.name for one in sheet.draft.plan.features] == ["TOP", "BORE"]
@@ -91,20 +91,20 @@ def test_return_takes_all_over_and_undo_takes_it_back(sheet: PlanSheet) -> None:
 
 def test_the_features_alone_or_nothing(sheet: PlanSheet) -> None:
     before = sheet.draft.plan
-    sheet.importing.imported.emit(imported(before))
-    QTest.keyClick(sheet.tolerances.question, Qt.Key.Key_Escape)
+    sheet.models.importing.imported.emit(imported(before))
+    QTest.keyClick(sheet.models.tolerances.question, Qt.Key.Key_Escape)
     assert sheet.draft.plan == before
     assert sheet.items.isVisible()
-    sheet.importing.imported.emit(imported(before))
-    QTest.mouseClick(sheet.tolerances.features_only, Qt.MouseButton.LeftButton)
+    sheet.models.importing.imported.emit(imported(before))
+    QTest.mouseClick(sheet.models.tolerances.features_only, Qt.MouseButton.LeftButton)
     assert [one.name for one in sheet.draft.plan.features] == ["TOP", "BORE"]
     assert sheet.draft.plan.characteristics == []
 
 
 def test_a_plan_that_changed_meanwhile_is_not_overwritten(sheet: PlanSheet) -> None:
     found = imported(sheet.draft.plan)
-    sheet.importing.imported.emit(found)
+    sheet.models.importing.imported.emit(found)
     other = msgspec.structs.replace(sheet.draft.plan, part="OTHER")
     sheet.draft.did(other)
-    QTest.keyClick(sheet.tolerances.question, Qt.Key.Key_Return)
+    QTest.keyClick(sheet.models.tolerances.question, Qt.Key.Key_Return)
     assert sheet.draft.plan == other

@@ -62,6 +62,8 @@ def pages(window: MainWindow) -> Iterator[tuple[str, Callable[[], None]]]:
     yield "plan", sheets.open_plan
     yield "results", sheets.open_results
     yield "keys", sheets.open_keys
+    yield "what to do", sheets.open_what_to_do
+    yield "support", sheets.open_support
     for sheet in (sheets.report, sheets.batch, sheets.alignment):
         yield sheet.accessibleName(), partial(sheets.wanted.emit, sheet)
     for kind in ProcedureKind:

@@ -111,6 +111,8 @@ def run(
     ] = 20.0,
     who: Annotated[str, typer.Option("--who", help="Name for the record.")] = "unnamed",
     place: Annotated[str, typer.Option("--place", help="Where the test is made.")] = "",
+    humidity: Annotated[str, typer.Option("--humidity", help="Of the air, %.")] = "",
+    pressure: Annotated[str, typer.Option("--pressure", help="Of the air, hPa.")] = "",
     customer: Annotated[str, typer.Option("--customer", help="For whom.")] = "",
     condition: Annotated[
         Literal["as found", "after adjustment"],
@@ -129,7 +131,7 @@ def run(
     force: ForceOption = False,
 ) -> None:
     """Run a test, or continue it: points are taken as soon as the ball rests where it should."""
-    from ocmm_core.acceptance import save_record
+    from ocmm_core.acceptance import RoomAir, save_record
     from ocmm_core.cli.acceptance._report import print_record
     from ocmm_core.cli.acceptance._run import run_test
     from ocmm_core.composition import open_test_site, tests_folder
@@ -141,6 +143,7 @@ def run(
     base = tests_folder(folder, site)
     found = run_test(
         site, base, console, temperature_c=temperature, who=who, place=place, customer=customer,
+        air=RoomAir.read(humidity, pressure),
         condition=condition, retest=retest, new=new, speed=speed, record=record, force=force,
     )  # fmt: skip
     print_record(console, found)

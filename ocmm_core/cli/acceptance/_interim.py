@@ -55,7 +55,7 @@ def interim(
     A check that is out is repeated at once. Out again: the points since the last good check are
     held back in every job until a verification passes. Ends with 1 then.
     """
-    from ocmm_core.acceptance import InterimHistory, InterimWord, note_check, save_record
+    from ocmm_core.acceptance import InterimHistory, InterimWord, RoomAir, note_check, save_record
     from ocmm_core.cli.acceptance._report import print_record
     from ocmm_core.cli.acceptance._run import run_test
     from ocmm_core.composition import open_test_site, tests_folder
@@ -69,8 +69,8 @@ def interim(
     for attempt in range(2):
         record = run_test(
             replace(site, seed=seed + attempt), base, console, temperature_c=temperature, who=who,
-            place="", customer="", condition="as found", retest=False, new=True, speed=speed,
-            record=None, force=force,
+            place="", customer="", condition="as found", air=RoomAir(), retest=False,
+            new=True, speed=speed, record=None, force=force,
         )  # fmt: skip
         print_record(console, record)
         save_record(base / "records", record)

@@ -69,8 +69,11 @@ def text_chart(found: LinearityReport) -> list[str]:
     return rows
 
 
-def linearity_chart(found: LinearityReport) -> str:
-    """Return the chart as SVG: every bias over its reference, the line, its band and zero."""
+def linearity_chart(found: LinearityReport, *, simulated: bool = False) -> str:
+    """Return the chart as SVG: every bias over its reference, the line, its band and zero.
+
+    A picture goes farther than the text beside it, so it says SIMULATED itself.
+    """
     study = found.study
     low, high = float(study.references.min()), float(study.references.max())
     at = np.linspace(low, high, 61)
@@ -98,7 +101,7 @@ def linearity_chart(found: LinearityReport) -> str:
         y = y_of(1e-3 * share * most)
         colour = "#333" if share == 0.0 else "#ccc"
         parts.append(f'<path d="M{_LEFT} {y:.1f}H{_RIGHT}" stroke="{colour}"/>')
-        parts.append(label(_LEFT - 8.0, y + 4.0, f"{share * most:+g}", 13, "end"))
+        parts.append(label(_LEFT - 8.0, y + 4.0, f"{share * most:+g}" if share else "0", 13, "end"))
     parts.append(f'<polyline points="{path(line)}" stroke="#2a78d6" stroke-width="2"/>')
     for value, biases in zip(study.references, found.biases, strict=True):
         x = x_of(float(value))
@@ -112,12 +115,13 @@ def linearity_chart(found: LinearityReport) -> str:
         )
         parts.append(label(x, _BOTTOM + 20.0, f"{value:.2f}", 12, "middle"))
     parts.append(label(0.5 * (_LEFT + _RIGHT), _BOTTOM + 44.0, "reference, mm", 14, "middle"))
-    parts.append(label(_LEFT, _TOP - 8.0, "bias, µm", 14, "middle"))
+    parts.append(label(_LEFT - 8.0, _TOP - 14.0, "bias, µm", 14, "end"))
     parts.append(
         label(_LEFT, _BOTTOM + 66.0,
                     "Dots: results. Squares: means. Line with its 95 % band.", 12, "start")
     )  # fmt: skip
-    return page(f"Linearity of {found.name}: {found.word}", found.reason, parts)
+    state = "SIMULATED: " if simulated else ""
+    return page(f"{state}Linearity of {found.name}: {found.word}", found.reason, parts)
 
 
 def _band(found: LinearityReport, at: Float) -> Float:

@@ -88,7 +88,7 @@ def linearity(
     _say_simulated(console, simulated)
     print_linearity(console, found)
     if picture is not None:
-        write_atomic(picture, linearity_chart(found).encode("utf-8"))
+        write_atomic(picture, linearity_chart(found, simulated=simulated).encode("utf-8"))
         console.print(f"Chart    {picture}", highlight=False, markup=False)
     if not found.study.linear:
         raise typer.Exit(1)

@@ -14,6 +14,7 @@ from ocmm_core.acceptance import (
     AcceptanceRecord,
     AcceptanceSession,
     AcceptanceView,
+    RoomAir,
     Verdict,
     reserved_spots,
 )
@@ -49,6 +50,7 @@ def run_test(
     place: str,
     customer: str,
     condition: str,
+    air: RoomAir,
     retest: bool,
     new: bool,
     speed: float,
@@ -86,7 +88,7 @@ def run_test(
             base / "sessions" / name, stage, site.procedure_sha256, now,
             temperature_c=temperature_c, who=who, place=place, customer=customer,
             condition=condition, calibration_artefacts=of_cameras,
-            qualification_artefacts=of_tip, reserved=reserved_spots(folders),
+            qualification_artefacts=of_tip, reserved=reserved_spots(folders), air=air,
         )  # fmt: skip
     console.print(f"Test     {session.stage.procedure.title}", highlight=False)
     console.print(f"Session  {session.path}", highlight=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,41 +11,71 @@ from rich.console import Console
 from ocmm_core.errors import OcmmError
 
 if TYPE_CHECKING:
-    from ocmm_core.archive import ArchivePlace, Outbox
+    from ocmm_core.archive.outbox import ArchivePlace, JobNote, Outbox
 
 
-def hand_over_after_measuring(
-    place: ArchivePlace | None, jobs: Sequence[Path], console: Console
-) -> None:
-    """Put jobs into the outbox, hand over what waits, and say what does not get there.
+class MeasuredJobs:
+    """Jobs of a command that measures: noted when they are begun, handed over when all is done.
 
-    It comes after everything else: the jobs are measured, and their exit code is known.
+    Parameters
+    ----------
+    place
+        Where they go; None where nothing is archived.
+    console
+        Says what does not get there.
     """
-    if place is None or not jobs:
-        return
-    from ocmm_core.archive import Outbox, hand_over
 
-    try:
-        with Outbox(place.outbox) as outbox:
-            for path in jobs:
-                if path.exists():
-                    outbox.put(path)
-            send_now(place, outbox)
-        told = hand_over(place.outbox)
-    except OcmmError as error:
-        console.print(f"Archive  {error}", style="yellow", highlight=False, markup=False)
-        return
-    if told.line:
-        console.print(f"Archive  {told.line}", style="yellow", highlight=False, markup=False)
+    def __init__(self, place: ArchivePlace | None, console: Console) -> None:
+        self._place, self._console = place, console
+        self._jobs: list[Path] = []
+        self._notes: list[JobNote] = []
+
+    def begin(self, path: Path) -> None:
+        """Note a job: it is found again if this program is killed."""
+        self._jobs.append(path)
+        if self._place is None:
+            return
+        from ocmm_core.archive.outbox import JobNote
+
+        # Said when it is put in: most probably that fails for the same reason.
+        with contextlib.suppress(OcmmError):
+            self._notes.append(JobNote(self._place.outbox, path))
+
+    def hand_over(self) -> None:
+        """Put all jobs into the outbox, hand over what waits, and say what does not get there.
+
+        It comes after everything else: the jobs are measured, and their exit code is known.
+        """
+        if self._place is None or not self._jobs:
+            return
+        from ocmm_core.archive.outbox import Outbox, hand_over
+
+        try:
+            with Outbox(self._place.outbox) as outbox:
+                for path in self._jobs:
+                    if path.exists():
+                        outbox.put(path)
+                for note in self._notes:
+                    note.done()
+                send_now(self._place, outbox)
+            told = hand_over(self._place.outbox)
+        except OcmmError as error:
+            self._console.print(f"Archive  {error}", style="yellow", highlight=False, markup=False)
+            return
+        if told.line:
+            self._console.print(
+                f"Archive  {told.line}", style="yellow", highlight=False, markup=False
+            )
 
 
 def send_now(place: ArchivePlace, outbox: Outbox) -> None:
     """Hand over what waits, once; nothing where another program is at it."""
-    from ocmm_core.archive import only_one
+    from ocmm_core.archive.outbox import only_one, sweep
 
     with only_one(place.outbox) as alone:
         if not alone:
             return
+        sweep(outbox)
         courier = place.courier(outbox)
         try:
             courier.send_waiting()

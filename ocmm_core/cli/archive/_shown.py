@@ -7,15 +7,17 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ocmm_core.archive import ArchiveAnswer
+from ocmm_core.archive.questions import ArchiveAnswer
+from ocmm_core.tolerances.decisions import PartWord, Verdict
 
 _STYLES = {
-    "PART CONFORMS": "green",
-    "CONFORM": "green",
-    "PART DOES NOT CONFORM": "bold red",
-    "NOT CONFORM": "bold red",
-    "NOT PROVEN": "yellow",
-    "NOT COMPLETE": "yellow",
+    PartWord.CONFORMS.value: "green",
+    Verdict.CONFORM.value: "green",
+    PartWord.DOES_NOT_CONFORM.value: "bold red",
+    Verdict.NOT_CONFORM.value: "bold red",
+    Verdict.NOT_PROVEN.value: "yellow",
+    PartWord.NOT_PROVEN.value: "yellow",
+    PartWord.NOT_COMPLETE.value: "yellow",
 }
 
 

@@ -10,19 +10,15 @@ import typer
 
 from ocmm_core.cli.measure._recall import show_recall, write_recall
 from ocmm_core.cli.terminal import (
-    SchedulerCaOption,
-    SchedulerCertOption,
-    SchedulerKeyOption,
-    SchedulerOption,
-    UnencryptedOption,
-    WorkersOption,
+    computing,
     make_console,
     progress_line,
-    site_of,
 )
+from ocmm_core.cluster import Site
 from ocmm_core.errors import InputError
 
 
+@computing
 def recall_archived(
     *,
     archive: Annotated[
@@ -70,12 +66,7 @@ def recall_archived(
     pdf_file: Annotated[
         Path | None, typer.Option("--pdf", help="Write the recall report to this file.")
     ] = None,
-    scheduler: SchedulerOption = "",
-    workers: WorkersOption = None,
-    scheduler_ca: SchedulerCaOption = None,
-    scheduler_cert: SchedulerCertOption = None,
-    scheduler_key: SchedulerKeyOption = None,
-    unencrypted: UnencryptedOption = False,
+    site: Site,
 ) -> None:
     """Recall the archived jobs that a finding touches, wherever they were measured.
 
@@ -83,7 +74,7 @@ def recall_archived(
     artefact, tip or calibration whose history is not here CANNOT BE KNOWN. Ends with 0 where all
     verdicts hold, else with 1.
     """
-    from ocmm_core.archive import open_archive
+    from ocmm_core.archive.stores import open_archive
     from ocmm_core.calibration.records import default_folder
     from ocmm_core.inspection.archive import Outcome
     from ocmm_core.recalls import ArchiveFinding, ShopPlaces, decide_archived, recall_archive
@@ -107,9 +98,6 @@ def recall_archived(
     finding = None
     if given and since is not None:
         finding = ArchiveFinding(*given[0], since.astimezone(UTC))
-    site = site_of(
-        scheduler, workers, (scheduler_ca, scheduler_cert, scheduler_key), unencrypted=unencrypted
-    )
     places = ShopPlaces(
         place.address, tuple(calibrations or [default_folder()]), probes, place.password
     )

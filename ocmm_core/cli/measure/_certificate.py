@@ -52,6 +52,12 @@ def make(
         str, typer.Option("--customer", help="Default: the laboratory itself.")
     ] = "",
     place: Annotated[str, typer.Option("--place", help="Where it was tested.")] = "",
+    humidity: Annotated[
+        str, typer.Option("--humidity", help="Of the air, %, where no record has it.")
+    ] = "",
+    pressure: Annotated[
+        str, typer.Option("--pressure", help="Of the air, hPa, where no record has it.")
+    ] = "",
     pages: Annotated[bool, typer.Option("--pages/--no-pages", help="Also write a PDF.")] = True,
 ) -> None:
     """Write the paper of cameras, of a qualified tip, or of an acceptance test.
@@ -64,7 +70,7 @@ def make(
     from ocmm_core.export.certificate import certificate_of_folder, write_certificate
     from ocmm_core.export.report import Particulars, load_paper, template_in_use
 
-    given = Particulars(customer=customer, place=place)
+    given = Particulars(customer=customer, place=place, humidity=humidity, pressure=pressure)
     sheet = load_paper(template or template_in_use(), given)
     # Also before pages are drawn elsewhere: what is wrong with the records is said by its error.
     paper = certificate_of_folder(folder, sheet, tip, calibration=calibration, as_found=as_found)

@@ -12,21 +12,17 @@ from rich.table import Table
 
 from ocmm_core.cli.measure._pages import print_pages
 from ocmm_core.cli.terminal import (
-    SchedulerCaOption,
-    SchedulerCertOption,
-    SchedulerKeyOption,
-    SchedulerOption,
-    UnencryptedOption,
-    WorkersOption,
+    computing,
     make_console,
     progress_line,
-    site_of,
 )
+from ocmm_core.cluster import Site
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.archive import Trend
 
 
+@computing
 def compare_command(
     *,
     jobs: Annotated[
@@ -51,12 +47,7 @@ def compare_command(
         Path | None,
         typer.Option("--pages", help="PDF file: table, charts and signals, on your template."),
     ] = None,
-    scheduler: SchedulerOption = "",
-    workers: WorkersOption = None,
-    scheduler_ca: SchedulerCaOption = None,
-    scheduler_cert: SchedulerCertOption = None,
-    scheduler_key: SchedulerKeyOption = None,
-    unencrypted: UnencryptedOption = False,
+    site: Site,
 ) -> None:
     """Compare the jobs of a batch: trend, control chart and Cp / Cpk of every characteristic.
 
@@ -73,9 +64,6 @@ def compare_command(
     from ocmm_core.inspection.evaluation import SIMULATED_LINE
 
     console = make_console()
-    site = site_of(
-        scheduler, workers, (scheduler_ca, scheduler_cert, scheduler_key), unencrypted=unencrypted
-    )
     with progress_line() as tell:
         found = compare_files(jobs, tell, probes, calibrations, site=site).about(feature)
     if found.simulated:

@@ -13,16 +13,11 @@ from rich.table import Table
 
 from ocmm_core.cli.measure._pages import print_pages
 from ocmm_core.cli.terminal import (
-    SchedulerCaOption,
-    SchedulerCertOption,
-    SchedulerKeyOption,
-    SchedulerOption,
-    UnencryptedOption,
-    WorkersOption,
+    computing,
     make_console,
     progress_line,
-    site_of,
 )
+from ocmm_core.cluster import Site
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.leftovers import scratch_folder
@@ -36,6 +31,7 @@ _STYLES = {"HOLDS": "green", "CHANGES": "bold red", "UNKNOWN": "yellow"}
 """By the name of the outcome."""
 
 
+@computing
 def recall_command(
     *,
     jobs: Annotated[
@@ -83,12 +79,7 @@ def recall_command(
     pdf_file: Annotated[
         Path | None, typer.Option("--pdf", help="Write the recall report to this file.")
     ] = None,
-    scheduler: SchedulerOption = "",
-    workers: WorkersOption = None,
-    scheduler_ca: SchedulerCaOption = None,
-    scheduler_cert: SchedulerCertOption = None,
-    scheduler_key: SchedulerKeyOption = None,
-    unencrypted: UnencryptedOption = False,
+    site: Site,
 ) -> None:
     """Recalculate the jobs that are in doubt because their calibration failed later.
 
@@ -100,9 +91,6 @@ def recall_command(
     from ocmm_core.inspection.archive import KeptPlaces, Outcome, decide, recall
 
     console = make_console()
-    site = site_of(
-        scheduler, workers, (scheduler_ca, scheduler_cert, scheduler_key), unencrypted=unencrypted
-    )
     folder = calibrations if calibrations is not None else default_folder()
     if artefact is not None or since is not None:
         _let_fall(console, folder, artefact, since, who)

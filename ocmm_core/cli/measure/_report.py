@@ -109,6 +109,11 @@ def report_command(
     received: Annotated[
         str, typer.Option("--received", help="When the item came, in which condition.")
     ] = "",
+    room: Annotated[
+        str, typer.Option("--room", help="Temperature of the room, °C: a number or a range.")
+    ] = "",
+    humidity: Annotated[str, typer.Option("--humidity", help="Of the air, %.")] = "",
+    pressure: Annotated[str, typer.Option("--pressure", help="Of the air, hPa.")] = "",
     deviation: Annotated[
         list[str] | None,
         typer.Option("--deviation", help="Deviation from the plan; can be repeated."),
@@ -142,14 +147,17 @@ def report_command(
         load_paper,
         load_profile,
         paper_of,
+        surroundings,
         template_in_use,
     )
 
     given = Particulars(
         number=number, customer=customer, customer_address=customer_address, order=order,
         drawing=drawing, revision=revision, machine=machine, place=place, received=received,
+        room=room, humidity=humidity, pressure=pressure,
         deviations=tuple(deviation or ()), remarks=tuple(remark or ()),
     )  # fmt: skip
+    surroundings(given)
     # A template that cannot be used is told before the jobs are computed.
     load_paper(template or template_in_use())
     console = make_console(soft_wrap=True)

@@ -9,7 +9,7 @@ there are.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -23,6 +23,7 @@ from ocmm_core.cluster import HERE, Site, run_tasks
 from ocmm_core.composition import DEMO_PART, DEMO_PLAN, RECOMMENDED_RIG, STANDARD_PROBE, true_values
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import OcmmError
+from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.session import InspectionSession
@@ -38,6 +39,9 @@ FRAME_RATE_HZ = 500
 
 Kind = Literal["distance", "coordinate"]
 Axis = Literal["", "x", "y", "z"]
+_AXES: tuple[Axis, ...] = ("x", "y", "z")
+_PARALLEL = 1.0 - 1e-9
+"""Cosine between normals that a plan means to be parallel."""
 _BATCH = 800
 _MOST_ROUNDS = 3
 """How often is tried again what was refused."""
@@ -120,27 +124,45 @@ def _run_from(seed: int, *documents: bytes) -> list[CoverageOutcome]:
 
 
 def more_characteristics(plan: Plan) -> Plan:
-    """Return the plan with characteristics for features of the demo that it has, and without form.
+    """Return the plan with characteristics of place for all features that have one, without form.
 
-    The true form is zero, and a range of residuals can only be greater: no interval about it could
-    hold the truth in 95 of 100 runs.
+    Touched points and planes get a distance to the first plane that they are parallel to, centres
+    their coordinates where there is a part frame. The true form is zero, and a range of residuals
+    can only be greater: no interval about it could hold the truth in 95 of 100 runs.
     """
-    extra = [
-        _extra("Corner height", "distance", ["CORNER", "BED"]),
-        _extra("Plate height", "distance", ["PLATE_TOP", "BED"]),
-        _extra("Ball x", "coordinate", ["SPHERE"], "x"),
-        _extra("Ball y", "coordinate", ["SPHERE"], "y"),
-        _extra("Ball z", "coordinate", ["SPHERE"], "z"),
-        _extra("Edge y", "coordinate", ["EDGE_1"], "y"),
-    ]
     kept = [item for item in plan.characteristics if not spec_of(item.kind).form_alone]
-    names = {feature.name for feature in plan.features}
+    stated = {(item.kind, frozenset(item.features), item.axis) for item in kept}
     extra = [
         item
-        for item in extra
-        if names.issuperset(item.features) and (not item.axis or plan.bound_alignment is not None)
+        for feature in plan.features
+        for item in _place_of(plan, feature)
+        if (item.kind, frozenset(item.features), item.axis) not in stated
     ]
     return msgspec.structs.replace(plan, characteristics=kept + extra)
+
+
+def _place_of(plan: Plan, feature: NominalFeature) -> Iterator[Characteristic]:
+    """Give the characteristics that say where a feature is."""
+    shape = feature.shape.spec
+    if shape.located == "along" or shape.minimum_points == 1:
+        for base in plan.features:
+            if base is feature:
+                return
+            if base.shape.spec.located == "along" and (
+                shape.minimum_points == 1 or _are_parallel(base, feature)
+            ):
+                name = f"{feature.name} above {base.name}"
+                yield _extra(name, "distance", [feature.name, base.name])
+                return
+    elif shape.located == "everywhere" and shape.centred and plan.bound_alignment is not None:
+        for axis in _AXES:
+            yield _extra(f"{feature.name} {axis}", "coordinate", [feature.name], axis)
+
+
+def _are_parallel(one: NominalFeature, other: NominalFeature) -> bool:
+    first, second = np.array(one.direction), np.array(other.direction)
+    product = np.linalg.norm(first) * np.linalg.norm(second)
+    return bool(abs(first @ second) >= _PARALLEL * product)
 
 
 def _extra(name: str, kind: Kind, features: list[str], axis: Axis = "") -> Characteristic:

@@ -15,16 +15,11 @@ from ocmm_core.cli.terminal import (
     PlanOption,
     ProbeOption,
     RigOption,
-    SchedulerCaOption,
-    SchedulerCertOption,
-    SchedulerKeyOption,
-    SchedulerOption,
-    UnencryptedOption,
-    WorkersOption,
+    computing,
     make_console,
     progress_line,
-    site_of,
 )
+from ocmm_core.cluster import Site
 from ocmm_core.composition import DEMO_PART, DEMO_PLAN, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import resource, write_atomic
 from ocmm_core.errors import InputError
@@ -57,6 +52,7 @@ def _study() -> None:
 
 
 @study_app.command()
+@computing
 def probe_calibration(
     *,
     runs: Annotated[int, typer.Option("--runs", min=1, help="Simulated calibrations.")] = 3000,
@@ -91,12 +87,7 @@ def probe_calibration(
     processes: Annotated[
         int | None, typer.Option("--processes", min=1, help="Default: one per processor.")
     ] = None,
-    scheduler: SchedulerOption = "",
-    workers: WorkersOption = None,
-    scheduler_ca: SchedulerCaOption = None,
-    scheduler_cert: SchedulerCertOption = None,
-    scheduler_key: SchedulerKeyOption = None,
-    unencrypted: UnencryptedOption = False,
+    site: Site,
     out: Annotated[Path, typer.Option("--out", help="Folder for figures and numbers.")] = Path(
         "ocmm-out"
     ),
@@ -113,9 +104,6 @@ def probe_calibration(
     from ocmm_core.simulation.scene import ProbeStudy, run_study
     from ocmm_core.tracking import load_probe
 
-    site = site_of(
-        scheduler, workers, (scheduler_ca, scheduler_cert, scheduler_key), unencrypted=unencrypted
-    )
     body = load_probe(probe)
     if not max(ranges) > 0.0 or max(map(abs, ranges)) > 180.0 or min(*ranges, *sigma) < 0.0:
         raise InputError(
@@ -163,6 +151,7 @@ def probe_calibration(
 
 
 @study_app.command()
+@computing
 def coverage(
     *,
     runs: Annotated[int, typer.Option("--runs", min=2, help="Simulated measurements.")] = 200,
@@ -171,12 +160,7 @@ def coverage(
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
     part: PartOption = DEMO_PART,
-    scheduler: SchedulerOption = "",
-    workers: WorkersOption = None,
-    scheduler_ca: SchedulerCaOption = None,
-    scheduler_cert: SchedulerCertOption = None,
-    scheduler_key: SchedulerKeyOption = None,
-    unencrypted: UnencryptedOption = False,
+    site: Site,
 ) -> None:
     """Say how often value ± U (k = 2) holds the truth.
 
@@ -186,9 +170,6 @@ def coverage(
     from ocmm_core.cli.study._coverage import CoverageSetup, coverage_table, run_coverage
 
     console = make_console()
-    site = site_of(
-        scheduler, workers, (scheduler_ca, scheduler_cert, scheduler_key), unencrypted=unencrypted
-    )
     with progress_line() as tell:
         found = run_coverage(
             CoverageSetup(plan, rig, probe, part),

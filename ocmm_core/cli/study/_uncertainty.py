@@ -12,14 +12,8 @@ from rich.progress import Progress
 from rich.table import Table
 
 from ocmm_core.cli.terminal import (
-    SchedulerCaOption,
-    SchedulerCertOption,
-    SchedulerKeyOption,
-    SchedulerOption,
-    UnencryptedOption,
-    WorkersOption,
+    computing,
     make_console,
-    site_of,
 )
 from ocmm_core.cluster import Site
 from ocmm_core.errors import InputError
@@ -34,6 +28,7 @@ if TYPE_CHECKING:
 _BAR = 20
 
 
+@computing
 def uncertainty_command(
     *,
     job: Annotated[Path, typer.Argument(help="Job file.", metavar="JOB")],
@@ -50,12 +45,7 @@ def uncertainty_command(
         int, typer.Option("--digits", min=1, max=2, help="Significant digits required for u.")
     ] = 2,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of the simulation.")] = 1,
-    scheduler: SchedulerOption = "",
-    workers: WorkersOption = None,
-    scheduler_ca: SchedulerCaOption = None,
-    scheduler_cert: SchedulerCertOption = None,
-    scheduler_key: SchedulerKeyOption = None,
-    unencrypted: UnencryptedOption = False,
+    site: Site,
 ) -> None:
     """Show the uncertainty budget of every result of a job.
 
@@ -67,9 +57,6 @@ def uncertainty_command(
     from ocmm_core.tolerances.monte_carlo import MonteCarloOptions
 
     console = make_console()
-    site = site_of(
-        scheduler, workers, (scheduler_ca, scheduler_cert, scheduler_key), unencrypted=unencrypted
-    )
     opened = reopen_job(job)
     print_states(console, opened.view)
     found = job_uncertainty(

@@ -15,15 +15,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.cli.terminal._cluster_options import (
-        SchedulerCaOption,
-        SchedulerCertOption,
-        SchedulerKeyOption,
-        SchedulerOption,
-        UnencryptedOption,
-        WorkersOption,
-        site_of,
-    )
+    from ocmm_core.cli.terminal._cluster_options import computing
     from ocmm_core.cli.terminal._console import (
         _WIDE,
         PlainConsole,
@@ -68,10 +60,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _cluster_options=(
-            "SchedulerCaOption SchedulerCertOption SchedulerKeyOption SchedulerOption "
-            "UnencryptedOption WorkersOption site_of"
-        ),
+        _cluster_options="computing",
         _console="_WIDE PlainConsole make_console progress_line",
         _options=(
             "BusProcessorOption CalibrationsOption CheckAfterOption CompensatePartOption "
@@ -109,10 +98,6 @@ __all__ = [
     "ProbesOption",
     "ReferenceOption",
     "RigOption",
-    "SchedulerCaOption",
-    "SchedulerCertOption",
-    "SchedulerKeyOption",
-    "SchedulerOption",
     "SeedOption",
     "SourceOption",
     "SpeedOption",
@@ -124,9 +109,8 @@ __all__ = [
     "TemperatureSigmaOption",
     "TipOption",
     "UncalibratedOption",
-    "UnencryptedOption",
-    "WorkersOption",
     "bending",
+    "computing",
     "encoder_for",
     "histogram",
     "label",
@@ -136,6 +120,5 @@ __all__ = [
     "points_in_space",
     "progress_line",
     "shown",
-    "site_of",
     "tip_map",
 ]

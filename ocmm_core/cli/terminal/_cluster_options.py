@@ -1,7 +1,10 @@
-"""Options of the commands that can compute on many processes or computers."""
+"""Options of the commands that can compute on many processes or computers, the same for all."""
 
 from __future__ import annotations
 
+import functools
+import inspect
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -9,51 +12,69 @@ import typer
 
 from ocmm_core.cluster import Site
 
-SchedulerOption = Annotated[
-    str,
-    typer.Option(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="Compute on the workers of this Dask scheduler, e.g. tls://server:8786; default: "
-        "this computer.",
-    ),
-]
 
-WorkersOption = Annotated[
-    int | None,
-    typer.Option("--workers", min=1, help="Processes of this computer. Default: as it pays."),
-]
-
-SchedulerCaOption = Annotated[
-    Path | None,
-    typer.Option("--scheduler-ca", help="PEM file: who signed the certificates of the scheduler."),
-]
-
-SchedulerCertOption = Annotated[
-    Path | None, typer.Option("--scheduler-cert", help="PEM file: certificate of this computer.")
-]
-
-SchedulerKeyOption = Annotated[
-    Path | None, typer.Option("--scheduler-key", help="PEM file: its key.")
-]
-
-UnencryptedOption = Annotated[
-    bool,
-    typer.Option(
-        "--unencrypted",
-        help="Allow a scheduler without TLS in a network: only where nobody else is in it.",
-    ),
-]
-
-
-def site_of(
-    scheduler: str,
-    workers: int | None,
-    files: tuple[Path | None, Path | None, Path | None],
+def _options(
     *,
-    unencrypted: bool,
+    scheduler: Annotated[
+        str,
+        typer.Option(
+            "--scheduler",
+            metavar="ADDRESS",
+            help="Compute on the workers of this Dask scheduler, e.g. tls://server:8786; default: "
+            "this computer.",
+        ),
+    ] = "",
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", min=1, help="Processes of this computer. Default: as it pays."),
+    ] = None,
+    scheduler_ca: Annotated[
+        Path | None,
+        typer.Option(
+            "--scheduler-ca", help="PEM file: who signed the certificates of the scheduler."
+        ),
+    ] = None,
+    scheduler_cert: Annotated[
+        Path | None,
+        typer.Option("--scheduler-cert", help="PEM file: certificate of this computer."),
+    ] = None,
+    scheduler_key: Annotated[
+        Path | None, typer.Option("--scheduler-key", help="PEM file: its key.")
+    ] = None,
+    unencrypted: Annotated[
+        bool,
+        typer.Option(
+            "--unencrypted",
+            help="Allow a scheduler without TLS in a network: only where nobody else is in it.",
+        ),
+    ] = False,
 ) -> Site:
-    """Return where a command computes; ``files`` are CA, certificate and key."""
-    site = Site(scheduler, workers, *files, unencrypted=unencrypted, dask=True)
+    """Return where a command computes; InputError where it cannot or must not."""
+    site = Site(
+        scheduler, workers, scheduler_ca, scheduler_cert, scheduler_key, unencrypted=unencrypted,
+        dask=True,
+    )  # fmt: skip
     site.check()
     return site
+
+
+def computing(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options that say where is computed, in the place of its ``site``.
+
+    The command has ``site: Site`` among its parameters by keyword; it is called with a site that
+    may be used. Typer reads the signature that this returns.
+    """
+    own = inspect.signature(command, eval_str=True)
+    ours = inspect.signature(_options, eval_str=True).parameters
+
+    @functools.wraps(command)
+    def run(**given: object) -> None:
+        where = {name: given.pop(name) for name in ours}
+        command(**given, site=_options(**where))  # type: ignore[arg-type]
+
+    parameters: list[inspect.Parameter] = []
+    for parameter in own.parameters.values():
+        parameters += ours.values() if parameter.name == "site" else [parameter]
+    run.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
+    run.__annotations__ = {one.name: one.annotation for one in parameters}
+    return run

@@ -3,7 +3,8 @@
 In: what a station was built from, and a procedure that somebody practises. Out: frames of a hand
 that does what the step asks for.
 
-Read `_practice` (its folders and its hand), then `_practice_scenes` (one entry a procedure).
+Read `_practice` (its folders, and what its hand of the room `hands` shows), then
+`_practice_scenes` (one entry a procedure).
 It must not know a window or a command.
 """
 
@@ -17,13 +18,12 @@ if TYPE_CHECKING:
     from ocmm_core.composition.practice._practice import (
         PRACTICE_TIP,
         Practice,
-        PracticeHand,
         practice_folder,
     )
 else:
     __getattr__ = door(
         __name__,
-        _practice="PRACTICE_TIP Practice PracticeHand practice_folder",
+        _practice="PRACTICE_TIP Practice practice_folder",
     )
 
-__all__ = ["PRACTICE_TIP", "Practice", "PracticeHand", "practice_folder"]
+__all__ = ["PRACTICE_TIP", "Practice", "practice_folder"]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-import time
 from collections.abc import Callable
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -13,8 +11,6 @@ import msgspec
 import numpy as np
 import platformdirs
 
-from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import ProcedureDecision
 from ocmm_core.calibration.records import (
     CalibrationStore,
     ProbeStore,
@@ -26,11 +22,12 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.composition import Origin, StationRequest, VirtualSite, origin_of, source_of
+from ocmm_core.composition.hands import PracticeHand
 from ocmm_core.composition.practice._practice_scenes import scenes_of_step
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import OcmmError
-from ocmm_core.failure import contained
 from ocmm_core.simulation.calibration_scenes import (
+    CalibrationScenesRig,
     made_camera_record,
     made_probe_record,
     made_tip_record,
@@ -40,9 +37,6 @@ from ocmm_core.tracking import load_probe
 
 PRACTICE_TIP = "1"
 _BY = practice_name("OCMM")
-_BLOCK = 80
-_IDLE_S = 0.002
-_WAIT_S = 0.05
 _GRID = (6, 4, 5)
 _SIGMA_MM = 0.0017
 
@@ -115,75 +109,12 @@ class Practice:
         store = CalibrationStore(self.cameras)
         record, design = store.active(), load_rig(self._request.rig)
         rig = design if record is None else rig_in_force(record, design)
-        return PracticeHand(self._site, rig, procedure, self._speed, failed)
 
+        def make() -> CalibrationScenesRig | None:
+            scenes = scenes_of_step(self._site, rig, procedure)
+            return self._site.script(scenes).build() if scenes else None
 
-class PracticeHand:
-    """The hand at the virtual rig: it does what the step asks for, and waits where that counts.
-
-    Called with who watches it shows frames, on a thread of its own; called with None it stops.
-    """
-
-    def __init__(
-        self,
-        site: VirtualSite,
-        rig: Rig,
-        procedure: Any,
-        speed: float,
-        failed: Callable[[OcmmError], None],
-    ) -> None:
-        self._site, self._rig, self._procedure = site, rig, procedure
-        self._speed, self._failed = speed, failed
-        self._stop = threading.Event()
-        self._thread: threading.Thread | None = None
-
-    def __call__(self, watcher: Callable[[FrameBlock], None] | None) -> None:
-        """Begin to show frames, or stop and wait until that is so."""
-        if self._thread is not None:
-            self._stop.set()
-            self._thread.join()
-            self._thread = None
-        if watcher is not None:
-            self._stop.clear()
-            self._thread = threading.Thread(
-                target=self._run, args=(watcher,), name="ocmm-practice-hand"
-            )
-            self._thread.start()
-
-    def _run(self, watcher: Callable[[FrameBlock], None]) -> None:
-        try:
-            while not self._stop.wait(_WAIT_S):
-                if self._is_wanted(self._procedure.base.step.name):
-                    self._show(watcher)
-        except Exception as error:
-            self._failed(contained(error, "The virtual hand", "All observations are stored."))
-
-    def _is_wanted(self, step: str) -> bool:
-        base = self._procedure.base
-        is_open = base.decision is ProcedureDecision.OPEN
-        return is_open and base.step.name == step and not base.step.gate.open
-
-    def _show(self, watcher: Callable[[FrameBlock], None]) -> None:
-        """Show what the step lacks, from its beginning, until it is complete or is left."""
-        step = self._procedure.base.step.name
-        scenes = scenes_of_step(self._site, self._rig, self._procedure)
-        if not scenes:
-            return
-        rig = self._site.script(scenes).build()
-        due = time.monotonic()
-        for first in range(0, rig.n_frames, _BLOCK):
-            if self._stop.is_set() or not self._is_wanted(step):
-                return
-            block = rig.frames(first, min(_BLOCK, rig.n_frames - first))
-            watcher(block)
-            # It stays where it is until somebody has taken it.
-            while self._procedure.base.live.ready and self._is_wanted(step):
-                if self._stop.wait(_IDLE_S):
-                    return
-                due = time.monotonic()
-            if self._speed:
-                due += len(block) * rig.frame_period_ns * 1e-9 / self._speed
-                self._stop.wait(max(due - time.monotonic(), 0.0))
+        return PracticeHand(make, procedure, self._speed, failed)
 
 
 def _list_of(rig: Rig) -> str:

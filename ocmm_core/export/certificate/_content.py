@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Literal, TypeVar
 
+from ocmm_core.acceptance import RoomAir
 from ocmm_core.calibration.records import PRACTICE, ArtefactUse, is_practice
 from ocmm_core.export.report import Paper
 from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS
@@ -110,6 +111,8 @@ class CertificateRun:
         Hashes of the record and of the observations behind it.
     notes
         What else must be known.
+    air
+        Humidity and pressure of the surroundings; empty where nobody read them off.
     stated
         The verdict in the words of a procedure, where it says more than ``passed``; may be empty.
     """
@@ -125,6 +128,7 @@ class CertificateRun:
     data_sha256: str
     notes: tuple[str, ...] = ()
     stated: Conformity | Literal["", "noPass"] = ""
+    air: RoomAir = field(default_factory=RoomAir)
 
     @property
     def word(self) -> str:

@@ -127,6 +127,15 @@ def _run(parent: etree._Element, paper: Certificate, run: CertificateRun) -> Non
         _rich(data, "text", NOT_STATED)
     else:
         _real(_add(data, "quantity"), "Temperature", run.temperature_c, "\\degreeCelsius")
+    for name, value, unit in (
+        ("Relative humidity", run.air.humidity_percent, "\\percent"),
+        ("Air pressure", run.air.pressure_hpa, "\\hecto\\pascal"),
+    ):
+        if value is not None:
+            read = _add(conditions, "influenceCondition")
+            _text(read, "name", name)
+            _add(read, "status", run.status)
+            _real(_add(_add(read, "data"), "quantity"), name, value, unit)
     results = _add(parent, "results")
     for line in run.lines:
         _line(_add(results, "result"), line)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ocmm_core.export.certificate._content import STATUS_WORDS, Certificate, CertificateRun
-from ocmm_core.export.report import NOT_STATED, PaperFact, one_line
+from ocmm_core.export.report import NOT_STATED, PaperFact, one_line, surroundings
 
 RELATES_ONLY = "The results relate only to the items named, as they were at the time of the test."
 IN_HOUSE = (
@@ -74,6 +74,8 @@ def _facts(paper: Certificate) -> Iterator[tuple[str, str, str]]:
     yield "7.8.4.1 e", "Conformity", conformity_words(paper)
     yield "7.8.2.1 m", "Units, volume", f"Lengths in mm. {paper.volume}"
     notes = [*paper.states, *given.deviations, *(note for run in paper.runs for note in run.notes)]
+    # What both runs could not follow is one deviation.
+    notes = list(dict.fromkeys(notes))
     yield "7.8.2.1 n", "Deviations", " ".join(notes) or "None noted in the record, none stated."
     yield "", "Software", f"OCMM {paper.software}"
     yield "7.8.2.1 o", "Signed by", "; ".join(paper.paper.template.signatures)
@@ -89,11 +91,11 @@ def _identified(paper: Certificate) -> Iterator[str]:
 
 def _environment(paper: Certificate) -> str:
     told = [f"{name}: {celsius:.1f} °C" for name, celsius in paper.climate]
-    told += [
-        f"{STATUS_WORDS[run.status]}: {run.temperature_c:.1f} °C"
-        for run in paper.runs
-        if run.temperature_c is not None
-    ]
+    for run in paper.runs:
+        warm = () if run.temperature_c is None else (f"{run.temperature_c:.1f} °C",)
+        if warm or run.air.words:
+            told.append(f"{STATUS_WORDS[run.status]}: {', '.join((*warm, *run.air.words))}")
+    told += [sentence.removesuffix(".") for sentence in surroundings(paper.paper.given)]
     return "; ".join(told)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from ocmm_core.acceptance import AcceptanceRecord, JudgedValue, Verdict, load_record
+from ocmm_core.acceptance import AcceptanceRecord, JudgedValue, RoomAir, Verdict, load_record
 from ocmm_core.calibration.records import record_hash
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export.certificate._content import (
@@ -123,6 +123,7 @@ def _acceptance_run(record: AcceptanceRecord) -> CertificateRun:
         made_utc=record.ended_utc,
         made_by=record.made_by,
         temperature_c=_mean([one.celsius for one in record.climate]),
+        air=record.air or RoomAir(),
         rule=f"{record.wording}, rule {record.procedure.rule}",
         lines=tuple(_judged(one) for one in record.values if one.verdict in _JUDGED),
         passed=record.verdict is Verdict.PASS,

@@ -8,8 +8,9 @@ Read `_report_data` (all that a report can say) and `_exporter` (what every form
 written.
 `_paper_lengths` is the unit of a paper,
 `_template` is whose paper it is and what no job knows (`_headed`: with the head of the settings),
-`_paper_facts` what a test report must say of itself; `_papers` keeps both for every route to a
-report. Every format has a reader of its own. It must not know the registry, QIF or Q-DAS.
+`_paper_facts` what a test report must say of itself, with what was read off in the room
+(`_surroundings`); `_papers` keeps both for every route to a report. `_specimen` shows a template
+without a job. Every format has a reader of its own. It must not know the registry, QIF or Q-DAS.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from ocmm_core.export.report._elements import Element
     from ocmm_core.export.report._exporter import Exporter, ReportFormat
     from ocmm_core.export.report._head import head_table
-    from ocmm_core.export.report._headed import use_head
+    from ocmm_core.export.report._headed import headed_paper, use_head
     from ocmm_core.export.report._json_file import JSON
     from ocmm_core.export.report._json_schema import ReportFile, read_report
     from ocmm_core.export.report._names import (
@@ -63,6 +64,8 @@ if TYPE_CHECKING:
         report_data,
         report_of_job,
     )
+    from ocmm_core.export.report._specimen import specimen_report
+    from ocmm_core.export.report._surroundings import surroundings
     from ocmm_core.export.report._tables import (
         Cell,
         Number,
@@ -104,8 +107,10 @@ else:
         _report_data=(
             "Instrument ReportData ReportedFeature ReportedResult report_data report_of_job"
         ),
+        _specimen="specimen_report",
+        _surroundings="surroundings",
         _tables="Cell Number Table Units features_table points_table report_table",
-        _headed="use_head",
+        _headed="headed_paper use_head",
         _template=(
             "SECTIONS Paper Particulars ReportTemplate Section load_paper plain_paper "
             "standard_template"
@@ -145,6 +150,7 @@ __all__ = [
     "features_table",
     "given_with",
     "head_table",
+    "headed_paper",
     "keep_given",
     "keep_template",
     "last_moment",
@@ -164,10 +170,12 @@ __all__ = [
     "report_of_job",
     "report_table",
     "same_number",
+    "specimen_report",
     "spreadsheet_text",
     "standard_template",
     "statements",
     "station_template",
+    "surroundings",
     "template_in_use",
     "use_head",
 ]

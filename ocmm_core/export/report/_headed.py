@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import os
+import tempfile
 import tomllib
 from pathlib import Path
 
 from ocmm_core.documents import LARGEST_DOCUMENT, read_bytes, read_text, write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.export.report._papers import keep_template, template_in_use
-from ocmm_core.export.report._template import load_paper
+from ocmm_core.export.report._template import Paper, load_paper
 from ocmm_core.settings import Settings, toml_text
 from ocmm_core.wording import LANGUAGES, language_of
 
@@ -40,15 +41,33 @@ def use_head(settings: Settings, folder: Path) -> Path | None:
     StorageError
         It cannot be written.
     """
-    base = settings.report_template
-    source = base or template_in_use()
+    path = _written_head(settings, folder / _FOLDER)
+    if path is None:
+        base = settings.report_template
+        return None if base is None else keep_template(base)
+    return keep_template(path)
+
+
+def headed_paper(settings: Settings) -> Paper:
+    """Return the paper that reports have by the settings, without keeping it; errors as `use_head`.
+
+    It is for a preview: what reports look like is not changed by looking.
+    """
+    with tempfile.TemporaryDirectory(prefix="ocmm-head-") as scratch:
+        path = _written_head(settings, Path(scratch))
+        return load_paper(path or settings.report_template or template_in_use())
+
+
+def _written_head(settings: Settings, made: Path) -> Path | None:
+    """Write the template with its head, and return where; None where the settings say nothing."""
+    source = settings.report_template or template_in_use()
     paper = load_paper(source)
     language = _language(settings)
     said = {key: value for key, value in _said(settings).items() if value}
     lengths = _lengths(settings)
     told = (paper.template.language, paper.template.lengths)
     if not (said or settings.report_logo) and (language, lengths) == told:
-        return None if base is None else keep_template(base)
+        return None
     data = tomllib.loads(read_text(source, LARGEST_DOCUMENT))
     data["language"], data["lengths"] = language, lengths
     laboratory = data.setdefault("laboratory", {})
@@ -61,7 +80,6 @@ def use_head(settings: Settings, folder: Path) -> Path | None:
         # Under the name of its content: a report that is being written reads one or the other.
         laboratory["logo"] = f"logo-{hashlib.sha256(logo).hexdigest()[:12]}{suffix}"
     text = toml_text(data).encode("utf-8")
-    made = folder / _FOLDER
     path = made / f"head-{hashlib.sha256(text).hexdigest()[:12]}.toml"
     try:
         made.mkdir(parents=True, exist_ok=True)
@@ -75,7 +93,7 @@ def use_head(settings: Settings, folder: Path) -> Path | None:
             f"{made}: the head of the report cannot be written ({error.strerror}).",
             "Give this user the right to write there; reports have the plain head until then.",
         ) from error
-    return keep_template(path)
+    return path
 
 
 def _said(settings: Settings) -> dict[tuple[str, str], str | list[str]]:

@@ -16,6 +16,7 @@ import msgspec
 from ocmm_core.export.report._names import one_line
 from ocmm_core.export.report._paper_lengths import PaperLengths
 from ocmm_core.export.report._report_data import ReportData
+from ocmm_core.export.report._surroundings import surroundings
 from ocmm_core.export.report._template import RELATES_ONLY, WHOLE_ONLY
 from ocmm_core.inspection.evaluation import SIMULATED_LINE
 from ocmm_core.tolerances.decisions import U_WORDS
@@ -144,17 +145,20 @@ def statements(data: ReportData) -> tuple[str, ...]:
 
 
 def environment(data: ReportData) -> str:
-    """Return the temperatures with their standard uncertainties, and what was done with them."""
-    climate = data.climate
+    """Return what was read off in the room, then the temperatures that the results rest on.
+
+    Those have their standard uncertainties, and what was done with them.
+    """
+    climate, room = data.climate, surroundings(data.paper.given)
     told = [
         f"{name} {now.celsius:.2f} °C, u = {now.sigma_k:.2f} K ({now.origin})."
         for name, now in (("Probe", climate.probe.now), ("Part", climate.part.now))
         if now is not None
     ]
     if not told:
-        return ""
+        return " ".join(room)
     kept = "Results at 20 °C." if data.view.at_20_c else "Results as warm as the part was."
-    return " ".join((*told, kept))
+    return " ".join((*room, *told, kept))
 
 
 def plan_deviations(data: ReportData) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ import platformdirs
 
 from ocmm_core.documents import decode_json, read_bytes, read_text, write_atomic
 from ocmm_core.errors import InputError, StorageError
+from ocmm_core.export.report._surroundings import surroundings
 from ocmm_core.export.report._template import Paper, Particulars, load_paper, standard_template
 
 PARTICULARS_SCHEMA = "ocmm.report-particulars/1"
@@ -102,7 +103,7 @@ def keep_given(job: Path, given: Particulars) -> Path:
     Raises
     ------
     InputError
-        A text is too long for a paper.
+        A text is too long for a paper, or what was read off in the room is no reading.
     StorageError
         It cannot be kept.
     """
@@ -158,6 +159,7 @@ def _require_short(given: Particulars) -> None:
                 f"{_MOST_SENTENCES} sentences.",
                 "Shorten it.",
             )
+    surroundings(given)
 
 
 def _unreadable(path: Path, why: str) -> InputError:

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, get_args
 
 import msgspec
 
-from ocmm_core.documents import Document, load_document, read_bytes, resource
+from ocmm_core.documents import (
+    LARGEST_DOCUMENT,
+    Document,
+    load_document,
+    read_bytes,
+    read_text,
+    resource,
+)
 from ocmm_core.errors import InputError
 from ocmm_core.export.report._paper_lengths import LengthUnit
 
@@ -28,6 +36,14 @@ _PICTURES = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
 _MOST_LINES = 12
 _LONGEST_LINE = 400
 _MOST_SIGNERS = 3
+
+_TABLE = re.compile(r"\s*\[+([^\]]*)\]")
+_UNKNOWN_FIELD = re.compile(r"unknown field `([^`]*)`")
+_MISSING_FIELD = re.compile(r"missing required field `([^`]*)`")
+_TYPE_WORDS = {
+    "str": "a text", "int": "a whole number", "float": "a number", "bool": "yes or no",
+    "array": "a list", "object": "a table", "null": "nothing",
+}  # fmt: skip
 
 RELATES_ONLY = "The results relate only to the items measured."
 WHOLE_ONLY = "This report may be copied only as a whole, unless the laboratory agrees in writing."
@@ -123,6 +139,9 @@ class Particulars:
         Where it was measured; empty for that of the template.
     received
         When the item came, and in which condition.
+    room, humidity, pressure
+        Of the air where it was measured, °C, % and hPa: a number, a range, or a number with what it
+        is uncertain by (`surroundings`).
     deviations
         From the plan or the method, in sentences, beside those that the job shows itself.
     remarks
@@ -138,6 +157,9 @@ class Particulars:
     machine: str = ""
     place: str = ""
     received: str = ""
+    room: str = ""
+    humidity: str = ""
+    pressure: str = ""
     deviations: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
 
@@ -181,7 +203,12 @@ def load_paper(path: Path | str, given: Particulars | None = None) -> Paper:
         too long to be printed, or its logo is no PNG or JPEG beside it.
     """
     path = Path(path)
-    template = load_document(path, ReportTemplate, SCHEMA)
+    try:
+        template = load_document(path, ReportTemplate, SCHEMA)
+    except InputError as error:
+        if error.code != "document.field":
+            raise
+        raise _field_error(path, error) from error
     country = template.laboratory.country
     if country and not (len(country) == 2 and country.isascii() and country.isupper()):
         raise _error(path, "laboratory.country", "is no code of two capital letters")
@@ -212,7 +239,10 @@ def _logo(path: Path, name: str) -> bytes:
     # A template from elsewhere must not make the report hold another file of this computer.
     if Path(name).name != name:
         raise _error(path, "laboratory.logo", "is not the name of a file beside the template")
-    content = read_bytes(path.with_name(name), _LARGEST_LOGO)
+    try:
+        content = read_bytes(path.with_name(name), _LARGEST_LOGO)
+    except InputError as error:
+        raise _error(path, "laboratory.logo", f"cannot be used: {error.what}") from error
     if not content.startswith(_PICTURES):
         raise _error(path, "laboratory.logo", "is neither a PNG nor a JPEG")
     return content
@@ -221,6 +251,48 @@ def _logo(path: Path, name: str) -> bytes:
 def _error(path: Path, field: str, fault: str) -> InputError:
     return InputError(
         "report.template",
-        f"{path}: field '{field}' {fault}.",
+        f"{_place(path, field)}: field '{field}' {fault.removesuffix('.')}.",
         "Correct that field of the template.",
     )
+
+
+def _field_error(path: Path, error: InputError) -> InputError:
+    """Return what is wrong with the structure, with the line and the field as they are written."""
+    said = error.what.removeprefix(f"{path}: ").removesuffix(".")
+    fault, _, where = said.partition(" - at `$")
+    field = re.sub(r"\[(?:\d+|\.\.\.)\]", "", where.rstrip("`").lstrip("."))
+    unknown = _UNKNOWN_FIELD.search(fault)
+    if unknown is not None:
+        field = ".".join(part for part in (field, unknown.group(1)) if part)
+        return _error(path, field, "is not known")
+    missing = _MISSING_FIELD.search(fault)
+    if missing is not None:
+        field = ".".join(part for part in (field, missing.group(1)) if part)
+        return _error(path, field, "is missing")
+    for word, told in _TYPE_WORDS.items():
+        fault = fault.replace(f"`{word}`", told)
+    return _error(path, field, f"is wrong: {fault[:1].lower()}{fault[1:]}")
+
+
+def _place(path: Path, field: str) -> str:
+    """Return the file, with the line where a field is written; without where it is not there."""
+    table, _, key = field.rpartition(".")
+    now = ""
+    try:
+        lines = read_text(path, LARGEST_DOCUMENT).splitlines()
+    except InputError:
+        return str(path)
+    for number, line in enumerate(lines, 1):
+        heads = _TABLE.match(line)
+        if heads is not None:
+            now = heads.group(1).strip()
+        if (now == table and _assigns(line, key)) or (not now and _assigns(line, field)):
+            return f"{path}, line {number}"
+        if heads is not None and now == field:
+            return f"{path}, line {number}"
+    return str(path)
+
+
+def _assigns(line: str, key: str) -> bool:
+    name, equals, _ = line.partition("=")
+    return bool(equals) and name.strip().strip("\"'") == key

@@ -21,6 +21,12 @@ from ocmm_core.inspection.pmi import Datum, DatumReference, DatumTarget, Toleran
 _OPPOSITE = -1.0 + 1e-9
 _SAME_PLANE_MM = 1e-3
 _LEAST_EACH = 3
+_TARGETS = (
+    "datum targets are not supported; add a feature that is touched at them, and the tolerances "
+    "that name it, by hand"
+)
+_SAFE_WITHOUT = ("maximum material requirement", "least material requirement")
+"""What lets the part move within the datum: what conforms without it conforms with it."""
 _MOST = 100
 """Points on each face of a datum of several, and targets of it."""
 
@@ -51,7 +57,7 @@ class Frames:
             AccountItem(
                 group="datum target", name=one.name, kind=f"{one.word} of datum {one.datum}",
                 entity=one.entity, status="refused",
-                why=one.fault or "datum targets are not supported",
+                why=one.fault or _TARGETS,
             )
             for one in self._targets
         ]  # fmt: skip
@@ -70,9 +76,17 @@ class Frames:
             label = "-".join(reference.labels)
             if reference.modifiers:
                 words = ", ".join(reference.modifiers)
-                raise RefusedError(f"datum {label} has the modifier '{words}', not supported")
+                safe = all(word in _SAFE_WITHOUT for word in reference.modifiers)
+                raise RefusedError(
+                    f"datum {label} has the modifier '{words}', which is not supported; add the "
+                    + ("tolerance by hand without it, which is on the safe side" if safe
+                       else "tolerance by hand as the drawing means it")
+                )  # fmt: skip
             if len(reference.labels) != 1:
-                raise RefusedError(f"{label} is a common datum, not supported")
+                raise RefusedError(
+                    f"{label} is a common datum, which is not supported; construct its axis or "
+                    "plane, and add the tolerance by hand"
+                )
             if label not in self._names:
                 why = self._why.get(label, "the file does not say what it is")
                 raise RefusedError(f"datum {label} is not available: {why}")
@@ -144,7 +158,10 @@ class Frames:
         if datum.fault:
             raise RefusedError(datum.fault)
         if datum.targets:
-            raise RefusedError("it is made of datum targets, which are not supported")
+            raise RefusedError(
+                "it is made of datum targets, which are not supported; add a feature that is "
+                "touched at them, and the tolerances that name it, by hand"
+            )
         found = self._context.surfaces.all_of(datum.faces, datum.odd)
         if found.missing:
             raise RefusedError(found.missing[0])

@@ -66,8 +66,6 @@ class Zones:
     def _refuse(self, item: Tolerance) -> None:
         if item.fault:
             raise RefusedError(item.fault)
-        if item.segment == "lower":
-            raise RefusedError("the lower segment of a composite tolerance is not supported")
         if item.extras:
             raise RefusedError(f"it is {', '.join(item.extras)}, which is not supported")
         if item.zone not in _ZONES:
@@ -86,6 +84,8 @@ class Zones:
         self, item: Tolerance, found: Found, datums: list[str]
     ) -> list[Characteristic]:
         features = found.features
+        if item.segment == "lower":
+            item = self._lower(item, features, datums)
         if item.word in ("surface profile", "line profile"):
             self._refuse_shared(item, 1, datums)
             return [_of(item, features, datums)]
@@ -99,6 +99,38 @@ class Zones:
         if several and item.word in _ORIENTATION:
             _refuse_middle(features)
         return [made(item, one, datums, several) for one in features]
+
+    def _lower(
+        self, item: Tolerance, features: Sequence[NominalFeature], datums: list[str]
+    ) -> Tolerance:
+        """Return what the lower segment of a composite tolerance is by itself (ASME Y14.5).
+
+        It holds form and orientation and leaves the place to the upper one. Without datums a
+        profile does so; of one face or axis the rest is an orientation. The places of a pattern to
+        each other are neither.
+        """
+        if item.word == "surface profile" and not datums:
+            return item
+        is_round = _ZONES[item.zone] == "cylinder"
+        one = features[0]
+        if len(features) > 1 or not datums or is_round == (one.shape is Shape.PLANE):
+            raise RefusedError(
+                "the lower segment of a composite tolerance holds several features to each other, "
+                "which is not supported; tolerance the distances between them by hand"
+            )
+        if item.modifiers:
+            raise RefusedError(
+                f"a lower segment with '{item.modifiers[0]}' is not supported; add the orientation "
+                "by hand without it, which is on the safe side"
+            )
+        for word in _ORIENTATION[:-1]:
+            turned = msgspec.structs.replace(item, word=word)
+            try:
+                self._context.checked([_orientation(turned, one, datums, several=False)])
+            except RefusedError:
+                continue
+            return turned
+        return msgspec.structs.replace(item, word=_ORIENTATION[-1])
 
     def _position(
         self, item: Tolerance, feature: NominalFeature, datums: list[str], several: bool
@@ -149,7 +181,9 @@ class Zones:
         said = []
         if item.segment == "upper":
             said.append("the upper segment of a composite tolerance alone")
-        if item.word in _IN_DATUMS and datums:
+        if item.segment == "lower":
+            said.append("the lower segment of a composite tolerance: form and orientation alone")
+        if item.word in _IN_DATUMS and datums and item.segment != "lower":
             free = self._frames.open_motions(datums)
             if free:
                 said.append(f"the datums leave {' and '.join(free)} open; the zone follows")

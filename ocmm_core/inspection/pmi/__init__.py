@@ -25,12 +25,12 @@ if TYPE_CHECKING:
         Pmi,
         Tolerance,
     )
-    from ocmm_core.inspection.pmi._read import FaceText, read_pmi
+    from ocmm_core.inspection.pmi._read import FaceText, may_say_tolerances, read_pmi
 else:
     __getattr__ = door(
         __name__,
         _items="Annotation Datum DatumReference DatumTarget Dimension Pmi Tolerance",
-        _read="FaceText read_pmi",
+        _read="FaceText may_say_tolerances read_pmi",
     )
 
 __all__ = [
@@ -42,5 +42,6 @@ __all__ = [
     "FaceText",
     "Pmi",
     "Tolerance",
+    "may_say_tolerances",
     "read_pmi",
 ]

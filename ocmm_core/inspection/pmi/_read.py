@@ -38,6 +38,14 @@ class FaceText:
     radius: float = 0.0
 
 
+def may_say_tolerances(text: str) -> bool:
+    """Return whether a text has a word of those without which it says nothing of tolerances.
+
+    To read all entities of a large file takes seconds; most large files say nothing.
+    """
+    return any(word in text for word in (*DIMENSIONS, "DATUM", "CALLOUT", "_TOLERANCE"))
+
+
 def read_pmi(text: str) -> tuple[Pmi, tuple[FaceText, ...]]:
     """Return what a file says of tolerances, and its faces in the order of the file.
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import msgspec
 
+from ocmm_core.blas import use_one_thread
 from ocmm_core.documents import decode_json, read_bytes
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.host import HOST
@@ -68,7 +69,9 @@ def ask(
         )
     if with_part:
         wanted = replace(wanted, source_sha256=hashlib.sha256(content).hexdigest())
+    wanted = replace(wanted, limit_s=asking.timeout_s)
     del content
+    use_one_thread()
     context = multiprocessing.get_context("spawn")
     answer, asked = context.Pipe(duplex=False)
     worker = context.Process(target=read_step, args=(str(path), wanted, asked), daemon=True)

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from ocmm_core.inspection.pmi import FaceText, Pmi, read_pmi
+from ocmm_core.inspection.pmi import FaceText, Pmi, may_say_tolerances, read_pmi
 from ocmm_core.inspection.step._raw_faces import RawFace
 
 _FINAL = 1
@@ -46,6 +46,8 @@ def tolerances_of(
         Kind of surface of every face of the file, by its number there.
     """
     doing("the tolerances of the model")
+    if not may_say_tolerances(text):
+        return Pmi(), {}, {}
     pmi, texts = read_pmi(text)
     if pmi.is_empty or pmi.fault:
         return pmi, {}, {}

@@ -14,11 +14,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
 from ocmm_core.inspection.reach import Reach
 from ocmm_core.inspection.step._answer import StepFreeForm, Triple
 from ocmm_core.inspection.step._document import StepDocument
 from ocmm_core.inspection.step._joined import EDGE_MM
-from ocmm_core.inspection.step._library import static
 from ocmm_core.inspection.step._part import model_face
 from ocmm_core.inspection.step._placed import spread_rows
 from ocmm_core.part_model import (
@@ -44,6 +44,7 @@ def free_forms_of(
     taken: frozenset[int],
     ball_radius: float,
     reach: Reach | None,
+    sizes: Float,
     doing: Callable[[str], None],
 ) -> list[StepFreeForm]:
     """Return the free-form faces of a part, each with places to touch or with a reason against it.
@@ -58,9 +59,11 @@ def free_forms_of(
         mm.
     reach
         Asked whether places can be touched; None where nobody asks.
+    sizes
+        About how large each face is, mm, in their order: the largest get places first.
     """
     others = [number for number in range(1, len(faces) + 1) if number not in taken]
-    others.sort(key=lambda number: _size(faces[number - 1]), reverse=True)
+    others.sort(key=lambda number: sizes[number - 1], reverse=True)
     numbers = 0
     found = []
     for place, number in enumerate(others, start=1):
@@ -75,16 +78,6 @@ def free_forms_of(
         numbers += 0 if one.face is None else len(one.face.poles)
         found.append(one)
     return sorted(found, key=lambda one: one.number)
-
-
-def _size(face: Any) -> float:
-    """Return about how large a face is, mm: the diagonal of the box about its mesh."""
-    from OCP.Bnd import Bnd_Box
-    from OCP.BRepBndLib import BRepBndLib
-
-    box = Bnd_Box()
-    static(BRepBndLib, "Add")(face, box, True)
-    return 0.0 if box.IsVoid() else float(box.SquareExtent())
 
 
 def _refused(face: ModelFace, why: str) -> StepFreeForm:

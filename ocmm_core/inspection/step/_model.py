@@ -195,12 +195,7 @@ def _model(
     # Where the part stands in the way of the probe, it can be turned: the reasons say so.
     least = 0 if said.free_forms or (may_be_empty and said.surfaces) else 1
     if not least <= len(chosen) <= MOST_FEATURES:
-        raise step_error(
-            path,
-            f"it has {len(chosen)} surfaces that can be probed (planes, cylinders, cones, spheres, "
-            f"tori), of {len(said.surfaces) + sum(said.others.values())} in all",
-            f"Give a model with 1 to {MOST_FEATURES} of them.",
-        )
+        raise step_error(path, *_no_plan_of(said, len(chosen)))
     surfaces = (*chosen, *(one for one in said.surfaces if one.against))
     made = [_feature(surface, "") for surface in surfaces]
     words = [_said_of(surface, said.face_names) for surface in surfaces]
@@ -222,6 +217,23 @@ def _model(
         tuple(Reached(one.numbers, one.held, one.ways) for one in chosen), said.remark,
         free_forms, dict(against),
     )  # fmt: skip
+
+
+def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:
+    """Return what is wrong with so many surfaces that can be probed, and what to do about it."""
+    whole = len(said.surfaces) + sum(said.others.values())
+    reasons = Counter(one.against for one in said.surfaces if one.against)
+    if not count and reasons:
+        (why, often), *_ = reasons.most_common(1)
+        return (
+            f"none of its {whole} surfaces can be probed; most often ({often} of them), {why}",
+            "Check the unit of the model, or choose a smaller ball.",
+        )
+    return (
+        f"it has {count} surfaces that can be probed (planes, cylinders, cones, spheres, "
+        f"tori), of {whole} in all",
+        f"Give a model with 1 to {MOST_FEATURES} of them.",
+    )
 
 
 def _said_of(surface: StepSurface, names: dict[int, str]) -> str:

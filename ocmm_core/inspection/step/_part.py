@@ -15,15 +15,23 @@ from ocmm_core.inspection.step._document import StepDocument
 from ocmm_core.inspection.step._edge_steps import EdgeSteps
 from ocmm_core.inspection.step._library import SameShape, explored, kind_of, static, vector
 from ocmm_core.inspection.step._raw_faces import UnusableModelError, faces_with_surface
+from ocmm_core.inspection.step._solid_mesh import RawMesh, motion_of, raw_mesh
 from ocmm_core.inspection.step._surface_splines import MappedSurface, surface_of
-from ocmm_core.part_model import MOST_FACES, ModelFace, PartModel, bezier_surface, places_at
+from ocmm_core.part_model import (
+    FARTHEST_MM,
+    MOST_FACES,
+    MOST_TRIANGLES,
+    ModelFace,
+    PartModel,
+    bezier_surface,
+    places_at,
+)
 
 _SHARE = 5e-4
 """Deflection of the mesh by the size of the part: half a pixel where it fills a picture."""
 _FINEST_MM, _COARSEST_MM = 0.002, 5.0
 _TURN_RAD = 0.35
 _ENOUGH_TRIANGLES = 200_000
-_MOST_KEPT = 450_000
 _VERY_LARGE = 3000
 """A part with more faces is shown only: coarser, and without its exact surfaces."""
 LARGE, _MANY_HOLES = 1500, 50
@@ -57,23 +65,27 @@ def part_of(
         msg = f"it has {len(faces)} faces, and a part can have {MOST_FACES}"
         raise UnusableModelError(msg, "Export the model without details that nobody measures.")
     doing("the mesh")
-    deflection = _meshed(document.shape, faces)
+    deflection = _meshed(document, faces)
     parts: list[_FaceMesh] = []
     made: list[ModelFace] = []
     for number, face in enumerate(faces, start=1):
         if number % 16 == 1:
             doing(f"the shape of face {number} of {len(faces)}")
-        parts.append(_face_mesh(face))
+        parts.append(_face_mesh(face, document.meshes.pop(number - 1, None)))
         made.append(model_face(number, face, document, is_exact=len(faces) <= _VERY_LARGE))
     if not any(len(part.triangles) for part in parts):
         msg = "no mesh can be made of its faces"
         raise ValueError(msg)
+    vertices = np.concatenate([part.vertices for part in parts])
+    if not np.abs(vertices).max() <= FARTHEST_MM:
+        msg = f"its faces lie {np.abs(vertices).max() / 1000.0:.0f} m from its origin"
+        raise UnusableModelError(msg, "Export the model with its origin at the part.")
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     points, edge_starts, sides = _edges(faces, parts)
     return PartModel(
         source_name=source[0],
         source_sha256=source[1],
-        vertices=np.concatenate([part.vertices for part in parts]),
+        vertices=vertices,
         normals=np.concatenate([part.normals for part in parts]),
         triangles=np.concatenate(
             [part.triangles + start for part, start in zip(parts, starts, strict=False)]
@@ -99,7 +111,7 @@ class _FaceMesh:
     rims: tuple[tuple[SameShape, Float], ...]
 
 
-def _meshed(shape: Any, faces: Sequence[Any]) -> float:
+def _meshed(document: StepDocument, faces: Sequence[Any]) -> float:
     """Give all faces a mesh, coarser until it is small enough; return its deflection, mm."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRep import BRep_Builder
@@ -111,6 +123,7 @@ def _meshed(shape: Any, faces: Sequence[Any]) -> float:
 
     if len(faces) > LARGE and (kept := _kept_deflection(faces)) > 0.0:
         return kept
+    document.meshes.clear()
     compound, builder = TopoDS_Compound(), BRep_Builder()
     builder.MakeCompound(compound)
     for face in faces:
@@ -132,7 +145,7 @@ def _meshed(shape: Any, faces: Sequence[Any]) -> float:
         mesher = BRepMesh_IncrementalMesh()
         mesher.SetShape(compound)
         options = mesher.ChangeParameters()
-        options.Deflection, options.Angle, options.InParallel = deflection, turn, True
+        options.Deflection, options.Angle = deflection, turn
         if is_large:
             options.MeshAlgo = IMeshTools_MeshAlgoType_Delabella
         mesher.Perform()
@@ -149,7 +162,7 @@ def _kept_deflection(faces: Sequence[Any]) -> float:
     """
     meshes = [_triangulation(face)[0] for face in faces]
     made = [one for one in meshes if one is not None]
-    if not made or sum(one.NbTriangles() for one in made) > _MOST_KEPT:
+    if not made or sum(one.NbTriangles() for one in made) > MOST_TRIANGLES:
         return 0.0
     return float(max(one.Deflection() for one in made))
 
@@ -167,29 +180,22 @@ def _triangulation(face: Any) -> tuple[Any, Any]:
     return static(BRep_Tool, "Triangulation")(face, place), place
 
 
-def _face_mesh(face: Any) -> _FaceMesh:
+def _face_mesh(face: Any, known: RawMesh | None) -> _FaceMesh:
     from OCP.BRep import BRep_Tool
     from OCP.BRepLib import BRepLib_ToolTriangulatedShape
     from OCP.TopAbs import TopAbs_REVERSED
 
     mesh, place = _triangulation(face)
-    if mesh is None or not mesh.NbTriangles():
+    raw = raw_mesh(face) if known is None else known
+    if raw is None:
         none = np.empty((0, 3))
         return _FaceMesh(none, none, np.empty((0, 3), dtype=np.int64), ())
     static(BRepLib_ToolTriangulatedShape, "ComputeNormals")(face, mesh)
-    nodes = range(1, mesh.NbNodes() + 1)
-    vertices = np.array([(p.X(), p.Y(), p.Z()) for p in map(mesh.Node, nodes)])
+    vertices, triangles = raw.nodes, raw.rows
+    nodes = range(1, len(vertices) + 1)
     normals = np.array([(n.X(), n.Y(), n.Z()) for n in map(mesh.Normal, nodes)])
-    triangles = np.array(
-        [
-            (one.Value(1), one.Value(2), one.Value(3))
-            for one in map(mesh.Triangle, range(1, mesh.NbTriangles() + 1))
-        ]
-    ) - 1  # fmt: skip
     if not place.IsIdentity():
-        motion = place.Transformation()
-        matrix = np.array([[motion.Value(i, j) for j in (1, 2, 3, 4)] for i in (1, 2, 3)])
-        vertices = vertices @ matrix[:, :3].T + matrix[:, 3]
+        matrix = motion_of(place)
         normals = normals @ matrix[:, :3].T
         if np.linalg.det(matrix[:, :3]) < 0.0:
             triangles = triangles[:, ::-1]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -82,26 +82,25 @@ def read_faces(
 ) -> tuple[tuple[RawFace, ...], dict[str, int]]:
     """Return what `faces_of` does, of a STEP file; ImportError where the extra is not installed."""
     document = read_document(path, doing)
-    return faces_of(document.shape, doing, document.steps)
+    with_surface, others = faces_with_surface(document.shape)
+    faces, more = faces_of(with_surface, doing, document.steps)
+    return faces, dict(others + more)
 
 
 def faces_of(
-    shape: Any, doing: Callable[[str], None], steps: EdgeSteps | None = None
-) -> tuple[tuple[RawFace, ...], dict[str, int]]:
+    with_surface: Sequence[Any], doing: Callable[[str], None], steps: EdgeSteps
+) -> tuple[tuple[RawFace, ...], Counter[str]]:
     """Return the faces with a plane, cylinder, cone, sphere or torus, and counts of the others.
 
-    Faces of no solid are construction geometry where there are solids: in the air, or inside the
-    part. They are counted. Placements of assemblies are applied; the library turns all units into
-    millimetres.
+    Placements of assemblies are applied; the library turns all units into millimetres.
 
     Raises
     ------
     ValueError
-        The shape holds nothing that can be used.
+        A face has a size or place that is no number.
     """
-    with_surface, others = faces_with_surface(shape)
     found: list[RawFace] = []
-    steps = EdgeSteps() if steps is None else steps
+    others: Counter[str] = Counter()
     for number, face in enumerate(with_surface, start=1):
         doing(f"face {number} of {len(with_surface)}")
         kind, raw = _raw_face(face, number, steps)
@@ -109,11 +108,14 @@ def faces_of(
             others[kind] += 1
         else:
             found.append(raw)
-    return tuple(found), dict(others)
+    return tuple(found), others
 
 
 def faces_with_surface(shape: Any) -> tuple[list[Any], Counter[str]]:
     """Return the faces of a part that have an exact surface, and how many others there are.
+
+    Faces of no solid are construction geometry where there are solids: in the air, or inside the
+    part. They are counted.
 
     Raises
     ------

@@ -19,12 +19,13 @@ import msgspec
 from ocmm_core.errors import InputError
 from ocmm_core.failure import contained
 from ocmm_core.host import HOST
-from ocmm_core.inspection.reach import Reach, Setting
+from ocmm_core.inspection.reach import Reach, Setting, make_obstacle
 from ocmm_core.inspection.step._answer import StepAnswer, StepFreeForm, StepSurface
 from ocmm_core.inspection.step._document import StepDocument, read_document
 from ocmm_core.inspection.step._face_order import tolerances_of
 from ocmm_core.inspection.step._free_forms import free_forms_of
 from ocmm_core.inspection.step._joined import bore_axes, surfaces_of
+from ocmm_core.inspection.step._mesh_aside import MeshAside
 from ocmm_core.inspection.step._part import part_of
 from ocmm_core.inspection.step._raw_faces import (
     RawFace,
@@ -33,7 +34,6 @@ from ocmm_core.inspection.step._raw_faces import (
     faces_of,
     faces_with_surface,
 )
-from ocmm_core.inspection.step._solid_mesh import mesh_of
 from ocmm_core.part_model import model_to_bytes
 
 _MOST_BYTES = 1_500_000_000
@@ -53,11 +53,14 @@ class Wanted:
         Probe, cameras and placement; None where the ball alone is asked for.
     source_sha256
         Hash of the file, for the part; empty where no part is wanted.
+    limit_s
+        So much time of processors may be taken.
     """
 
     ball_mm: float = 0.0
     setting: Setting | None = None
     source_sha256: str = ""
+    limit_s: float = 120.0
 
 
 def read_step(path: str, wanted: Wanted, to: Connection) -> None:
@@ -108,25 +111,30 @@ def read_step(path: str, wanted: Wanted, to: Connection) -> None:
 
 def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[StepAnswer, bytes]:
     document = read_document(path, doing)
-    answer, part = StepAnswer(), b""
-    if wanted.ball_mm:
-        faces, others = faces_of(document.shape, doing, document.steps)
-        with_surface, _ = faces_with_surface(document.shape)
+    source = (Path(path).name, wanted.source_sha256) if wanted.source_sha256 else None
+    if not wanted.ball_mm:
+        made = b"" if source is None else model_to_bytes(part_of(document, source, doing))
+        return StepAnswer(part_bytes=len(made)), made
+    with_surface, others = faces_with_surface(document.shape)
+    # Another processor makes meshes meanwhile: of the model, and of the part that is shown.
+    aside = MeshAside(document, with_surface, source, wanted.limit_s)
+    try:
+        faces, more = faces_of(with_surface, doing, document.steps)
         pmi, entities, words = tolerances_of(
             Path(path).read_text(encoding="utf-8", errors="replace"), document.reader.Reader(),
             with_surface, faces, doing,
         )  # fmt: skip
         wanted, remark = _bounded(wanted, len(faces))
-        surfaces, free_forms = _with_targets(document, faces, with_surface, wanted, doing)
-        answer = StepAnswer(
-            remark=remark, surfaces=surfaces, free_forms=free_forms, others=others,
-            pmi=pmi, face_entities=entities, face_words=words,
-            face_names={number: name for number, face in enumerate(with_surface, start=1)
-                        if (name := document.about(face).name)},
-        )  # fmt: skip
-    if wanted.source_sha256:
-        part = model_to_bytes(part_of(document, (Path(path).name, wanted.source_sha256), doing))
-        answer = msgspec.structs.replace(answer, part_bytes=len(part))
+        surfaces, free_forms = _with_targets(document, faces, with_surface, wanted, aside, doing)
+        part = aside.part(doing)
+    finally:
+        aside.end()
+    answer = StepAnswer(
+        remark=remark, surfaces=surfaces, free_forms=free_forms, others=dict(others + more),
+        pmi=pmi, face_entities=entities, face_words=words, part_bytes=len(part),
+        face_names={number: name for number, face in enumerate(with_surface, start=1)
+                    if (name := document.about(face).name)},
+    )  # fmt: skip
     return answer, part
 
 
@@ -146,19 +154,23 @@ def _with_targets(
     faces: Sequence[RawFace],
     with_surface: Sequence[Any],
     wanted: Wanted,
+    aside: MeshAside,
     doing: Callable[[str], None],
 ) -> tuple[tuple[StepSurface, ...], tuple[StepFreeForm, ...]]:
     """Return surfaces and free forms with targets that can be reached and seen."""
     doing("the mesh to find targets by")
-    part = mesh_of(document.shape, with_surface)
+    mesh = aside.mesh()
     radius = 0.5 * wanted.ball_mm
     reach = None
-    if part is not None:
+    if len(mesh.triangles):
+        part = make_obstacle(mesh.triangles, mesh.owners, len(with_surface), mesh.deflection_mm)
         reach = Reach(part, radius, wanted.setting, bore_axes(faces))
     surfaces = surfaces_of(faces, radius, reach, doing)
     known = frozenset(one.number for one in faces)
     return tuple(surfaces), tuple(
-        free_forms_of(document, with_surface, known, radius, reach, doing)
+        free_forms_of(
+            document, with_surface, known, radius, reach, mesh.sizes(len(with_surface)), doing
+        )
     )
 
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ocmm_core.archive import ArchivePlace, check_address, default_outbox
+from ocmm_core.archive.outbox import ArchivePlace, default_outbox
+from ocmm_core.archive.stores import check_address
 from ocmm_core.settings import Settings, SettingsStore
 
 LOCAL, OFF = "local", "off"

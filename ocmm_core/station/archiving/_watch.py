@@ -10,10 +10,9 @@ import logging
 import threading
 from pathlib import Path
 
-from ocmm_core.archive import Outbox
+from ocmm_core.archive.outbox import JobNote, Outbox, has_points
 from ocmm_core.errors import OcmmError
 from ocmm_core.station import MeasuringStation
-from ocmm_core.storage import JobFile
 
 _log = logging.getLogger(__name__)
 
@@ -36,7 +35,7 @@ class ArchiveWatch:
         self._station, self._folder = station, folder
         self._wake, self._end = threading.Event(), threading.Event()
         self._job = station.job.path
-        self._put: tuple[Path, int] | None = None
+        self._note: JobNote | None = None
         station.events.changed.connect(self._on_changed)
         self._thread = threading.Thread(target=self._run, name="archive")
         self._thread.start()
@@ -49,12 +48,13 @@ class ArchiveWatch:
         self._wake.set()
         self._thread.join()
         self._station.events.changed.disconnect(self._on_changed)
-        self._try(self._job)
+        self._leave(self._job)
 
     def _on_changed(self) -> None:
         self._wake.set()
 
     def _run(self) -> None:
+        self._begin(self._job)
         while not self._end.is_set():
             self._wake.wait()
             self._wake.clear()
@@ -75,27 +75,39 @@ class ArchiveWatch:
         if path != self._job:
             # The job before is closed: it is as far as it ever went.
             before, self._job = self._job, path
-            self._try(before)
+            self._leave(before)
+            self._begin(path)
         if self._station.faults.measuring is not None:
             return
         view = self._station.job.view()
         if view.complete or view.paused:
             self._try(path)
 
-    def _try(self, path: Path) -> None:
+    def _begin(self, path: Path) -> None:
+        """Note that a job is measured: it is found again if this program is killed."""
+        try:
+            self._note = JobNote(self._folder, path)
+        except OcmmError as error:
+            # It is told once a job is put in: most probably that fails for the same reason.
+            _log.warning("%s was not noted: %s", path, error)
+
+    def _leave(self, path: Path) -> None:
+        """Put a job in for the last time; where that fails its note stays for the next sweep."""
+        note, self._note = self._note, None
+        put = self._try(path)
+        if note is not None and put:
+            note.done()
+        elif note is not None:
+            note.let_go()
+
+    def _try(self, path: Path) -> bool:
         """Put a job in, if it has a point; what goes wrong is told beside the measuring."""
         try:
-            if not path.exists() or not _has_points(path):
-                return
-            with Outbox(self._folder) as outbox:
-                outbox.put(path)
+            if path.exists() and has_points(path):
+                with Outbox(self._folder) as outbox:
+                    outbox.put(path)
         except OcmmError as error:
             self._station.faults.note(error, PART)
             _log.warning("%s was not put into the outbox: %s", path, error)
-
-
-def _has_points(path: Path) -> bool:
-    from ocmm_core.inspection.archive import copy_of_job
-
-    with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
-        return job.next_number() > 1
+            return False
+        return True

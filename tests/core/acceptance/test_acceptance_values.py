@@ -24,10 +24,13 @@ from ocmm_core.acceptance import (
 from ocmm_core.calibration.tip import QUALIFICATION_RINGS
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Points3
+from tests.host import amount, looser
 
-_N = 10_000
-_SHARE = 0.02
-"""Two per cent of the facts' figures, which were simulated with 20,000 tests themselves."""
+_ALL = 10_000
+_N = amount(2_500, _ALL)
+_SHARE = looser(0.02, _N, _ALL)
+"""Two per cent of the facts' figures, which were simulated with 20,000 tests themselves, for all;
+twice as much for a quarter of them."""
 _PART = """
 25.004 25.0058 25.0024 24.9987 25.0013 24.9981 25.0044 25.012 25.001 25.0003
 25.0069 25.0061 25.0046 24.9984 25.0038 25.0082 24.9959 25.0013 24.9926 24.9963
@@ -139,7 +142,7 @@ def test_volumetric_figures_of_known_deviations() -> None:
     assert found.two_rms == pytest.approx(2 * np.sqrt(0.0014 / 4))
 
 
-# Statistics of 10,000 virtual tests with isotropic noise of one sigma for each axis of a point.
+# Statistics of many virtual tests with isotropic noise of one sigma for each axis of a point.
 
 
 @pytest.mark.statistics
@@ -171,7 +174,8 @@ def test_form_and_size_of_25_points_are_as_chance_has_it() -> None:
     assert forms.mean() == pytest.approx(3.658, rel=_SHARE)
     assert forms.std() == pytest.approx(0.685, rel=_SHARE)
     assert np.quantile(forms, 0.95) == pytest.approx(4.860, rel=_SHARE)
-    assert np.quantile(forms, 0.999) == pytest.approx(6.188, rel=0.03)  # ten tests lie beyond it
+    # Of 10,000 tests ten lie beyond it.
+    assert np.quantile(forms, 0.999) == pytest.approx(6.188, rel=looser(0.03, _N, _ALL))
     assert sizes.std() == pytest.approx(0.651, rel=_SHARE)
     assert centres.std(axis=0) == pytest.approx([0.351, 0.353, 0.541], rel=_SHARE)
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.archive import open_archive, role_statements
-from ocmm_core.archive._store import SqlArchive
+from ocmm_core.archive.stores import open_archive, role_statements
+from ocmm_core.archive.stores._store import SqlArchive
 from ocmm_core.camera import load_rig
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.measuring import Touch

@@ -9,7 +9,15 @@ from datetime import UTC, datetime, timedelta
 import msgspec
 import numpy as np
 
-from ocmm_core.archive import Delivery, JobRecord, JobRow, ResultRow, Sender, UseRow, utc_text
+from ocmm_core.archive.records import (
+    Delivery,
+    JobRecord,
+    JobRow,
+    ResultRow,
+    Sender,
+    UseRow,
+    utc_text,
+)
 
 START = datetime(2026, 3, 2, 6, 0, tzinfo=UTC)
 

@@ -18,8 +18,9 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core.archive import Courier, ExtractedJob, JobRecord, Outbox
-from ocmm_core.archive._store import SqlArchive
+from ocmm_core.archive.outbox import Courier, Outbox
+from ocmm_core.archive.records import ExtractedJob, JobRecord
+from ocmm_core.archive.stores._store import SqlArchive
 from tests.core.archive.made_jobs import made_record
 
 
@@ -41,26 +42,29 @@ class Campaign:
         Numbers of jobs that were put in and acknowledged.
     kills, cuts
         How often it was killed, and cut off.
+    following
+        The number that the next life begins with.
     """
 
     said: set[int]
     kills: int = 0
     cuts: int = 0
+    following: int = 1
 
 
 def run(
     folder: Path, connect: Callable[[], SqlArchive], kills: int, seed: int,
     cut: Callable[[], None] | None = None, longest_s: float = 0.08,
+    before: Campaign | None = None,
 ) -> Campaign:  # fmt: skip
     """Kill the child so often; each of its lives goes on with the numbers after the last one."""
     rng = random.Random(seed)  # noqa: S311 - moments of kills
-    done = Campaign(set())
-    following = 1
+    done = before or Campaign(set())
     for _ in range(kills):
         read, write = os.pipe()
         child = os.fork()
         if child == 0:
-            _live(folder, connect, following, write)
+            _live(folder, connect, done.following, write)
         os.close(write)
         until = time.monotonic() + rng.uniform(0.0, longest_s)
         if cut is not None and rng.random() < 0.5:
@@ -77,7 +81,7 @@ def run(
         assert not done.said & said
         done.said |= said
         # A number that was in work and not acknowledged is used no second time.
-        following = max([following, *said]) + 2
+        done.following = max([done.following, *said]) + 2
     return done
 
 

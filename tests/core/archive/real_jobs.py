@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ocmm_core.archive import snapshot
+from ocmm_core.archive.records import snapshot
 from tests.core.inspection.conftest import Bench
 
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from ocmm_core.archive import open_archive
+from ocmm_core.archive.stores import open_archive
 from ocmm_core.documents import resource
 from tests.core.archive.conftest import Place
 from tests.core.archive.made_jobs import made_delivery

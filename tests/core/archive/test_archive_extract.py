@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.archive import Delivery, extract_job, open_archive, snapshot
+from ocmm_core.archive.records import Delivery, extract_job, snapshot
+from ocmm_core.archive.stores import open_archive
 from ocmm_core.inspection.archive import reopen_job
 from tests.core.archive.made_jobs import made_sender
 from tests.core.archive.real_jobs import RealJobs

@@ -10,14 +10,16 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.archive import Answer, Delivery, check_address, open_archive, parse_server
-from ocmm_core.archive._address import read_password
+from ocmm_core.archive.records import Delivery
+from ocmm_core.archive.stores import Answer, check_address, open_archive, parse_server
+from ocmm_core.archive.stores._address import read_password
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.settings import spec_of, value_of_text
 from tests.core.archive.conftest import Place, by_hand
 from tests.core.archive.made_jobs import made_delivery
+from tests.host import amount
 
-MESSAGES = 10_000
+MESSAGES = amount(1_500, 10_000)
 
 NASTY: tuple[Any, ...] = (
     "'; DROP TABLE job; --", "\0", "a\0b", "\ud800", "x" * 100_000, "\u202egnp.exe", "a\nb", "",

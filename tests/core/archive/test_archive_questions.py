@@ -11,11 +11,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.archive import (
+from ocmm_core.archive.questions import (
     QUESTIONS,
-    Archive,
     Asked,
-    Delivery,
     cpk_by_month,
     export_answer,
     parts,
@@ -25,6 +23,8 @@ from ocmm_core.archive import (
     trend,
     used,
 )
+from ocmm_core.archive.records import Delivery
+from ocmm_core.archive.stores import Archive
 from ocmm_core.errors import InputError
 from ocmm_core.studies import gauge_study
 from tests.core.archive.conftest import Place

@@ -6,19 +6,18 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.archive import (
-    Courier,
-    Outbox,
+from ocmm_core.archive.checks import (
     differences,
     files_in,
     files_of,
     mark_altered,
-    open_archive,
     rebuild,
     stations_of,
     verify_archive,
     verify_files,
 )
+from ocmm_core.archive.outbox import Courier, Outbox
+from ocmm_core.archive.stores import open_archive
 from ocmm_core.errors import InputError
 from tests.core.archive.conftest import Place, by_hand
 from tests.core.archive.real_jobs import RealJobs

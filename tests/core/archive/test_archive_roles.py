@@ -7,9 +7,10 @@ from datetime import UTC, datetime
 
 import pytest
 
-from ocmm_core.archive import MarkRow, open_archive, parse_server
-from ocmm_core.archive._address import with_user
-from ocmm_core.archive._store import SqlArchive
+from ocmm_core.archive.records import MarkRow
+from ocmm_core.archive.stores import open_archive, parse_server
+from ocmm_core.archive.stores._address import with_user
+from ocmm_core.archive.stores._store import SqlArchive
 from ocmm_core.errors import OcmmError, StorageError
 from tests.core.archive.conftest import Place, by_hand
 from tests.core.archive.made_jobs import made_delivery, made_record

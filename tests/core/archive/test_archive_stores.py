@@ -8,7 +8,8 @@ from datetime import UTC, datetime, timedelta
 import msgspec
 import pytest
 
-from ocmm_core.archive import Answer, MarkRow
+from ocmm_core.archive.records import MarkRow
+from ocmm_core.archive.stores import VERSION, Answer
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from tests.core.archive.conftest import Place, by_hand
 from tests.core.archive.made_jobs import content_of, made_delivery, made_record, made_sender
@@ -150,7 +151,7 @@ def test_an_archive_of_a_later_version_is_refused_with_a_sentence(place: Place) 
             by_hand(archive, "PRAGMA user_version = 99")
         else:
             by_hand(archive, "INSERT INTO migration (version, program) VALUES (99, 'later')")
-    with pytest.raises(StorageError, match="has version 99, this program knows 1"):
+    with pytest.raises(StorageError, match=f"has version 99, this program knows {VERSION}"):
         place.open()
 
 

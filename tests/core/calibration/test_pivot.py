@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -40,6 +41,7 @@ from tests.core.calibration.swept_probe import (
     waved_attitudes,
 )
 from tests.core.calibration.waved_probe import four_cameras
+from tests.host import looser
 
 
 def _refused(
@@ -331,9 +333,11 @@ def test_noise_ten_times_what_was_stated_is_refused() -> None:
 
 @pytest.mark.slow
 @pytest.mark.statistics
-def test_stated_uncertainty_holds_with_wrong_cameras(record_property: Any) -> None:
+def test_stated_uncertainty_holds_with_wrong_cameras(
+    repeats: Callable[..., int], record_property: Any
+) -> None:
     squares, inside = [], []
-    for seed in range(60):
+    for seed in range(n := repeats(20, 60)):
         rng = np.random.default_rng(seed)
         true = disturbed(rig(), rng)
         rotations = attitudes(400, 30.0, rng)
@@ -346,8 +350,8 @@ def test_stated_uncertainty_holds_with_wrong_cameras(record_property: Any) -> No
     record_property("normalised square, inside k=2", shown)
 
     # 60 runs of three numbers: the mean square scatters by 11 %, the share by 1.6 %.
-    assert np.mean(squares) == pytest.approx(1.0, abs=0.3)
-    assert np.mean(inside) == pytest.approx(0.954, abs=0.05)
+    assert np.mean(squares) == pytest.approx(1.0, abs=looser(0.3, n, 60))
+    assert np.mean(inside) == pytest.approx(0.954, abs=looser(0.05, n, 60))
 
 
 def test_errors_of_the_cameras_count_once(record_property: Any) -> None:

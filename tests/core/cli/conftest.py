@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from ocmm_core.cli import main
-from ocmm_core.documents import resource
 from tests.host import HANG_S
+from tests.slow_rig import slow_rig_in
 
 Ocmm = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -59,8 +59,4 @@ def ocmm_here(
 @pytest.fixture
 def slow_rig(tmp_path: Path) -> Path:
     """Return the recommended rig with an eighth of the frames, where speed does not matter."""
-    text = resource("rigs", "recommended.toml").read_text("utf-8")
-    assert "frame_rate_hz = 8000" in text
-    file = tmp_path / "slow_rig.toml"
-    file.write_text(text.replace("frame_rate_hz = 8000", "frame_rate_hz = 1000"), "utf-8")
-    return file
+    return slow_rig_in(tmp_path)

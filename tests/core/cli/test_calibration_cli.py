@@ -62,9 +62,13 @@ def test_which_sources_need_a_calibration(source: str, real: bool, tmp_path: Pat
     assert (in_use.fault is not None) is real
 
 
-def test_a_valid_calibration_is_measured_with_and_named(ocmm_here: Ocmm, tmp_path: Path) -> None:
+def test_a_valid_calibration_is_measured_with_and_named(
+    ocmm_here: Ocmm, tmp_path: Path, slow_rig: Path
+) -> None:
     digest = calibrate(tmp_path / "cal")
-    done = ocmm_here("measure", "--plan", QUICK, "--out", "out", "--calibrations", "cal")
+    done = ocmm_here(
+        "measure", "--rig", slow_rig, "--plan", QUICK, "--out", "out", "--calibrations", "cal"
+    )
     assert (done.returncode, done.stderr) == (0, "")
     assert f"VALID {digest[:12]}" in done.stdout
     with (tmp_path / "out/QUICK-001_SIMULATED_report.csv").open(newline="") as stream:
@@ -85,9 +89,20 @@ def test_an_expired_calibration_ends_with_its_reason_and_exit_code_2(
     assert not list((tmp_path / "out").glob("*.csv"))
 
 
-def test_who_insists_gets_a_report_that_proves_nothing(ocmm_here: Ocmm, tmp_path: Path) -> None:
+def test_who_insists_gets_a_report_that_proves_nothing(
+    ocmm_here: Ocmm, tmp_path: Path, slow_rig: Path
+) -> None:
     done = ocmm_here(
-        "measure", "--plan", QUICK, "--out", "out", "--calibrations", "cal", "--uncalibrated"
+        "measure",
+        "--rig",
+        slow_rig,
+        "--plan",
+        QUICK,
+        "--out",
+        "out",
+        "--calibrations",
+        "cal",
+        "--uncalibrated",
     )
     assert done.returncode == 1
     assert "never calibrated" in done.stdout

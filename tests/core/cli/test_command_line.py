@@ -84,12 +84,15 @@ def test_the_same_seed_gives_the_same_report_and_another_seed_another(
     assert report["a"] == report["b"] != report["c"]
 
 
-def test_a_recording_is_measured_to_the_same_report(ocmm_here: Ocmm, tmp_path: Path) -> None:
-    done = ocmm_here("measure", "--plan", QUICK, "--out", "live", "--record", "run.ocmmrec")
+def test_a_recording_is_measured_to_the_same_report(
+    ocmm_here: Ocmm, tmp_path: Path, slow_rig: Path
+) -> None:
+    common = ("measure", "--rig", slow_rig, "--plan", QUICK)
+    done = ocmm_here(*common, "--out", "live", "--record", "run.ocmmrec")
     assert done.returncode == 0
     done = ocmm_here(
-        "measure", "--plan", QUICK, "--out", "again", "--source", "replay:run.ocmmrec",
-        "--serial", "A-9", "--parts", "2",
+        *common, "--out", "again", "--source", "replay:run.ocmmrec", "--serial", "A-9",
+        "--parts", "2",
     )  # fmt: skip
     # Nobody is there to put the second part in its place: it is not measured.
     assert done.returncode == 2

@@ -28,6 +28,8 @@ def test_the_charts_show_line_band_and_verdict(steep: float) -> None:
     assert len(root.findall(f"{space}circle")) == 60
     words = [one.text for one in root.iter(f"{space}text")]
     assert f"Linearity of WIDTH: {found.word}" in words
+    assert "SIMULATED" not in "".join(map(str, words))
+    assert "SIMULATED: Linearity of WIDTH" in linearity_chart(found, simulated=True)
     console = Console(record=True, width=120)
     print_linearity(console, found)
     told = console.export_text()

@@ -29,12 +29,13 @@ def head(folder: Path) -> str:
 
 @pytest.mark.slow
 def test_every_route_has_the_paper_of_the_station(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, slow_rig: Path
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     runner = CliRunner()
     plan, out = str(resource("plans", "quick.toml")), tmp_path / "out"
-    measure = ["measure", "--plan", plan, "--out", str(out)]
+    measured = ["measure", "--rig", str(slow_rig), "--plan", plan, "--out"]
+    measure = [*measured, str(out)]
     wrong = runner.invoke(app, [*measure, "--format", "docx"])
     assert isinstance(wrong.exception, InputError)
     assert not list(out.glob("*"))
@@ -67,10 +68,7 @@ def test_every_route_has_the_paper_of_the_station(
     assert head(again) == head(reports)
     assert len(list(again.glob("*.pdf"))) == 1
     fresh = tmp_path / "fresh"
-    told = runner.invoke(
-        app, ["measure", "--plan", plan, "--out", str(fresh), "--format", "json",
-              "--format", "pdf"]
-    )  # fmt: skip
+    told = runner.invoke(app, [*measured, str(fresh), "--format", "json", "--format", "pdf"])
     assert told.exit_code in (0, 1), told.output
     assert "Laboratory of the shop" in head(fresh)
     # The customer is that of the other job.

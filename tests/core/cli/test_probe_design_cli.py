@@ -60,10 +60,10 @@ def test_a_probe_without_a_design_says_so(ocmm_here: Ocmm, tmp_path: Path) -> No
 
 
 def test_both_compensations_are_in_the_job_and_in_the_report(
-    ocmm_here: Ocmm, tmp_path: Path
+    ocmm_here: Ocmm, tmp_path: Path, slow_rig: Path
 ) -> None:
     done = ocmm_here(
-        "measure", "--plan", QUICK, "--out", "out", "--probe-design", DESIGN,
+        "measure", "--rig", slow_rig, "--plan", QUICK, "--out", "out", "--probe-design", DESIGN,
         "--probe-temperature", "24", "--compensate-probe", "--part-temperature", "23",
         "--part-expansion", "11.5", "--compensate-part",
     )  # fmt: skip

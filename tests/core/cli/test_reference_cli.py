@@ -37,12 +37,12 @@ upper = 0.1
 
 
 def test_a_job_with_a_reference_body_names_it_in_its_report(
-    ocmm_here: Ocmm, tmp_path: Path
+    ocmm_here: Ocmm, tmp_path: Path, slow_rig: Path
 ) -> None:
     plan = tmp_path / "step.toml"
     plan.write_text(PLAN, encoding="utf-8")
     done = ocmm_here(
-        "measure", "--plan", plan, "--out", "out",
+        "measure", "--rig", slow_rig, "--plan", plan, "--out", "out",
         "--probe", resource("probes", "standard4.toml"),
         "--reference", resource("references", "plate.toml"), "--incomplete",
     )  # fmt: skip
@@ -56,11 +56,11 @@ def test_a_job_with_a_reference_body_names_it_in_its_report(
 
 
 def test_a_job_that_lacks_a_value_gives_no_report_unless_it_is_asked_for(
-    ocmm_here: Ocmm, tmp_path: Path
+    ocmm_here: Ocmm, tmp_path: Path, slow_rig: Path
 ) -> None:
     plan = tmp_path / "step.toml"
     plan.write_text(PLAN, encoding="utf-8")
-    done = ocmm_here("measure", "--plan", plan, "--out", "out")
+    done = ocmm_here("measure", "--rig", slow_rig, "--plan", plan, "--out", "out")
     assert done.returncode == 2
     assert done.stderr == (
         "INCOMPLETE: Flatness not measured. No report written; ocmm report out/STEP-001.ocmm "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -51,20 +52,27 @@ def test_recall_and_comparison_are_the_same_to_the_byte(
     assert repr(there) == repr(alone)
 
 
-def test_monte_carlo_has_the_same_digits(cluster: ShopCluster, world: tuple[World, Path]) -> None:
+def test_monte_carlo_has_the_same_digits(
+    cluster: ShopCluster, world: tuple[World, Path], repeats: Callable[..., int]
+) -> None:
+    trials, slow = repeats(40_000, 300_000), repeats(16, 400)
     job = reopen_job(world[1] / "0.ocmm", calibrations=world[0].calibrations)
     (task,) = job_uncertainty(
         job.plan, job.points, job.sensitivities, job.rig, job.body, job.options
     ).tasks
     for adaptive in (True, False):
-        options = MonteCarloOptions(max_trials=300_000, max_slow_trials=400, adaptive=adaptive)
+        options = MonteCarloOptions(
+            max_trials=trials, max_slow_trials=slow, slow_batch=slow // 4, adaptive=adaptive
+        )  # fmt: skip
         here = simulate(task, options)
         there = simulate(task, options, site=cluster.site)
         assert there.values == here.values
         assert there.failed == here.failed
 
 
-def test_the_thesis_study_has_the_same_digits(cluster: ShopCluster) -> None:
+def test_the_thesis_study_has_the_same_digits(
+    cluster: ShopCluster, repeats: Callable[..., int]
+) -> None:
     from ocmm_core.tracking import load_probe
 
     body = load_probe(resource("probes", "thesis.toml"))
@@ -72,8 +80,9 @@ def test_the_thesis_study_has_the_same_digits(cluster: ShopCluster) -> None:
         body.leds_probe - body.tip_probe, np.radians([45.0, 45.0, 10.0]),
         1e-3 * np.array([4.6, 22.7, 4.6]), 300,
     )  # fmt: skip
-    here = run_study(study, 100, seed=1, processes=1)
-    there = replace(run_study(study, 100, seed=1, site=cluster.site), cpu_s=here.cpu_s)
+    runs = repeats(10, 100)
+    here = run_study(study, runs, seed=1, processes=1)
+    there = replace(run_study(study, runs, seed=1, site=cluster.site), cpu_s=here.cpu_s)
     assert all(
         np.array_equal(getattr(there, name), getattr(here, name))
         for name in ("centre_errors", "tip_errors", "led_errors")

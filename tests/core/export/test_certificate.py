@@ -43,9 +43,10 @@ from ocmm_core.seals import KeyFolder, SealWord
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.export.certificate_site import lab
+from tests.host import amount
 
 NOW = datetime(2026, 11, 25, 12, tzinfo=UTC)
-MUTATIONS = 1000
+MUTATIONS = amount(250, 1000)
 
 
 def store_with(folder: Path, *errors_mm: float) -> CalibrationStore:
@@ -260,7 +261,7 @@ def mutated(content: bytes, rng: random.Random) -> bytes:
     return bytes(changed)
 
 
-def test_of_a_thousand_changed_certificates_none_is_accepted(
+def test_of_many_changed_certificates_none_is_accepted(
     cameras: Certificate, tmp_path: Path
 ) -> None:
     path, _ = write_certificate(cameras, tmp_path / "out")
@@ -286,8 +287,8 @@ def test_of_a_thousand_changed_certificates_none_is_accepted(
             told["forged"] += 1
     assert sum(told.values()) == MUTATIONS
     # Both guards were tried, and hardly any change changed nothing.
-    assert min(told["refused"], told["forged"]) > 100
-    assert told["same"] < 150
+    assert min(told["refused"], told["forged"]) > MUTATIONS // 10
+    assert told["same"] < 0.15 * MUTATIONS
 
 
 BOMB = b"""<?xml version="1.0"?>

@@ -8,7 +8,7 @@ import msgspec
 import pytest
 from lxml import etree
 
-from ocmm_core.acceptance import AcceptanceRecord, Verdict, save_record
+from ocmm_core.acceptance import AcceptanceRecord, RoomAir, Verdict, save_record
 from ocmm_core.errors import InputError
 from ocmm_core.export.certificate import certificate_facts, certificate_of_folder, dcc_bytes
 from ocmm_core.export.report import plain_paper
@@ -165,3 +165,24 @@ def test_unproven_cameras_stand_in_title_facts_and_dcc(
     assert facts["Deviations"].startswith(f"CAMERAS UNPROVEN: {doubt}")
     assert b"CAMERAS UNPROVEN" in dcc_bytes(paper)
     assert paper.states == (f"CAMERAS UNPROVEN: {doubt}",)
+
+
+def test_humidity_and_pressure_of_the_record_are_on_paper_and_in_the_dcc(
+    record: AcceptanceRecord, tmp_path: Path, reference: Path
+) -> None:
+    # A record from before they were asked for has no such field, and keeps its hash.
+    assert b'"air"' not in msgspec.json.encode(record)
+    air = RoomAir.read("45,5 %", "1013")
+    paper = certificate_of_folder(kept(tmp_path, record, air=air), plain_paper())
+    facts = {fact.name: fact.value for fact in certificate_facts(paper)}
+    assert facts["Environment"] == "as found: 20.0 °C, 45.5 % humidity, 1013 hPa"
+    root = etree.fromstring(dcc_bytes(paper))
+    etree.XMLSchema(etree.parse(reference / "dcc" / "dcc.xsd")).assertValid(root)
+    conditions = root.findall(f".//{Q}influenceCondition")
+    assert len(conditions) == 3
+    told = ["".join(map(str, one.itertext())).split() for one in conditions]
+    assert "45.5" in told[1]
+    assert "1013.0" in told[2]
+    for humidity, pressure in (("damp", ""), ("101", ""), ("", "1.013"), ("nan", ""), ("", "inf")):
+        with pytest.raises(InputError, match="is"):
+            RoomAir.read(humidity, pressure)

@@ -23,11 +23,12 @@ from ocmm_core.geometry import Float
 from ocmm_core.measuring import MeasuredPoint
 from tests.core.features.exact_touches import TIP_RADIUS, nominal, round_touches
 from tests.core.features.shape_samples import RADIUS, SECOND, ideal_points, somewhere
+from tests.host import amount
 
 pytestmark = pytest.mark.numerics
 
 SETS, STARTS, AROUND = 2, 1, (0.03,)
-CLOUDS, CLOUD_CENTRES = 30, 6
+CLOUDS, CLOUD_CENTRES = amount(30, 30, again=8), 6
 """The many are in `benchmarks/hard_fits.py`."""
 
 

@@ -336,7 +336,7 @@ def written(path: Path, shape: Any, unit: str = "MM") -> Path:
 def off_mm(path: Path, points: Sequence[tuple[float, float, float]]) -> Float:
     """Return how far points are from the faces of the solids, by the library's own search.
 
-    A solid itself would say 0 for every point inside the material.
+    A solid itself would say 0 for every point inside the material. Without solids all faces count.
     """
     import OCP.TopAbs as TopAbs
     from OCP.BRep import BRep_Builder
@@ -352,12 +352,15 @@ def off_mm(path: Path, points: Sequence[tuple[float, float, float]]) -> Float:
     reader.TransferRoots()
     faces, builder = TopoDS_Compound(), BRep_Builder()
     builder.MakeCompound(faces)
+    wholes = []
     solids = TopExp_Explorer(reader.OneShape(), TopAbs.TopAbs_SOLID)
     while solids.More():
-        of_solid = TopExp_Explorer(solids.Current(), TopAbs.TopAbs_FACE)
-        while of_solid.More():
-            builder.Add(faces, of_solid.Current())
-            of_solid.Next()
+        wholes.append(solids.Current())
         solids.Next()
+    for whole in wholes or [reader.OneShape()]:
+        of_whole = TopExp_Explorer(whole, TopAbs.TopAbs_FACE)
+        while of_whole.More():
+            builder.Add(faces, of_whole.Current())
+            of_whole.Next()
     vertices = [BRepBuilderAPI_MakeVertex(gp_Pnt(*point)).Vertex() for point in points]
     return np.array([BRepExtrema_DistShapeShape(vertex, faces).Value() for vertex in vertices])

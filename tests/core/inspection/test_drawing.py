@@ -265,6 +265,26 @@ def test_the_bonus_needs_the_limits_of_the_size_at_its_side() -> None:
         assert "2 toleranced sizes" in of_zone(place, dimensions=twice)[1].why
 
 
+def test_a_lower_segment_is_form_and_orientation_alone() -> None:
+    round_zone = "cylindrical or circular"
+    for item, kind, datums, tube in (
+        (zone("position", BORE_1, zone=round_zone, datums=ONLY_A, segment="lower"),
+         "perpendicularity", ["BOTTOM"], "cylinder"),
+        (zone("surface profile", TOP, datums=ABC, segment="lower"),
+         "parallelism", ["BOTTOM", "LEFT", "FRONT"], ""),
+        (zone("surface profile", LEFT, datums=ONLY_A, segment="lower"),
+         "perpendicularity", ["BOTTOM"], ""),
+        (zone("surface profile", TOP, LEFT, datums=(), segment="lower"), "surface profile", [], ""),
+    ):  # fmt: skip
+        plan, said = of_zone(item)
+        assert said.status == "taken", said.why
+        assert "form and orientation alone" in said.remark
+        assert "open" not in said.remark
+        (found,) = plan.characteristics
+        assert (found.kind, found.datums, found.zone) == (kind, datums, tube)
+        assert found.upper == item.size
+
+
 @pytest.mark.parametrize(
     ("item", "why"),
     [
@@ -290,10 +310,17 @@ def test_the_bonus_needs_the_limits_of_the_size_at_its_side() -> None:
         (zone("straightness", BORE_1), "straightness of lines"),
         (zone("concentricity", BORE_1, datums=ONLY_A), "median points"),
         (zone("line profile", BORE_1, datums=ABC), "not offered so"),
-        (zone("surface profile", TOP, datums=ABC, segment="lower"), "lower segment"),
+        (zone("surface profile", TOP, LEFT, datums=ABC, segment="lower"), "to each other"),
+        (zone("position", BORE_1, datums=(), zone="cylindrical or circular", segment="lower"),
+         "to each other"),
+        (zone("position", BORE_1, datums=ONLY_A, zone="cylindrical or circular", segment="lower",
+              modifiers=("maximum material requirement",)), "on the safe side"),
         (zone("surface profile", TOP, datums=(
             DatumReference(labels=("A",), modifiers=("maximum material requirement",)),)),
-         "datum A has the modifier"),
+         "by hand without it, which is on the safe side"),
+        (zone("surface profile", TOP, datums=(
+            DatumReference(labels=("A",), modifiers=("translation",)),)),
+         "by hand as the drawing means it"),
         (zone("surface profile", TOP, datums=(DatumReference(labels=("A", "B")),)), "A-B is a"),
         (zone("surface profile", TOP, datums=(DatumReference(labels=("Q",)),)), "datum Q is not"),
         (zone("surface profile", BOTTOM, datums=ONLY_A), "toleranced itself"),

@@ -15,7 +15,7 @@ from ocmm_core.host import HOST
 from ocmm_core.inspection.step import _place_kernel as kernel
 from ocmm_core.inspection.step import read_model
 from ocmm_core.inspection.step._placed import spread_rows
-from tests.core.inspection.step_models import block, written
+from tests.core.inspection.step_models import block, hill, written
 from tests.host import HANG_S, needs_package
 
 SEED = 77
@@ -109,3 +109,31 @@ def test_a_reader_that_has_worked_too_long_is_given_up(tmp_path: Path) -> None:
         read_model(model, timeout_s=0.01)
     # The clock alone gives nobody up: this one has other work to wait for.
     assert read_model(model, timeout_s=HANG_S).features
+
+
+def test_the_copy_of_the_reader_makes_what_the_reader_itself_makes(tmp_path: Path) -> None:
+    needs_package("OCP", "the extra 'step'")
+    from ocmm_core.inspection.step._document import read_document
+    from ocmm_core.inspection.step._mesh_aside import MeshAside
+    from ocmm_core.inspection.step._raw_faces import faces_with_surface
+
+    document = read_document(str(written(tmp_path / "hill.stp", hill())), lambda _: None)
+    faces, _ = faces_with_surface(document.shape)
+    made = []
+    for is_ended in (False, True):
+        aside = MeshAside(document, faces, ("hill.stp", "0" * 64), HANG_S)
+        if is_ended:
+            # As where the copy was ended for want of memory.
+            aside.end()
+        made.append((aside.mesh(), aside.part(lambda _: None)))
+        aside.end()
+    (one, part), (other, same) = made
+    np.testing.assert_array_equal(one.triangles, other.triangles)
+    np.testing.assert_array_equal(one.owners, other.owners)
+    assert one.deflection_mm == other.deflection_mm
+    assert part == same
+    sizes = one.sizes(len(faces) + 1)
+    # Whole faces, and one that has no triangle.
+    assert sizes[-1] == 0.0
+    assert sizes[:-1].min() > 10.0
+    assert sizes.max() < np.linalg.norm([100.0, 60.0, 60.0])

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from ocmm_core.features.shapes import Shape
 from ocmm_core.inspection.drawing import Account, plan_with_tolerances
 from ocmm_core.inspection.plan import Plan, load_plan, new_plan, nominal_doubts, save_plan
 from ocmm_core.inspection.step import StepModel, read_model
+from tests.core.inspection.nist_models import nist_model, path_of
 from tests.core.inspection.step_models import MODELS, block, written
 from tests.host import needs_package
 
@@ -30,24 +32,12 @@ NIST = {
     "ftc_07_asme1_ap242-e2": ((27, 25, 59), (17, 27, 62)),
 }
 DROPPED_BY_THE_LIBRARY = {"ftc_07_asme1_ap242-e2": 1}
-_READ: dict[str, StepModel] = {}
 
 
 @pytest.fixture
 def read(reference: Path) -> Callable[[str], StepModel]:
     """Return what reads a public model; each is read once."""
-    needs_package("OCP", "the extra 'step'")
-
-    def once(name: str) -> StepModel:
-        if name not in _READ:
-            _READ[name] = read_model(path_of(reference, name))
-        return _READ[name]
-
-    return once
-
-
-def path_of(reference: Path, name: str) -> Path:
-    return reference / "step" / f"nist_{name}.stp"
+    return partial(nist_model, reference)
 
 
 def planned(model: StepModel, general: str = "") -> tuple[Plan, Account]:
@@ -293,7 +283,8 @@ def test_a_text_whose_faces_were_exchanged_gives_nothing(tmp_path: Path) -> None
     from ocmm_core.inspection.step._raw_faces import faces_of, faces_with_surface
 
     document = read_document(str(path), lambda _: None)
-    faces, _ = faces_of(document.shape, lambda _: None)
+    with_surface, _ = faces_with_surface(document.shape)
+    faces, _ = faces_of(with_surface, lambda _: None, document.steps)
     order = _order_of(document.reader.Reader(), faces_with_surface(document.shape)[0])
     assert len(order) == 7
     assert order_fault(faces, order, read_pmi(lines)[1]) == ""

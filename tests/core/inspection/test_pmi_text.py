@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from ocmm_core.inspection.pmi import Dimension, Pmi, Tolerance, read_pmi
+from ocmm_core.inspection.pmi import Dimension, Pmi, Tolerance, may_say_tolerances, read_pmi
 from tests.core.inspection.pmi_texts import FACES, SIZE, UNITS, WHOLE, ZONE, text_of
 
 MM = "LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({}),#1)"
@@ -261,3 +261,12 @@ def test_labels_are_counted_as_another_reader_does() -> None:
     note = "DRAUGHTING_CALLOUT('note',())"
     assert read(_60=note).labels == (2, 2, 1)
     assert read(_24="", _25="").labels == (1, 1, 0)
+
+
+def test_a_text_without_a_word_of_tolerances_need_not_be_read() -> None:
+    assert not may_say_tolerances(text_of(UNITS, FACES))
+    callout = "#99=DRAUGHTING_CALLOUT('note',());"
+    for parts in ((SIZE,), (ZONE,), (callout,), ("#99=DATUM('','',#1,.F.,'A');",)):
+        text = text_of(UNITS, FACES, *parts)
+        assert may_say_tolerances(text)
+        assert not read_pmi(text)[0].is_empty

@@ -13,6 +13,7 @@ import pytest
 
 from ocmm_core.inspection.step import NOT_EXACT, offers_of, read_model
 from tests.core.inspection.more_step_models import MORE
+from tests.core.inspection.nist_models import nist_model, path_of
 from tests.core.inspection.step_models import off_mm, written
 from tests.core.inspection.step_text import Surface, surfaces_in_text
 from tests.host import needs_package
@@ -84,7 +85,7 @@ def test_the_walls_of_a_slit_narrower_than_the_ball_are_left_out_with_the_other_
 
 @pytest.mark.parametrize("name", BY_HAND)
 def test_the_table_made_by_hand_is_what_the_text_says(name: str, reference: Path) -> None:
-    in_text = surfaces_in_text(reference / "step" / f"nist_{name}.stp")
+    in_text = surfaces_in_text(path_of(reference, name))
     assert _table(in_text) == BY_HAND[name]
 
 
@@ -93,9 +94,7 @@ def test_the_table_made_by_hand_is_what_the_text_says(name: str, reference: Path
 def test_every_face_of_the_table_is_in_one_offer(
     name: str, reference: Path, record_property: Callable[[str, object], None]
 ) -> None:
-    needs_package("OCP", "the extra 'step'")
-    path = reference / "step" / f"nist_{name}.stp"
-    model = read_model(path, BALL_MM)
+    path, model = path_of(reference, name), nist_model(reference, name)
     offers = offers_of(model)
     offered = [(offer.kind, frozenset(offer.faces)) for offer in offers if offer.kind in COUNTED]
     assert _table(offered) == BY_HAND[name]

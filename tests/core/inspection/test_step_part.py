@@ -14,6 +14,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.step import read_model, read_part
 from ocmm_core.part_model import ModelFace, PartModel, bezier_surface, derivatives_at
+from tests.core.inspection.nist_models import NIST, nist_model, path_of
 from tests.core.inspection.step_models import (
     FREE_FORM,
     MODELS,
@@ -32,10 +33,6 @@ EVERY = {
 }
 ON_IT_MM = 1e-6
 """Surfaces are exact; the search of the library ends at 1e-7."""
-NIST = (
-    "ctc_01_asme1_ap203", "ctc_01_asme1_ap242-e1", "ctc_03_asme1_ap242-e2", "ftc_06_asme1_ap242-e2",
-    "ftc_07_asme1_ap242-e2",
-)  # fmt: skip
 
 
 def inside(uv: Float, loops: tuple[Float, ...]) -> Any:
@@ -163,9 +160,8 @@ def test_a_wall_is_followed_where_its_curve_bends_in_a_small_part_of_its_paramet
 def test_parts_that_nobody_here_made(
     name: str, reference: Path, record_property: Callable[[str, object], None]
 ) -> None:
-    needs_package("OCP", "the extra 'step'")
-    path = reference / "step" / f"nist_{name}.stp"
-    part = read_part(path)
+    path, part = path_of(reference, name), nist_model(reference, name).part
+    assert part is not None
     assert (part.edge_faces >= 0).all()
     assert all(face.spline is not None and face.loops for face in part.faces)
     areas = mesh_areas(part)

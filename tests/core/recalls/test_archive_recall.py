@@ -10,7 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 from benchmarks.recall_scenes import TruePart, World, base_points
-from ocmm_core.archive import Delivery, Sender, extract_job, learn_marks, open_archive, snapshot
+from ocmm_core.archive.outbox import learn_marks
+from ocmm_core.archive.records import Delivery, Sender, extract_job, snapshot
+from ocmm_core.archive.stores import open_archive
 from ocmm_core.calibration.records import seal
 from ocmm_core.cli import app
 from ocmm_core.cluster import Site

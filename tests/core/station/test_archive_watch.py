@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import socket
 import time
 from pathlib import Path
 
-from ocmm_core.archive import ItemState, Outbox, extract_job
+from ocmm_core.archive.outbox import ArchivePlace, HandOverProcess, ItemState, Outbox, sweep
+from ocmm_core.archive.records import extract_job
 from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.station.archiving import ArchiveWatch, archive_place
-from tests.host import HANG_S
+from tests.host import HANG_S, needs_package
 
 
 def station(folder: Path) -> BuiltStation:
@@ -35,6 +37,48 @@ def test_a_finished_job_goes_into_the_outbox_by_itself(tmp_path: Path) -> None:
         built.station.close()
         watch.close()
     assert built.station.faults.beside == ()
+
+
+def test_measuring_does_not_wait_for_a_server_that_says_nothing(tmp_path: Path) -> None:
+    needs_package("psycopg", "extra `shop`")
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = f"postgresql://me@127.0.0.1:{silent.getsockname()[1]}/ocmm"
+        process = HandOverProcess(ArchivePlace(address, "S", tmp_path / "outbox"))
+        process.start()
+        built = station(tmp_path / "jobs")
+        watch = ArchiveWatch(built.station, tmp_path / "outbox")
+        try:
+            built.station.start()
+            assert built.station.wait_finished(HANG_S)
+        finally:
+            built.station.close()
+            watch.close()
+            process.close()
+    assert built.station.faults.beside == ()
+    with Outbox(tmp_path / "outbox") as outbox:
+        assert outbox.count(ItemState.WAITING) == 1
+        # It is put in as far as it went: nothing is left to sweep.
+        assert sweep(outbox) == 0
+
+
+def test_a_job_that_is_measured_is_noted_and_found_when_its_program_was_killed(
+    tmp_path: Path,
+) -> None:
+    built = station(tmp_path / "jobs")
+    watch = ArchiveWatch(built.station, tmp_path / "outbox")
+    try:
+        built.station.start()
+        assert built.station.wait_finished(HANG_S)
+        until = time.monotonic() + HANG_S
+        notes = tmp_path / "outbox" / "measuring"
+        while not (notes.is_dir() and list(notes.iterdir())) and time.monotonic() < until:
+            time.sleep(0.05)
+        (note,) = notes.iterdir()
+        assert note.read_bytes() == str(built.station.job.path.absolute()).encode()
+    finally:
+        built.station.close()
+        watch.close()
+    assert list(notes.iterdir()) == []
 
 
 def test_a_job_that_is_left_goes_in_when_the_station_closes_and_an_empty_one_does_not(

@@ -1,0 +1,49 @@
+"""An archive made anew from job files alone, and one that is held against them.
+
+In: an archive, job files. Out: an archive with the same rows, or where they differ.
+
+Read `_rebuild`. It must not know how jobs come.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.archive.checks._rebuild import (
+        Checked,
+        Rebuilt,
+        differences,
+        files_in,
+        files_of,
+        mark_altered,
+        rebuild,
+        records_of,
+        stations_of,
+        verify_archive,
+        verify_files,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _rebuild=(
+            "Checked Rebuilt differences files_in files_of "
+            "mark_altered rebuild records_of stations_of verify_archive verify_files"
+        ),
+    )
+
+__all__ = [
+    "Checked",
+    "Rebuilt",
+    "differences",
+    "files_in",
+    "files_of",
+    "mark_altered",
+    "rebuild",
+    "records_of",
+    "stations_of",
+    "verify_archive",
+    "verify_files",
+]

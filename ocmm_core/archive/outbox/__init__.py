@@ -1,0 +1,66 @@
+"""How jobs come into the archive: an outbox on each station, and the process that hands over.
+
+In: job files as they stand. Out: each once in the archive, however often something was killed or
+cut; marks that the station holds back by.
+
+Read `_outbox` with `_outbox_file` and `_outbox_rows` (durable, with their files), `_notes` (jobs
+that are being measured, so that a killed program forgets none), `_courier` (hands over), `_learn`
+(marks come back), `_follow` (the process that does both), `_status` (how it stands, in words).
+It must not know a running station, and measuring never waits for it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.archive.outbox._courier import BackOff, Courier, Handed, sender_of
+    from ocmm_core.archive.outbox._follow import (
+        ArchivePlace,
+        HandOverProcess,
+        follow,
+        main,
+        only_one,
+    )
+    from ocmm_core.archive.outbox._learn import learn_marks
+    from ocmm_core.archive.outbox._notes import JobNote, has_points, sweep
+    from ocmm_core.archive.outbox._outbox import Outbox, default_outbox
+    from ocmm_core.archive.outbox._outbox_rows import Contact, Item, ItemState, machine_identity
+    from ocmm_core.archive.outbox._status import HandOver, hand_over
+else:
+    __getattr__ = door(
+        __name__,
+        _courier="BackOff Courier Handed sender_of",
+        _follow="ArchivePlace HandOverProcess follow main only_one",
+        _learn="learn_marks",
+        _notes="JobNote has_points sweep",
+        _outbox="Outbox default_outbox",
+        _outbox_rows="Contact Item ItemState machine_identity",
+        _status="HandOver hand_over",
+    )
+
+__all__ = [
+    "ArchivePlace",
+    "BackOff",
+    "Contact",
+    "Courier",
+    "HandOver",
+    "HandOverProcess",
+    "Handed",
+    "Item",
+    "ItemState",
+    "JobNote",
+    "Outbox",
+    "default_outbox",
+    "follow",
+    "hand_over",
+    "has_points",
+    "learn_marks",
+    "machine_identity",
+    "main",
+    "only_one",
+    "sender_of",
+    "sweep",
+]

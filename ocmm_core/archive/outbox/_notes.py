@@ -1,0 +1,146 @@
+"""Jobs that are being measured and shall be archived, noted so that a killed program forgets none.
+
+A note is a file beside the outbox that its program holds locked. Whoever finds one that nobody
+holds puts its job in as it stands: the program ended between saving and handing over.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+from pathlib import Path
+
+from ocmm_core.archive.outbox._outbox import Outbox
+from ocmm_core.errors import OcmmError, StorageError
+from ocmm_core.host import HOST
+from ocmm_core.inspection.archive import copy_of_job
+from ocmm_core.storage import JobFile
+
+_FOLDER = "measuring"
+_LONGEST = 1 << 16
+_TRIES = 20
+
+
+class JobNote:
+    """Note that a job is being measured; durable when this returns.
+
+    Parameters
+    ----------
+    folder
+        Of the outbox.
+    path
+        Of the job file.
+
+    Raises
+    ------
+    StorageError
+        It cannot be written.
+    """
+
+    def __init__(self, folder: Path, path: Path) -> None:
+        self.path = path
+        text = str(path.absolute()).encode("utf-8", "surrogateescape")
+        self._file = folder / _FOLDER / hashlib.sha256(text).hexdigest()
+        self._descriptor: int | None = None
+        try:
+            self._file.parent.mkdir(parents=True, exist_ok=True)
+            descriptor = _held(self._file)
+            if descriptor is None:
+                # Another program notes the same job: that is as good.
+                return
+            self._descriptor = descriptor
+            os.ftruncate(descriptor, 0)
+            os.write(descriptor, text)
+            os.fsync(descriptor)
+        except OSError as error:
+            self.let_go()
+            raise StorageError(
+                "outbox.failed",
+                f"{folder}: the outbox of the archive cannot be written ({error.strerror}).",
+                "Free disk space or check the rights of the folder. The job file itself is safe: "
+                "put it in later with ocmm archive send FILE.",
+            ) from error
+
+    def done(self) -> None:
+        """Say that the job is in the outbox as far as it ever went."""
+        if self._descriptor is not None:
+            # An open file can be removed on some systems only; elsewhere the next sweep does it.
+            with contextlib.suppress(OSError):
+                self._file.unlink(missing_ok=True)
+        self.let_go()
+
+    def let_go(self) -> None:
+        """Leave the note to the next sweep; may be called twice."""
+        if self._descriptor is not None:
+            os.close(self._descriptor)
+            self._descriptor = None
+
+
+def sweep(outbox: Outbox) -> int:
+    """Put in the jobs whose program ended before it did; return how many there were.
+
+    A job without a point, or that is gone, is none. One that cannot be read is put in as its bytes
+    are: the hand-over sets it aside and names it.
+
+    Raises
+    ------
+    StorageError
+        The outbox cannot be read or written.
+    """
+    found = 0
+    for note in sorted((outbox.folder / _FOLDER).glob("*")):
+        try:
+            descriptor = _held(note, make=False)
+        except OSError:
+            continue
+        if descriptor is None:
+            continue
+        try:
+            text = os.read(descriptor, _LONGEST)
+            if text and _put(outbox, Path(os.fsdecode(text))):
+                found += 1
+            with contextlib.suppress(OSError):
+                note.unlink(missing_ok=True)
+        finally:
+            os.close(descriptor)
+    return found
+
+
+def has_points(path: Path) -> bool:
+    """Return whether a job has a point; errors as those of `JobFile.open`."""
+    with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
+        return job.next_number() > 1
+
+
+def _put(outbox: Outbox, path: Path) -> bool:
+    try:
+        if not path.is_file():
+            return False
+        return has_points(path) and outbox.put(path) is not None
+    except OcmmError as error:
+        if error.code.startswith("outbox."):
+            raise
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return False
+    return outbox.put_content(content, path) is not None
+
+
+def _held(file: Path, *, make: bool = True) -> int | None:
+    """Return the descriptor of a note that this process holds now; None where another one does."""
+    for _ in range(_TRIES):
+        descriptor = HOST.open_file(file, os.O_RDWR | (os.O_CREAT if make else 0), 0o600)
+        try:
+            HOST.lock(descriptor)
+        except BlockingIOError:
+            os.close(descriptor)
+            return None
+        # Whoever held it before may have removed it: then it is another file by now.
+        if HOST.is_at(descriptor, file):
+            return descriptor
+        os.close(descriptor)
+        if not make:
+            return None
+    return None

@@ -1,0 +1,229 @@
+"""The outbox of a station: jobs that wait for the archive, durable before anybody says so.
+
+A job is put in as it stands, file and all, by whoever measures; a process of its own hands it over.
+What was put in stays until the archive has acknowledged it, and a copy for some time after that: an
+archive that was restored from a backup gets again what it lost.
+
+The files are named by their SHA-256. A row is written when its file is on the disk, so that a row
+without a file does not happen, and a file without a row is a leftover.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import sqlite3
+import uuid
+from collections.abc import Sequence
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import platformdirs
+
+from ocmm_core.archive.outbox._outbox_file import OutboxFile, utc_now
+from ocmm_core.archive.outbox._outbox_rows import Contact, Item, ItemState, machine_identity
+from ocmm_core.archive.records import snapshot
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import OcmmError, StorageError
+
+KEPT = timedelta(days=30)
+"""How long a copy of what was delivered is kept, for an archive that goes back to a backup."""
+
+
+def default_outbox() -> Path:
+    """Return the folder of the outbox of this user."""
+    return platformdirs.user_data_path("ocmm") / "outbox"
+
+
+class Outbox(OutboxFile):
+    """Jobs that wait; for one thread, many processes.
+
+    Parameters
+    ----------
+    folder
+        Where it is; made where there is none.
+
+    Raises
+    ------
+    StorageError
+        It cannot be read or written, is damaged, or of a later version.
+    """
+
+    def put(self, path: Path) -> Item | None:
+        """Put a job in as it stands now; it is durable when this returns.
+
+        Returns
+        -------
+        item
+            None where the job went in just so before.
+
+        Raises
+        ------
+        StorageError
+            The job cannot be read, or the outbox cannot be written.
+        """
+        return self.put_content(snapshot(path), path)
+
+    def put_content(self, content: bytes, path: Path) -> Item | None:
+        """Put in a job file that was read already; as `put`."""
+        sha256 = hashlib.sha256(content).hexdigest()
+        place = str(path.absolute())
+        try:
+            with self._transaction() as db:
+                last = db.execute(
+                    "SELECT sha256 FROM item WHERE path = ? ORDER BY sequence DESC LIMIT 1",
+                    (place,),
+                ).fetchone()
+            if last is not None and last[0] == sha256:
+                return None
+            self._keep(sha256, content)
+            with self._transaction() as db:
+                # Another process may prune at this moment; the row must have its file.
+                if not self._file(sha256).exists():
+                    self._keep(sha256, content)
+                put_utc = utc_now()
+                sequence = db.execute(
+                    "INSERT INTO item (sha256, name, path, put_utc, state)"
+                    " VALUES (?, ?, ?, ?, 'waiting') RETURNING sequence",
+                    (sha256, path.name, place, put_utc),
+                ).fetchone()[0]
+        except (sqlite3.Error, OSError) as error:
+            raise self._fault(error) from error
+        return Item(sequence, sha256, path.name, place, put_utc, ItemState.WAITING, "")
+
+    def waiting(self, most: int = 100) -> list[Item]:
+        """Return the jobs that wait, oldest first."""
+        return self._items("state = 'waiting' ORDER BY sequence LIMIT ?", (most,))
+
+    def aside(self) -> list[Item]:
+        """Return the jobs that the archive cannot take, newest first."""
+        return self._items("state = 'aside' ORDER BY sequence DESC LIMIT ?", (1000,))
+
+    def sent_after(self, sequence: int) -> list[Item]:
+        """Return the jobs with a higher number that were delivered, oldest first."""
+        return self._items("state = 'sent' AND sequence > ? ORDER BY sequence", (sequence,))
+
+    def count(self, state: ItemState) -> int:
+        """Return how many stand so."""
+        with self._reading() as db:
+            (found,) = db.execute(
+                "SELECT count(*) FROM item WHERE state = ?", (state.value,)
+            ).fetchone()
+        return int(found)
+
+    def content(self, item: Item) -> bytes:
+        """Return the file of a job as it was put in, or as it is where the copy is gone.
+
+        Raises
+        ------
+        StorageError
+            Neither is there, or the copy is damaged.
+        """
+        file = self._file(item.sha256)
+        try:
+            content = file.read_bytes()
+        except FileNotFoundError:
+            return snapshot(Path(item.path))
+        except OSError as error:
+            raise self._fault(error) from error
+        if hashlib.sha256(content).hexdigest() != item.sha256:
+            # The job itself may still be there; what it holds is verified when it is opened.
+            with contextlib.suppress(OcmmError):
+                return snapshot(Path(item.path))
+            raise StorageError(
+                "job.copy",
+                f"{file}: the copy of {item.name} in the outbox is damaged, and {item.path} cannot "
+                "be read.",
+                "Restore the job file from a backup, then: ocmm archive send FILE.",
+            )
+        return content
+
+    def settle(self, item: Item, state: ItemState, said: str = "") -> None:
+        """Note what became of a job; durable when this returns."""
+        with self._writing() as db:
+            db.execute(
+                "UPDATE item SET state = ?, said = ?, sent_utc = ? WHERE sequence = ?",
+                (state.value, said, utc_now() if state is ItemState.SENT else "", item.sequence),
+            )
+
+    def note_contact(self, error: OcmmError | None, clock_off_s: float | None = None) -> None:
+        """Note what a try came to."""
+        with self._writing() as db:
+            if error is None:
+                db.execute(
+                    "UPDATE contact SET code = '', said = '', since_utc = '', good_utc = ?,"
+                    " clock_off_s = coalesce(?, clock_off_s)",
+                    (utc_now(), clock_off_s),
+                )
+            else:
+                db.execute(
+                    "UPDATE contact SET code = ?, said = ?, since_utc ="
+                    " CASE WHEN since_utc = '' THEN ? ELSE since_utc END",
+                    (error.code, str(error), utc_now()),
+                )
+
+    def contact(self) -> Contact:
+        """Return what the last tries came to."""
+        with self._reading() as db:
+            row = db.execute(
+                "SELECT code, said, since_utc, good_utc, clock_off_s FROM contact"
+            ).fetchone()
+        return Contact(*row)
+
+    def prune(self, now: datetime | None = None) -> int:
+        """Remove copies of what was delivered long ago, and return how many."""
+        before = ((now or datetime.now(UTC)) - KEPT).isoformat(timespec="milliseconds")
+        removed = 0
+        # Under the write lock, so that nobody puts the same file in meanwhile.
+        with self._writing() as db:
+            needed = {
+                row[0]
+                for row in db.execute(
+                    "SELECT sha256 FROM item WHERE state <> 'sent' OR sent_utc >= ?", (before,)
+                )
+            }
+            known = {row[0] for row in db.execute("SELECT DISTINCT sha256 FROM item")}
+            for file in self._files.glob("*/*"):
+                if file.name in known and file.name not in needed:
+                    file.unlink(missing_ok=True)
+                    removed += 1
+        return removed
+
+    def try_aside_again(self) -> None:
+        """Let everything wait again that was set aside."""
+        with self._writing() as db:
+            db.execute("UPDATE item SET state = 'waiting', said = '' WHERE state = 'aside'")
+
+    def renew(self) -> None:
+        """Give this outbox another identity, for a computer whose disk was copied.
+
+        Everything that was delivered under the old one is sent again: the archive knows its jobs by
+        their content.
+        """
+        with self._writing() as db:
+            identity, machine = str(uuid.uuid4()), machine_identity()
+            db.execute("UPDATE box SET outbox = ?, machine = ?", (identity, machine))
+            db.execute("UPDATE item SET state = 'waiting', said = '' WHERE state <> 'waiting'")
+        self.identity, self.machine = identity, machine
+
+    def _keep(self, sha256: str, content: bytes) -> None:
+        file = self._file(sha256)
+        if file.exists() and file.stat().st_size == len(content):
+            return
+        file.parent.mkdir(exist_ok=True)
+        write_atomic(file, content)
+
+    def _file(self, sha256: str) -> Path:
+        return self._files / sha256[:2] / sha256
+
+    def _items(self, where: str, values: Sequence[object]) -> list[Item]:
+        with self._reading() as db:
+            rows = db.execute(
+                "SELECT sequence, sha256, name, path, put_utc, state, said FROM item WHERE "  # noqa: S608 - our own words
+                + where,
+                values,
+            ).fetchall()
+        return [
+            Item(sequence, sha256, name, path, put_utc, ItemState(state), said)
+            for sequence, sha256, name, path, put_utc, state, said in rows
+        ]

@@ -1,0 +1,141 @@
+"""The file of an outbox: made, opened, and changed in durable transactions."""
+
+from __future__ import annotations
+
+import contextlib
+import sqlite3
+import uuid
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Self
+
+from ocmm_core.archive.outbox._outbox_rows import (
+    APPLICATION_ID,
+    TABLES,
+    VERSION,
+    machine_identity,
+)
+from ocmm_core.errors import StorageError
+
+_WAIT_S = 5.0
+
+
+class OutboxFile:
+    """Open the file of an outbox; made where there is none.
+
+    Parameters
+    ----------
+    folder
+        Where it is.
+
+    Raises
+    ------
+    StorageError
+        It cannot be read or written, is damaged, or of a later version.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._files = folder / "files"
+        self._db: sqlite3.Connection | None = None
+        try:
+            self._files.mkdir(parents=True, exist_ok=True)
+            self._db = sqlite3.connect(
+                folder / "outbox.sqlite", timeout=_WAIT_S, isolation_level=None,
+                check_same_thread=False,
+            )  # fmt: skip
+            self._prepare(self._db)
+        except (sqlite3.Error, OSError) as error:
+            self.close()
+            raise self._fault(error) from error
+        except BaseException:
+            self.close()
+            raise
+
+    def _prepare(self, db: sqlite3.Connection) -> None:
+        db.execute("PRAGMA trusted_schema = OFF")
+        db.execute("PRAGMA journal_mode = WAL").fetchall()
+        db.execute("PRAGMA synchronous = FULL")
+        if int(db.execute("PRAGMA application_id").fetchone()[0]) != APPLICATION_ID:
+            with self._transaction() as own:
+                if not own.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+                    for statement in TABLES:
+                        own.execute(statement)
+                    own.execute(
+                        "INSERT INTO box VALUES (1, ?, ?, ?)",
+                        (str(uuid.uuid4()), machine_identity(), utc_now()),
+                    )
+                    own.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+                    own.execute(f"PRAGMA user_version = {VERSION}")
+        found = int(db.execute("PRAGMA user_version").fetchone()[0])
+        application = int(db.execute("PRAGMA application_id").fetchone()[0])
+        if application != APPLICATION_ID or found != VERSION:
+            raise StorageError(
+                "outbox.version",
+                f"{self.folder}: this is no outbox of this version of the program.",
+                "Send what waits there with the program that made it, or move the folder away.",
+            )
+        self.identity, self.machine = db.execute("SELECT outbox, machine FROM box").fetchone()
+
+    def close(self) -> None:
+        """Let go; may be called twice."""
+        if self._db is not None:
+            self._db.close()
+            self._db = None
+
+    def _open(self) -> sqlite3.Connection:
+        if self._db is None:
+            raise StorageError(
+                "outbox.closed", f"{self.folder}: the outbox is closed.", "Open it again."
+            )
+        return self._db
+
+    @contextlib.contextmanager
+    def _transaction(self) -> Iterator[sqlite3.Connection]:
+        db = self._open()
+        db.execute("BEGIN IMMEDIATE")
+        try:
+            yield db
+            db.execute("COMMIT")
+        except BaseException:
+            with contextlib.suppress(sqlite3.Error):
+                db.execute("ROLLBACK")
+            raise
+
+    @contextlib.contextmanager
+    def _writing(self) -> Iterator[sqlite3.Connection]:
+        try:
+            with self._transaction() as db:
+                yield db
+        except (sqlite3.Error, OSError) as error:
+            raise self._fault(error) from error
+
+    @contextlib.contextmanager
+    def _reading(self) -> Iterator[sqlite3.Connection]:
+        try:
+            yield self._open()
+        except sqlite3.Error as error:
+            raise self._fault(error) from error
+
+    def _fault(self, error: Exception) -> StorageError:
+        said = getattr(error, "strerror", None) or str(error)
+        return StorageError(
+            "outbox.failed",
+            f"{self.folder}: the outbox of the archive cannot be read or written ({said}).",
+            "Free disk space or check the rights of the folder. The job file itself is safe: put "
+            "it in later with ocmm archive send FILE.",
+        )
+
+    def __enter__(self) -> Self:
+        """Return the outbox."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let go."""
+        self.close()
+
+
+def utc_now() -> str:
+    """Return the time as an outbox keeps it."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")

@@ -1,0 +1,111 @@
+"""How the hand-over stands, in words: for the Start page, the Archive page and the terminal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from ocmm_core.archive.outbox._outbox import Outbox
+from ocmm_core.archive.outbox._outbox_rows import Contact, Item, ItemState
+from ocmm_core.archive.stores import CLOCK_TELL_S
+
+
+@dataclass(frozen=True, slots=True)
+class HandOver:
+    """How the hand-over to the archive stands.
+
+    Attributes
+    ----------
+    waiting
+        Jobs that the archive does not have yet.
+    aside
+        Jobs that it cannot take, newest first, with why.
+    contact
+        What the last tries came to.
+    """
+
+    waiting: int
+    aside: tuple[Item, ...]
+    contact: Contact
+
+    @property
+    def needs_attention(self) -> bool:
+        """Return whether somebody should do something."""
+        return bool(self.aside or self.contact.code or abs(self.contact.clock_off_s) > CLOCK_TELL_S)
+
+    @property
+    def line(self) -> str:
+        """Return all of it in a line; empty where nothing waits and nothing is wrong."""
+        return " ".join(self.sentences)
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """Return what is to be said, the most important first."""
+        found = []
+        if self.waiting:
+            wait = "1 job waits" if self.waiting == 1 else f"{self.waiting} jobs wait"
+            since = _local(self.contact.since_utc)
+            why = f"; {_WORDS.get(self.contact.code, 'it failed')} since {since}" if since else ""
+            found.append(f"{wait} for the archive{why}.")
+        elif self.contact.code:
+            found.append(
+                f"Archive: {_WORDS.get(self.contact.code, 'it failed')} since "
+                f"{_local(self.contact.since_utc)}."
+            )
+        if self.contact.code:
+            found.append(self.contact.said)
+        if self.aside:
+            count = len(self.aside)
+            jobs = "1 job" if count == 1 else f"{count} jobs"
+            found.append(
+                f"{jobs} cannot be archived, {self.aside[0].name} last: {self.aside[0].said}"
+            )
+        off = self.contact.clock_off_s
+        if abs(off) > CLOCK_TELL_S:
+            found.append(
+                f"The clock of this computer is {abs(off) / 60.0:.0f} min "
+                f"{'ahead of' if off > 0.0 else 'behind'} that of the archive: set it, or jobs are "
+                "listed on the wrong day."
+            )
+        return tuple(found)
+
+
+_WORDS = {
+    "archive.unreachable": "server not reached",
+    "archive.slow": "server too slow",
+    "archive.full": "disk of the archive full",
+    "archive.login": "login refused",
+    "archive.rights": "rights missing",
+    "archive.tls": "no trusted connection",
+    "archive.newer": "archive newer than this program",
+    "archive.older": "archive older than this program",
+    "archive.version": "archive of another version",
+    "archive.station": "name of the station taken",
+    "archive.read_only": "server takes no writing",
+    "archive.shop": "program part missing",
+    "archive.not_set_up": "archive not set up",
+}
+
+
+def hand_over(folder: Path) -> HandOver:
+    """Return how the hand-over of an outbox stands; nothing where there is none.
+
+    Raises
+    ------
+    StorageError
+        The outbox cannot be read.
+    """
+    if not (folder / "outbox.sqlite").exists():
+        return HandOver(0, (), Contact())
+    with Outbox(folder) as outbox:
+        return HandOver(outbox.count(ItemState.WAITING), tuple(outbox.aside()), outbox.contact())
+
+
+def _local(utc: str) -> str:
+    """Return a time as the clock on the wall shows it; the day as well where it is another one."""
+    if not utc:
+        return ""
+    at = datetime.fromisoformat(utc).astimezone()
+    same = at.date() == datetime.now(at.tzinfo).date()
+    return at.strftime("%H:%M" if same else "%Y-%m-%d %H:%M")

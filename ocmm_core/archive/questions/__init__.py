@@ -1,0 +1,52 @@
+"""What people ask of an archive, each question one call for window, terminal and scripts.
+
+In: an archive, and what it is about. Out: a table, charts, and what must be known about them.
+
+Read `_registry` (all questions), `_asked` (what one is about), `_lists` and `_statistics` (the
+answers), `_answers` (what an answer is, and its files).
+It must not know how jobs come, nor how an answer is shown. What counts is said by the views.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.archive.questions._answers import (
+        ArchiveAnswer,
+        csv_of,
+        export_answer,
+        parquet_of,
+    )
+    from ocmm_core.archive.questions._asked import Asked, parts
+    from ocmm_core.archive.questions._lists import passed, today, used
+    from ocmm_core.archive.questions._registry import QUESTIONS, Question
+    from ocmm_core.archive.questions._statistics import cpk_by_month, rr, trend
+else:
+    __getattr__ = door(
+        __name__,
+        _answers="ArchiveAnswer csv_of export_answer parquet_of",
+        _asked="Asked parts",
+        _lists="passed today used",
+        _registry="QUESTIONS Question",
+        _statistics="cpk_by_month rr trend",
+    )
+
+__all__ = [
+    "QUESTIONS",
+    "ArchiveAnswer",
+    "Asked",
+    "Question",
+    "cpk_by_month",
+    "csv_of",
+    "export_answer",
+    "parquet_of",
+    "parts",
+    "passed",
+    "rr",
+    "today",
+    "trend",
+    "used",
+]

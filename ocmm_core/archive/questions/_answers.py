@@ -1,0 +1,109 @@
+"""What a question is answered with: a table, what must be known about it, and its charts."""
+
+from __future__ import annotations
+
+import csv
+import importlib.util
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.archive.stores import Row
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.inspection.archive import Trend
+from ocmm_core.studies import GaugeStudy
+
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+
+
+@dataclass(frozen=True, slots=True)
+class ArchiveAnswer:
+    """The answer to a question.
+
+    Attributes
+    ----------
+    title
+        What was asked, in words.
+    columns, rows
+        The table; numbers are numbers, in mm or degrees.
+    notes
+        What must be known before it is used, in sentences.
+    trends
+        Charts as on the batch page.
+    study
+        Gauge R&R over stations; None for other questions.
+    """
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[Row, ...]
+    notes: tuple[str, ...] = ()
+    trends: tuple[Trend, ...] = ()
+    study: GaugeStudy | None = None
+
+
+def export_answer(answer: ArchiveAnswer, path: Path) -> None:
+    """Write the table of an answer: CSV, or Parquet where the name ends so.
+
+    Raises
+    ------
+    InputError
+        The name ends otherwise, or there is no pyarrow for Parquet.
+    StorageError
+        The file cannot be written.
+    """
+    kind = path.suffix.lower()
+    if kind == ".csv":
+        content = csv_of(answer.columns, answer.rows)
+    elif kind == ".parquet":
+        content = parquet_of(answer.columns, answer.rows)
+    else:
+        raise InputError(
+            "archive.export", f"{path}: neither .csv nor .parquet.", "Give it one of these endings."
+        )
+    try:
+        write_atomic(path, content)
+    except OSError as error:
+        raise StorageError(
+            "archive.export",
+            f"{path}: the table cannot be written ({error.strerror}).",
+            "Choose a folder that is there and that you may write to.",
+        ) from error
+
+
+def csv_of(columns: Sequence[str], rows: Sequence[Row]) -> bytes:
+    """Return a table as CSV (RFC 4180, UTF-8): decimal points, no cell that is a formula."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow(columns)
+    writer.writerows([_cell(cell) for cell in row] for row in rows)
+    return text.getvalue().encode("utf-8")
+
+
+def parquet_of(columns: Sequence[str], rows: Sequence[Row]) -> bytes:
+    """Return a table as Parquet; InputError where pyarrow is not installed."""
+    if importlib.util.find_spec("pyarrow") is None:
+        raise InputError(
+            "archive.parquet",
+            "Parquet needs pyarrow, which is not installed.",
+            "Export to CSV, or install it: pip install pyarrow.",
+        )
+    import pyarrow
+    import pyarrow.parquet
+
+    fields = [[row[at] for row in rows] for at in range(len(columns))]
+    table = pyarrow.table(dict(zip(columns, fields, strict=True)))
+    sink = pyarrow.BufferOutputStream()
+    pyarrow.parquet.write_table(table, sink)
+    return bytes(sink.getvalue())
+
+
+def _cell(cell: object) -> object:
+    """Return what a spreadsheet takes for text and not for a formula."""
+    if isinstance(cell, float):
+        return repr(cell)
+    if isinstance(cell, str) and cell.startswith(_FORMULA):
+        return f"'{cell}"
+    return "" if cell is None else cell

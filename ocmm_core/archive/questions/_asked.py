@@ -1,0 +1,119 @@
+"""What a question is about, and what all of them say alike."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, date, datetime, timedelta
+
+from ocmm_core.archive.stores import Archive, Cell, Row
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.evaluation import SIMULATED, SIMULATED_LINE
+
+MOST_SHOWN = 500
+"""Jobs of a trend, the newest ones: more are no chart that anybody reads."""
+MOST_VALUES = 200_000
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What a question is about; a question takes what it needs.
+
+    Attributes
+    ----------
+    station, part, characteristic, operator
+        Names; empty for all.
+    kind, what
+        Of `used`: calibration, tip, artefact ...; its hash (or how it begins), serial or name.
+    first, last
+        Days by the clock on the wall, both included; None for no limit (`today`: today).
+    most
+        Rows of a list, or jobs of a trend.
+    """
+
+    station: str = ""
+    part: str = ""
+    characteristic: str = ""
+    operator: str = ""
+    kind: str = "calibration"
+    what: str = ""
+    first: date | None = None
+    last: date | None = None
+    most: int = MOST_SHOWN
+
+
+def parts(archive: Archive) -> tuple[tuple[str, str], ...]:
+    """Return the parts and characteristics that are archived, sorted."""
+    table = archive.ask("SELECT part, characteristic FROM archive_characteristic ORDER BY 1, 2")
+    return tuple((str(part), str(name)) for part, name in table.rows)
+
+
+def nothing_of(archive: Archive, asked: Asked) -> InputError:
+    known = parts(archive)
+    names = sorted({part for part, _ in known})
+    if asked.part not in names:
+        some = ", ".join(names[:10]) or "none yet"
+        return InputError(
+            "archive.part", f"No archived part is called {asked.part!r}.", f"There are: {some}."
+        )
+    own = ", ".join(name for part, name in known if part == asked.part)[:500]
+    return InputError(
+        "archive.characteristic",
+        f"Part {asked.part} has no counted value of {asked.characteristic or 'anything'!r}"
+        f"{at_station(asked.station)}.",
+        f"Its characteristics: {own}.",
+    )
+
+
+def needs(asked: Asked, *fields: str) -> None:
+    labels: Mapping[str, str] = {"what": "what was used"}
+    for field in fields:
+        if not getattr(asked, field):
+            raise InputError(
+                "archive.question", f"Which {labels.get(field, field)}?", "Give its name."
+            )
+
+
+def span(first: date, last: date) -> tuple[str, str]:
+    """Return the ends of days on the wall in UTC, as the archive sorts times."""
+    if last < first:
+        raise InputError(
+            "archive.days", f"{last} is before {first}.", "Give the earlier day first."
+        )
+    low = datetime(first.year, first.month, first.day).astimezone(UTC)
+    end = last + timedelta(days=1)
+    high = datetime(end.year, end.month, end.day).astimezone(UTC)
+    return low.isoformat(timespec="milliseconds"), high.isoformat(timespec="milliseconds")
+
+
+def wall(utc: Cell) -> str:
+    return datetime.fromisoformat(str(utc)).astimezone().strftime("%Y-%m-%d %H:%M")
+
+
+def remark(simulated: bool, fault: str, held: bool) -> str:
+    words = [SIMULATED] if simulated else []
+    words += [fault] if fault else []
+    words += ["Held back: see the marks."] if held else []
+    return " ".join(words)
+
+
+def simulated_note(rows: list[dict[str, Cell]]) -> list[str]:
+    computed = [row for row in rows if row["simulated"]]
+    if not computed:
+        return []
+    if len(computed) == len(rows):
+        return [SIMULATED_LINE]
+    return [f"Simulated jobs, not counted beside real ones: {len(computed)}."]
+
+
+def cut(rows: tuple[Row, ...], most: int) -> tuple[str, ...]:
+    return (f"Only the first {most} are shown.",) if len(rows) >= most else ()
+
+
+def at_station(station: str) -> str:
+    return f" at {station}" if station else ""
+
+
+def number_of(cell: Cell) -> float:
+    assert isinstance(cell, int | float)  # noqa: S101 - by the type of the column
+    return float(cell)

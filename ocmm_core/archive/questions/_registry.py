@@ -1,0 +1,53 @@
+"""All questions: one entry each, with what it takes; window and terminal offer what is here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ocmm_core.archive.questions._answers import ArchiveAnswer
+from ocmm_core.archive.questions._asked import Asked
+from ocmm_core.archive.questions._lists import passed, today, used
+from ocmm_core.archive.questions._statistics import cpk_by_month, rr, trend
+from ocmm_core.archive.stores import Archive
+
+Ask = Callable[[Archive, Asked], ArchiveAnswer]
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """One question.
+
+    Attributes
+    ----------
+    name, title
+        For scripts, and for people.
+    takes, needs
+        Fields of `Asked` that it uses, and those of them that must be given.
+    ask
+        Answers it.
+    """
+
+    name: str
+    title: str
+    takes: tuple[str, ...]
+    needs: tuple[str, ...]
+    ask: Ask
+
+
+QUESTIONS = (
+    Question("today", "What was measured", ("first", "last", "station", "most"), (), today),
+    Question(
+        "trend", "Trend", ("part", "characteristic", "station", "most"),
+        ("part", "characteristic"), trend,
+    ),
+    Question("used", "What used this", ("kind", "what", "most"), ("what",), used),
+    Question("cpk", "Cpk by month", ("part", "characteristic", "station"), ("part",), cpk_by_month),
+    Question(
+        "passed", "Who passed what", ("operator", "part", "station", "first", "last"), (), passed
+    ),
+    Question(
+        "rr", "R&R over stations", ("part", "characteristic"), ("part", "characteristic"), rr
+    ),
+)  # fmt: skip
+"""All questions, in the order in which they are offered."""

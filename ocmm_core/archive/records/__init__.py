@@ -1,0 +1,52 @@
+"""What the archive keeps of a job: its rows, and how they follow from its file alone.
+
+In: a job file. Out: rows that hold together, or a sentence why nothing of it counts.
+
+Read `_rows` (what is kept), `_checks` (what must hold before it is), `_extract` (rows from a file).
+It must not know how rows are stored.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.archive.records._checks import check_delivery, check_mark, utc_text
+    from ocmm_core.archive.records._extract import Extract, ExtractedJob, extract_job, snapshot
+    from ocmm_core.archive.records._rows import (
+        USES,
+        Delivery,
+        JobRecord,
+        JobRow,
+        MarkRow,
+        ResultRow,
+        Sender,
+        UseRow,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _checks="check_delivery check_mark utc_text",
+        _extract="Extract ExtractedJob extract_job snapshot",
+        _rows="USES Delivery JobRecord JobRow MarkRow ResultRow Sender UseRow",
+    )
+
+__all__ = [
+    "USES",
+    "Delivery",
+    "Extract",
+    "ExtractedJob",
+    "JobRecord",
+    "JobRow",
+    "MarkRow",
+    "ResultRow",
+    "Sender",
+    "UseRow",
+    "check_delivery",
+    "check_mark",
+    "extract_job",
+    "snapshot",
+    "utc_text",
+]

@@ -1,0 +1,72 @@
+"""Two stores of equal rank: a file of SQLite, and a PostgreSQL server.
+
+In: rows and files. Out: the same, once each, and answers to SQL that can change nothing.
+
+Read `_interface` (what the rest knows), `_reader` and `_store` with `_statements` (what both do
+alike), `_sqlite`, `_postgresql` with `_patience` (for a silent server), `_open` and `_address`
+(where it is, and its password), `_schema`, `_views` and `_roles` (its SQL), `_faults`
+(what goes wrong, as sentences).
+It must not know how jobs come, nor what is asked.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.archive.stores._address import check_address, is_server, parse_server
+    from ocmm_core.archive.stores._faults import Remedy, remedy_of
+    from ocmm_core.archive.stores._interface import (
+        CLOCK_TELL_S,
+        Answer,
+        Archive,
+        Cell,
+        Finding,
+        Receipt,
+        Row,
+        Table,
+    )
+    from ocmm_core.archive.stores._open import default_archive, open_archive
+    from ocmm_core.archive.stores._roles import ROLES, give_roles, role_statements, roles_sql
+    from ocmm_core.archive.stores._schema import VERSION
+    from ocmm_core.archive.stores._store import SqlArchive
+    from ocmm_core.archive.stores._views import VIEW_NAMES
+else:
+    __getattr__ = door(
+        __name__,
+        _address="check_address is_server parse_server",
+        _faults="Remedy remedy_of",
+        _interface="CLOCK_TELL_S Answer Archive Cell Finding Receipt Row Table",
+        _open="default_archive open_archive",
+        _roles="ROLES give_roles role_statements roles_sql",
+        _schema="VERSION",
+        _store="SqlArchive",
+        _views="VIEW_NAMES",
+    )
+
+__all__ = [
+    "CLOCK_TELL_S",
+    "ROLES",
+    "VERSION",
+    "VIEW_NAMES",
+    "Answer",
+    "Archive",
+    "Cell",
+    "Finding",
+    "Receipt",
+    "Remedy",
+    "Row",
+    "SqlArchive",
+    "Table",
+    "check_address",
+    "default_archive",
+    "give_roles",
+    "is_server",
+    "open_archive",
+    "parse_server",
+    "remedy_of",
+    "role_statements",
+    "roles_sql",
+]

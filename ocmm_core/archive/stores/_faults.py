@@ -1,0 +1,227 @@
+"""What stores and servers say, as sentences for the person at the machine."""
+
+from __future__ import annotations
+
+import sqlite3
+from enum import Enum
+
+from ocmm_core.errors import InputError, OcmmError, StorageError
+
+
+class Remedy(Enum):
+    """What a sender does about an error."""
+
+    RETRY = "later"
+    """The archive cannot take anything now: it is tried again, with growing pauses."""
+    ASIDE = "aside"
+    """This one job cannot be taken: it is kept and named, and the next one is sent."""
+
+
+_ASIDE = ("archive.row", "archive.sequence")
+
+
+def remedy_of(error: OcmmError) -> Remedy:
+    """Return what a sender does about an error."""
+    own = error.code.startswith("archive.")
+    return Remedy.ASIDE if error.code in _ASIDE or not own else Remedy.RETRY
+
+
+def newer(place: str, found: int, known: int) -> StorageError:
+    """Return the error for an archive of a later version."""
+    return StorageError(
+        "archive.newer",
+        f"{place}: the archive has version {found}, this program knows {known}.",
+        "Install the newer program on this station; jobs wait in its outbox meanwhile.",
+    )
+
+
+def not_set_up(place: str) -> StorageError:
+    """Return the error for a database that holds no archive."""
+    return StorageError(
+        "archive.not_set_up",
+        f"{place}: there is no archive in this database.",
+        "Whoever owns the database sets it up: ocmm archive set-up.",
+    )
+
+
+def older(place: str, found: int, known: int) -> StorageError:
+    """Return the error for an archive that must be brought up to date by its owner."""
+    return StorageError(
+        "archive.older",
+        f"{place}: the archive has version {found}, this program needs {known}.",
+        "Whoever owns the database brings it up to date: ocmm archive set-up.",
+    )
+
+
+def foreign(place: str) -> StorageError:
+    """Return the error for something that is no archive."""
+    return StorageError(
+        "archive.foreign",
+        f"{place}: this is no archive of this program.",
+        "Choose the file of an archive, or a file that is not there yet.",
+    )
+
+
+def sequence_taken(outbox: str, sequence: int) -> StorageError:
+    """Return the error for a number that another job was delivered under."""
+    return StorageError(
+        "archive.sequence",
+        f"Number {sequence} of outbox {outbox[:8]} was delivered before with another job: two "
+        "computers share this outbox, e.g. by a copied disk.",
+        "On the copied computer: ocmm archive new-outbox. What waits there is kept.",
+    )
+
+
+def name_taken(station: str, host: str, since: str) -> StorageError:
+    """Return the error for the name of a station that another computer has."""
+    return StorageError(
+        "archive.station",
+        f"The archive knows another computer as station '{station}' ({host or 'no name'}, since "
+        f"{since[:10]}). Jobs of both would be taken for one another's.",
+        "Give this station a name of its own: ocmm settings set archive.station NAME. If this "
+        "computer replaces that one, quality lets it: ocmm archive replace-computer.",
+    )
+
+
+def damaged_file(sha256: str) -> StorageError:
+    """Return the error for a job file in the archive that is not what was stored."""
+    return StorageError(
+        "archive.altered",
+        f"Job file {sha256[:12]} in the archive is not as it was stored.",
+        "Restore it from a backup, or send it again from its station.",
+    )
+
+
+def sqlite_fault(place: str, error: sqlite3.Error) -> OcmmError:
+    """Return what an error of SQLite means for an archive."""
+    code = int(getattr(error, "sqlite_errorcode", 0)) & 0xFF
+    if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
+        return StorageError(
+            "archive.slow", f"{place}: another program is writing to it.", "It is tried again."
+        )
+    if code == sqlite3.SQLITE_FULL:
+        return _full(place)
+    if code in (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM):
+        return _rights(place, str(error))
+    if code in (sqlite3.SQLITE_NOTADB,):
+        return foreign(place)
+    if code == sqlite3.SQLITE_CONSTRAINT:
+        return _refused(str(error))
+    return StorageError(
+        "archive.failed",
+        f"{place}: {' '.join(str(error).split())[:200]}.",
+        "Check the disk; make the archive again from the job files: ocmm archive rebuild.",
+    )
+
+
+def postgresql_fault(place: str, error: Exception) -> OcmmError:
+    """Return what an error of psycopg means for an archive.
+
+    By SQLSTATE (PostgreSQL, appendix A); one without it never reached the server.
+    """
+    state = getattr(error, "sqlstate", None) or ""
+    said = " ".join(str(error).split())[:300]
+    for prefix, make in _BY_STATE:
+        if state.startswith(prefix):
+            return make(place, said)
+    if isinstance(error, UnicodeError | ValueError) or state.startswith(("22", "23")):
+        return _refused(said)
+    if "certificate" in said or "SSL" in said:
+        return StorageError(
+            "archive.tls",
+            f"{place}: no trusted connection ({said}).",
+            "Check the certificate of the server and sslrootcert; see docs/shop.md.",
+        )
+    # libpq gives no SQLSTATE for a connection that was refused, only the server's words.
+    if any(word in said for word in ("fe_sendauth", "authentication", "no pg_hba.conf entry")):
+        return _login(place, said)
+    if "role " in said and "does not exist" in said:
+        return _login(place, said)
+    if "database " in said and "does not exist" in said:
+        return _no_database(place, said)
+    return StorageError(
+        "archive.unreachable",
+        f"{place}: the server is not reached ({said or 'no answer'}).",
+        "Check network and server; jobs wait here and are sent by themselves.",
+    )
+
+
+def silent_server(place: str) -> OcmmError:
+    """Return the error for a server that keeps the connection and says nothing."""
+    return _slow(place, "it took the connection and says nothing")
+
+
+def _full(place: str, said: str = "") -> StorageError:
+    return StorageError(
+        "archive.full",
+        f"{place}: the disk of the archive is full.",
+        "Free disk space there; jobs wait here and are sent by themselves.",
+    )
+
+
+def _slow(place: str, said: str) -> StorageError:
+    return StorageError(
+        "archive.slow",
+        f"{place}: the server does not answer in time ({said}).",
+        "It is tried again; if it stays so, look at the load of the server.",
+    )
+
+
+def _rights(place: str, said: str) -> StorageError:
+    return StorageError(
+        "archive.rights",
+        f"{place}: this user may not do that there ({said}).",
+        "Use a login of the right role: ocmm archive roles.",
+    )
+
+
+def _login(place: str, said: str) -> StorageError:
+    return StorageError(
+        "archive.login",
+        f"{place}: the server does not accept this login ({said}).",
+        "Check user and password: setting archive.password, PGPASSFILE or PGPASSWORD.",
+    )
+
+
+def _no_database(place: str, said: str) -> StorageError:
+    return StorageError(
+        "archive.database", f"{place}: {said}.", "Check the name of the database in the address."
+    )
+
+
+def _read_only(place: str, said: str) -> StorageError:
+    return StorageError(
+        "archive.read_only",
+        f"{place}: the server takes no writing now ({said}).",
+        "It may be a standby: check the address.",
+    )
+
+
+def _other_version(place: str, said: str) -> StorageError:
+    return StorageError(
+        "archive.version",
+        f"{place}: the tables are not those of this program ({said}).",
+        "Whoever owns the database brings it up to date: ocmm archive set-up.",
+    )
+
+
+_BY_STATE = (
+    ("53100", _full),
+    ("53", _slow),
+    ("57014", _slow),
+    ("55P03", _slow),
+    ("40", _slow),
+    ("42501", _rights),
+    ("28", _login),
+    ("3D000", _no_database),
+    ("25006", _read_only),
+    ("42", _other_version),
+)
+
+
+def _refused(said: str) -> InputError:
+    return InputError(
+        "archive.row",
+        f"The archive cannot keep this: {said}.",
+        "Keep the job file, and ask whoever looks after the archive.",
+    )

@@ -1,0 +1,37 @@
+"""The statements by which rows are added and found, the same for both stores."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ocmm_core.archive.records import JobRow, MarkRow, ResultRow
+
+JOB_FIELDS = JobRow.__struct_fields__
+RESULT_FIELDS = ResultRow.__struct_fields__
+
+
+def _insert(table: str, fields: Sequence[str], more: str = "") -> str:
+    # Names are those of our own classes, never of a message.
+    named = ", ".join(f":{field}" for field in fields)
+    return f"INSERT INTO {table} ({', '.join(fields)}) VALUES ({named}) {more}".strip()  # noqa: S608
+
+
+ADD_JOB = _insert("job", (*JOB_FIELDS, "sound"), "RETURNING id")
+ADD_RESULT = _insert("result", ("job", "part", "created_utc", *RESULT_FIELDS))
+ADD_USE = _insert("used", ("job", "kind", "identity", "name", "created_utc"))
+ADD_FILE = _insert("file", ("sha256", "size", "content"), "ON CONFLICT DO NOTHING")
+ADD_DELIVERY = _insert("delivery", ("outbox", "sequence", "job", "sha256", "sent_utc"))
+ADD_STATION = _insert("station", ("name", "machine", "host"), "ON CONFLICT DO NOTHING")
+ADD_SENDER = _insert(
+    "sender", ("outbox", "station", "machine", "username"), "ON CONFLICT DO NOTHING"
+)
+MARK_FIELDS = MarkRow.__struct_fields__
+ADD_MARK = _insert("mark", MARK_FIELDS)
+ADD_FINDING = _insert("finding", ("kind", "subject", "document", "who", "utc"), "RETURNING id")
+OF_DELIVERY = "SELECT job, sha256 FROM delivery WHERE outbox = :outbox AND sequence = :sequence"
+OF_VERSION = (
+    "SELECT id FROM job WHERE job_uuid = :job_uuid AND steps = :steps AND head = :head"
+    " AND sound = :sound"
+)
+_COLUMNS = ", ".join(JOB_FIELDS)
+OF_JOB = f"SELECT {_COLUMNS} FROM job WHERE id = :id"  # noqa: S608 - names of our own class

@@ -1,0 +1,192 @@
+"""Everything that both stores do alike; a store says how it is reached."""
+
+from __future__ import annotations
+
+import hashlib
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from datetime import datetime
+
+from ocmm_core.archive.records import (
+    Delivery,
+    MarkRow,
+    Sender,
+    check_delivery,
+    check_mark,
+)
+from ocmm_core.archive.stores._faults import name_taken, sequence_taken
+from ocmm_core.archive.stores._interface import Answer, Cell, Receipt
+from ocmm_core.archive.stores._reader import SqlReader, whole_of
+from ocmm_core.archive.stores._statements import (
+    ADD_DELIVERY,
+    ADD_FILE,
+    ADD_FINDING,
+    ADD_JOB,
+    ADD_MARK,
+    ADD_RESULT,
+    ADD_SENDER,
+    ADD_STATION,
+    ADD_USE,
+    JOB_FIELDS,
+    MARK_FIELDS,
+    OF_DELIVERY,
+    OF_VERSION,
+    RESULT_FIELDS,
+)
+from ocmm_core.errors import InputError
+
+
+@dataclass(slots=True)
+class _Rows:
+    """Rows of many jobs that are not written yet."""
+
+    results: list[dict[str, Cell]] = field(default_factory=list)
+    uses: list[dict[str, Cell]] = field(default_factory=list)
+
+
+class SqlArchive(SqlReader):
+    """An archive in SQL; a store says how it is reached."""
+
+    @abstractmethod
+    def _run_many(self, sql: str, values: Sequence[Mapping[str, Cell]]) -> None:
+        """Carry out a statement for each of them."""
+
+    @abstractmethod
+    def _transaction(self) -> AbstractContextManager[None]:
+        """Open a transaction that is undone where the body raises; errors become sentences."""
+
+    @abstractmethod
+    def _now(self) -> datetime:
+        """Return the time by the clock of the store."""
+
+    def put(self, delivery: Delivery) -> Receipt:
+        """Keep a job, once, however often it is delivered: see `Archive`."""
+        return self.put_all([delivery])[0]
+
+    def put_all(self, deliveries: Sequence[Delivery]) -> list[Receipt]:
+        """Keep many, all or none: see `Archive`."""
+        for delivery in deliveries:
+            check_delivery(delivery)
+            if hashlib.sha256(delivery.content).hexdigest() != delivery.record.job.sha256:
+                raise InputError(
+                    "archive.row",
+                    "The archive cannot keep this job: its file is not the one that its rows are "
+                    "about.",
+                    "Send it again.",
+                )
+        with self._transaction():
+            now = self._now()
+            rows = _Rows()
+            receipts = [self._put(delivery, now, rows) for delivery in deliveries]
+            # Many in one go: a server is a way there and back each time.
+            self._run_many(ADD_RESULT, rows.results)
+            self._run_many(ADD_USE, rows.uses)
+            return receipts
+
+    def _put(self, delivery: Delivery, now: datetime, rows: _Rows) -> Receipt:
+        sender, job = delivery.sender, delivery.record.job
+        number: dict[str, Cell] = {"outbox": sender.outbox, "sequence": delivery.sequence}
+        off = (datetime.fromisoformat(delivery.sent_utc) - now).total_seconds()
+        found = self._run(OF_DELIVERY, number).rows
+        if found:
+            if found[0][1] != job.sha256:
+                raise sequence_taken(sender.outbox, delivery.sequence)
+            return Receipt(Answer.KNOWN, whole_of(found[0][0]), off)
+        self._admit(sender)
+        # A file that was altered without its head is a version of its own: it must be seen.
+        version: dict[str, Cell] = {
+            "job_uuid": job.job_uuid, "steps": job.steps, "head": job.head,
+            "sound": int(not job.fault),
+        }  # fmt: skip
+        there = self._run(OF_VERSION, version).rows
+        if there:
+            row, answer = whole_of(there[0][0]), Answer.KNOWN
+        else:
+            row, answer = self._add(delivery, rows), Answer.STORED
+        self._run(
+            ADD_DELIVERY, {**number, "job": row, "sha256": job.sha256,
+                            "sent_utc": delivery.sent_utc},
+        )  # fmt: skip
+        return Receipt(answer, row, off)
+
+    def _admit(self, sender: Sender) -> None:
+        """Let a sender in; StorageError where another computer has its name.
+
+        A name belongs to the computer that used it first. One of an archive that was made from job
+        files belongs to nobody yet.
+        """
+        name: dict[str, Cell] = {"name": sender.station}
+        claim = (
+            "SELECT coalesce(nullif(s.machine, ''), (SELECT x.machine FROM sender x"
+            " WHERE x.station = s.name AND x.machine <> '' ORDER BY x.since_utc LIMIT 1), ''),"
+            " s.host, s.since_utc FROM station s WHERE s.name = :name"
+        )
+        found = self._run(claim, name).rows
+        if not found:
+            self._run(ADD_STATION, {**name, "machine": sender.machine, "host": sender.host})
+            found = self._run(claim, name).rows
+        machine, host, since = found[0]
+        if machine not in ("", sender.machine):
+            raise name_taken(sender.station, str(host), str(since))
+        self._run(
+            ADD_SENDER,
+            {
+                "outbox": sender.outbox, "station": sender.station, "machine": sender.machine,
+                "username": sender.user,
+            },
+        )  # fmt: skip
+
+    def _add(self, delivery: Delivery, rows: _Rows) -> int:
+        record = delivery.record
+        job = record.job
+        self._run(ADD_FILE, {"sha256": job.sha256, "size": job.size, "content": delivery.content})
+        values: dict[str, Cell] = {field: getattr(job, field) for field in JOB_FIELDS}
+        values |= {"complete": int(job.complete), "simulated": int(job.simulated)}
+        values["sound"] = int(not job.fault)
+        number = whole_of(self._run(ADD_JOB, values).rows[0][0])
+        both: dict[str, Cell] = {"job": number, "created_utc": job.created_utc}
+        rows.results += [
+            {**both, "part": job.part, **{f: getattr(row, f) for f in RESULT_FIELDS}}
+            for row in record.results
+        ]
+        rows.uses += [
+            {**both, "kind": use.kind, "identity": use.identity, "name": use.name}
+            for use in record.uses
+        ]
+        return number
+
+    def add_finding(
+        self, kind: str, subject: str, document: str, who: str, utc: str,
+        marks: Sequence[MarkRow] = (),
+    ) -> int:  # fmt: skip
+        """Keep a document with its marks: see `Archive`."""
+        for mark in marks:
+            check_mark(mark)
+        with self._transaction():
+            fields: dict[str, Cell] = {
+                "kind": kind, "subject": subject, "document": document, "who": who, "utc": utc,
+            }  # fmt: skip
+            number = whole_of(self._run(ADD_FINDING, fields).rows[0][0])
+            self._run_many(
+                ADD_MARK,
+                [
+                    {field: getattr(mark, field) for field in MARK_FIELDS}
+                    | {"holds": int(mark.holds), "finding": number}
+                    for mark in marks
+                ],
+            )
+        return number
+
+    def replace_computer(self, station: str, sender: Sender) -> None:
+        """Let another computer be this station from now on: see `Archive`."""
+        with self._transaction():
+            self._run(
+                "UPDATE station SET machine = :machine, host = :host WHERE name = :name",
+                {"machine": sender.machine, "host": sender.host, "name": station},
+            )
+
+    @abstractmethod
+    def give_roles(self, statements: Sequence[str]) -> None:
+        """Carry out the statements that make roles; a store without users has none to make."""

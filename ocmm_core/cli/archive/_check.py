@@ -1,0 +1,110 @@
+"""``ocmm archive``: made anew from job files, and held against them."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ocmm_core.cli.archive._app import (
+    ArchiveOption,
+    WhoOption,
+    archive_app,
+    opened,
+    place_of,
+)
+from ocmm_core.cli.terminal import make_console, progress_line
+from ocmm_core.errors import InputError
+
+if TYPE_CHECKING:
+    from ocmm_core.archive.checks import Checked
+
+
+@archive_app.command()
+def rebuild(
+    new: Annotated[str, typer.Argument(help="The new archive: a file, or a set-up database.")],
+    folders: Annotated[
+        list[Path] | None, typer.Argument(help="Folders of job files; default: the old archive.")
+    ] = None,
+    *,
+    archive: ArchiveOption = None,
+    stations: Annotated[
+        list[str] | None,
+        typer.Option("--name", help="KEY=STATION: name of the station that signs with this key."),
+    ] = None,
+) -> None:
+    """Make an archive anew from job files alone: those in folders, or those in another archive."""
+    from ocmm_core.archive.checks import files_in, files_of, stations_of
+    from ocmm_core.archive.checks import rebuild as rebuild_archive
+    from ocmm_core.archive.stores import open_archive
+
+    console = make_console()
+    names = dict(one.split("=", 1) for one in stations or [] if "=" in one)
+    unread: list[str] = []
+    old = None if folders else opened(place_of(archive, None), read_only=True)
+    with contextlib.ExitStack() as stack:
+        if old is not None:
+            from_archive = stack.enter_context(old)
+            contents, names = files_in(from_archive), stations_of(from_archive) | names
+        else:
+            contents = files_of(folders or [], unread.append)
+        target = stack.enter_context(open_archive(new))
+        with progress_line() as tell:
+            done = rebuild_archive(target, contents, names, tell)
+    for sentence in (*unread, *done.unread):
+        console.print(sentence, style="yellow", highlight=False, markup=False)
+    console.print(f"Kept {done.kept} jobs in {new}", highlight=False, markup=False)
+    raise typer.Exit(1 if unread or done.unread else 0)
+
+
+@archive_app.command()
+def verify(
+    folders: Annotated[
+        list[Path] | None, typer.Argument(help="Job files or folders to hold against the archive.")
+    ] = None,
+    *,
+    archive: ArchiveOption = None,
+    against: Annotated[
+        str, typer.Option("--against", help="Another archive that should hold the same rows.")
+    ] = "",
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Only whether files are as they were stored.")
+    ] = False,
+    mark: Annotated[
+        bool, typer.Option("--mark", help="Take what is wrong out of statistics; needs --by.")
+    ] = False,
+    who: WhoOption = "",
+) -> None:
+    """Hold the archive against its own files, against job files, or against another archive.
+
+    Names every job that was altered after it was archived; ends with 1 where there is one.
+    """
+    from ocmm_core.archive.checks import differences, mark_altered, verify_archive, verify_files
+    from ocmm_core.archive.stores import open_archive
+
+    console = make_console()
+    if mark and not who:
+        raise InputError("archive.by", "Who marks them?", "Give --by NAME.")
+    with opened(place_of(archive, None), read_only=not mark) as open_one:
+        if against:
+            with open_archive(against, read_only=True) as other:
+                told = differences(open_one, other)
+            for sentence in told:
+                console.print(sentence, style="yellow", highlight=False, markup=False)
+            console.print("The same rows." if not told else f"{len(told)} differences.")
+            raise typer.Exit(1 if told else 0)
+        with progress_line() as tell:
+            found: Checked = (
+                verify_files(open_one, folders)
+                if folders
+                else verify_archive(open_one, deep=not quick, tell=tell)
+            )
+        for job, why in found.faults:
+            console.print(f"{job[:8]}  {why}", style="yellow", highlight=False, markup=False)
+        if mark:
+            marked = mark_altered(open_one, found, who)
+            console.print(f"Marked {marked} jobs: they count in no statistic.", highlight=False)
+    console.print(f"Checked {found.looked_at}, wrong {len(found.faults)}", highlight=False)
+    raise typer.Exit(1 if found.faults else 0)

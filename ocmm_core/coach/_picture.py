@@ -1,0 +1,133 @@
+"""A small picture of the probe as the inspector sees it: its LEDs, who sees them, where to turn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.camera import Rig
+from ocmm_core.coach._prediction import Bool
+from ocmm_core.coach._stance import stance_at
+from ocmm_core.coach._turns import Turn
+from ocmm_core.geometry import Float
+from ocmm_core.tracking import ProbeBody
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProbePicture:
+    """The probe, flat, about the middle of its ball; mm, to the right and up.
+
+    Attributes
+    ----------
+    leds
+        (L, 2).
+    behind
+        (L,): the LED looks away from the inspector, so that he sees its back.
+    outline
+        (k, 2): about the LEDs.
+    foot
+        (2,): where the stylus ends in the body.
+    ball_radius
+        mm.
+    cameras
+        Their names, as they stand before him from left to right.
+    seen
+        (C, L): which of them sees which LED, in that order.
+    turn
+        What is to be done; None where nothing is known.
+    known
+        Whether the attitude is that of the probe; otherwise it is drawn upright, with its LEDs to
+        the cameras.
+    """
+
+    leds: Float
+    behind: Bool
+    outline: Float
+    foot: Float
+    ball_radius: float
+    cameras: tuple[str, ...]
+    seen: Bool
+    turn: Turn | None
+    known: bool = True
+
+    def counts(self) -> tuple[tuple[str, int], ...]:
+        """Return the name of each camera and how many LEDs it sees."""
+        return tuple(
+            (name, int(row.sum())) for name, row in zip(self.cameras, self.seen, strict=True)
+        )
+
+
+def picture_of(
+    rig: Rig, body: ProbeBody, rotation: Float | None, seen: Bool, turn: Turn | None
+) -> ProbePicture:
+    """Return the picture of a probe.
+
+    Parameters
+    ----------
+    rotation
+        (3, 3), rig from probe, last known; None where it never was.
+    seen
+        (C, L): which camera sees which LED.
+    """
+    stance = stance_at(rig)
+    turned = upright_rotation(rig, body) if rotation is None else rotation
+    arms = (body.leds_probe - body.tip_probe) @ turned.T
+    light = body.led_directions_probe @ turned.T
+    leds = stance.flat(arms)
+    middle = leds.mean(axis=0)
+    nearest = leds[np.argmin(np.linalg.norm(arms, axis=1))]
+    reach = float(np.linalg.norm(middle)) or 1.0
+    places = stance.flat(np.array([camera.centre_world for camera in rig.cameras]))[:, 0]
+    order = np.argsort(places, kind="stable")
+    return ProbePicture(
+        leds=leds,
+        behind=light @ stance.away > 0.0,
+        outline=_hull(leds),
+        # The stylus leads to the middle of the LEDs; the body begins below the nearest of them.
+        foot=middle * min(1.0, 0.75 * float(np.linalg.norm(nearest)) / reach),
+        ball_radius=body.tip_radius,
+        cameras=tuple(rig.cameras[place].name for place in order),
+        seen=seen[order],
+        turn=turn,
+        known=rotation is not None,
+    )
+
+
+def upright_rotation(rig: Rig, body: ProbeBody) -> Float:
+    """Return the attitude (3, 3), rig from probe, upright with the LEDs to the cameras."""
+    stance = stance_at(rig)
+    handle = body.leds_probe.mean(axis=0) - body.tip_probe
+    handle = handle / np.linalg.norm(handle)
+    looks = body.led_directions_probe.mean(axis=0)
+    looks = looks - (looks @ handle) * handle
+    size = float(np.linalg.norm(looks))
+    if size < 1e-6:
+        return np.eye(3)
+    looks = looks / size
+    own = np.array([np.cross(looks, handle), looks, handle])
+    world = np.array([stance.right, stance.away, stance.up])
+    found: Float = world.T @ own
+    return found
+
+
+def _hull(points: Float) -> Float:
+    """Return the convex hull of points (n, 2), anticlockwise (Andrew's monotone chain)."""
+    ordered = sorted(map(tuple, points.tolist()))
+    if len(ordered) < 3:
+        return points
+
+    def chain(row: list[tuple[float, ...]]) -> list[tuple[float, ...]]:
+        kept: list[tuple[float, ...]] = []
+        for point in row:
+            while len(kept) > 1 and _cross(kept[-2], kept[-1], point) <= 0.0:
+                kept.pop()
+            kept.append(point)
+        return kept
+
+    lower, upper = chain(ordered), chain(ordered[::-1])
+    return np.array(lower[:-1] + upper[:-1])
+
+
+def _cross(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

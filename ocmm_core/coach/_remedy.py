@@ -1,0 +1,101 @@
+"""What to do while the probe is lost: one remedy, from the last known pose and what is seen now."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.camera import Rig
+from ocmm_core.coach._advice import LEAST_LEDS
+from ocmm_core.coach._picture import ProbePicture, picture_of
+from ocmm_core.coach._prediction import Bool, common, sight_of
+from ocmm_core.coach._stance import stance_at
+from ocmm_core.coach._turns import TURNS, Turn
+from ocmm_core.geometry import Float
+from ocmm_core.tracking import ProbeBody, satisfies_rules
+
+_HIDDEN_SHARE = 0.5
+"""A camera that does not see so many of the LEDs that shine to it has something before it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProbeHelp:
+    """A picture and one remedy.
+
+    Attributes
+    ----------
+    remedy
+        One short sentence, to be read from afar; empty where the reason says all.
+    picture
+        Of the probe, with the turn of the remedy where it is one.
+    """
+
+    remedy: str
+    picture: ProbePicture
+
+
+def help_when_lost(
+    rig: Rig,
+    body: ProbeBody,
+    rotation: Float | None,
+    tip_rig: Float | None,
+    seen: Bool,
+    *,
+    named: bool = True,
+) -> ProbeHelp:
+    """Return what gives the cameras enough LEDs again.
+
+    Parameters
+    ----------
+    rotation, tip_rig
+        (3, 3) and (3,), mm: last known pose in the frame of the rig; None where it never was.
+    seen
+        (C, L): which camera sees which LED now.
+    named
+        Whether the LEDs that are seen can be told apart.
+    """
+    remedy, turn = ("Turn the LEDs to the cameras", None)
+    if named:
+        remedy, turn = _remedy(rig, body, rotation, tip_rig, seen)
+    return ProbeHelp(remedy, picture_of(rig, body, rotation, seen, turn))
+
+
+def _remedy(
+    rig: Rig, body: ProbeBody, rotation: Float | None, tip_rig: Float | None, seen: Bool
+) -> tuple[str, Turn | None]:
+    if rotation is None or tip_rig is None or not seen.any():
+        return "Show the LEDs to the cameras", None
+    here = sight_of(rig, body, rotation[None], tip_rig)
+    blind = [
+        camera.name
+        for camera, shining, sees in zip(rig.cameras, here.seen[0], seen, strict=True)
+        if shining.sum() >= LEAST_LEDS
+        and np.count_nonzero(shining & ~sees) > _HIDDEN_SHARE * shining.sum()
+    ]
+    if len(blind) == len(rig.cameras):
+        return "Clear the line of sight", None
+    if blind:
+        return f"Clear the view of camera {' and '.join(blind)}", None
+    if np.count_nonzero(here.on_sensor[0].all(axis=0)) < LEAST_LEDS:
+        return "Bring the probe back before the cameras", None
+    turn = _back(rig, body, rotation, tip_rig, int(common(here.seen)[0]))
+    if turn is not None:
+        return turn.words, turn
+    if common(here.seen)[0] >= LEAST_LEDS:
+        return "Clear the line of sight", None
+    return "Turn the LEDs to the cameras", None
+
+
+def _back(rig: Rig, body: ProbeBody, rotation: Float, tip_rig: Float, now: int) -> Turn | None:
+    """Return the least turn with which two cameras see enough LEDs, or the most there are."""
+    stance = stance_at(rig)
+    rotations = np.stack([turn.rotation_world(stance) for turn in TURNS]) @ rotation
+    leds = common(sight_of(rig, body, rotations, tip_rig).seen)
+    leds = np.where(satisfies_rules(body, rotations), leds, 0)
+    wanted = min(int(leds.max()), LEAST_LEDS + 1)
+    if wanted <= now:
+        return None
+    enough = [(TURNS[place].degrees, -int(leds[place]), place)
+              for place in np.flatnonzero(leds >= wanted)]  # fmt: skip
+    return TURNS[min(enough)[2]]

@@ -1,0 +1,106 @@
+"""What the coach looks at, and what it tells."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.coach import Ellipsoid, Hint, ProbePicture, Sensitivities
+from ocmm_core.geometry import Float
+
+_ALIKE = 0.1
+"""Axes of the ellipsoid that differ by less look the same."""
+_ALIKE_RAD = float(np.radians(6.0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProbeNow:
+    """The probe as it was seen last.
+
+    Attributes
+    ----------
+    good
+        The latest frame has a pose.
+    lost
+        It has none, because too few LEDs are seen or they cannot be told apart.
+    named
+        They can be told apart.
+    seen
+        (C, L): which camera sees which LED now.
+    rotation, tip_rig
+        (3, 3) and (3,), mm, frame of the rig: of the last good frame; None before the first.
+    spots
+        (C, L, 2), px, of that frame.
+    sensitivities
+        How the ball answers to spots; None where no reference body is used.
+    """
+
+    good: bool
+    lost: bool
+    named: bool
+    seen: NDArray[np.bool_]
+    rotation: Float | None
+    tip_rig: Float | None
+    spots: Float | None
+    sensitivities: Sensitivities | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CoachView:
+    """What stands beside the readout.
+
+    Attributes
+    ----------
+    ellipsoid
+        Of the ball as it is known now; None while it is not.
+    hint
+        The turn that would better it; None where none is worth it.
+    remedy
+        What to do while the probe is lost; empty otherwise.
+    picture
+        Of the probe; None before it was ever looked for.
+    """
+
+    ellipsoid: Ellipsoid | None = None
+    hint: Hint | None = None
+    remedy: str = ""
+    picture: ProbePicture | None = None
+
+    def looks_like(self, other: CoachView) -> bool:
+        """Return whether nobody could tell the two apart on the screen."""
+        return (
+            self.hint == other.hint
+            and self.remedy == other.remedy
+            and _same_ellipsoid(self.ellipsoid, other.ellipsoid)
+            and _same_picture(self.picture, other.picture)
+        )
+
+
+NOTHING = CoachView()
+
+
+def _same_ellipsoid(one: Ellipsoid | None, other: Ellipsoid | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    if not np.allclose(one.half_axes_mm, other.half_axes_mm, rtol=_ALIKE):
+        return False
+    if not np.allclose(one.outline_mm[:2], other.outline_mm[:2], rtol=_ALIKE):
+        return False
+    # An ellipse looks the same after half a turn, and a circle always.
+    turned = abs(float(np.sin(one.outline_mm[2] - other.outline_mm[2])))
+    round_enough = one.outline_mm[1] > (1.0 - _ALIKE) * one.outline_mm[0]
+    return round_enough or turned < np.sin(_ALIKE_RAD)
+
+
+def _same_picture(one: ProbePicture | None, other: ProbePicture | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    reach = float(np.linalg.norm(one.leds, axis=1).max())
+    return (
+        one.turn == other.turn
+        and one.known is other.known
+        and np.array_equal(one.seen, other.seen)
+        and float(np.abs(one.leds - other.leds).max()) < _ALIKE_RAD * reach
+    )

@@ -1,0 +1,40 @@
+"""The support bundle: what somebody who helps needs to know, and nothing that he must not.
+
+In: settings, logs, records, the doctor, the last raw frames. Out: a draft that shows exactly what
+would be packed, and a ZIP file of it; nothing is sent.
+
+Read `_parts` (the table of what is packed), `_clean` (secrets always, names where asked) and
+`_bundle` (gathered, shown, written).
+It must not know a station or a screen: who packs hands in what is only there while it runs.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.support._bundle import BundleDraft, BundleItem, draft_bundle, write_bundle
+    from ocmm_core.support._clean import MASKED, Cleaner
+    from ocmm_core.support._parts import PARTS, PartSpec, SupportSite, site_of_this_user
+else:
+    __getattr__ = door(
+        __name__,
+        _bundle="BundleDraft BundleItem draft_bundle write_bundle",
+        _clean="Cleaner MASKED",
+        _parts="PARTS PartSpec SupportSite site_of_this_user",
+    )
+
+__all__ = [
+    "MASKED",
+    "PARTS",
+    "BundleDraft",
+    "BundleItem",
+    "Cleaner",
+    "PartSpec",
+    "SupportSite",
+    "draft_bundle",
+    "site_of_this_user",
+    "write_bundle",
+]

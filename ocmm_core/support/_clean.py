@@ -1,0 +1,126 @@
+"""What must not leave the house is taken out of a text: secrets always, names where asked.
+
+Three nets, one behind the other: secrets that are known by their value (files that the settings
+name, variables of the environment), what looks like one (a password in an address, `token = ...`, a
+private key), and names of people. A net may take too much, which costs a line of a log; what goes
+through all three cannot be taken back.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from urllib.parse import quote, unquote
+
+MASKED = "[secret]"
+"""What stands in the place of a secret."""
+_LEAST_SECRET = 4
+"""A known secret that is shorter would take half of a text with it; the patterns still find it."""
+_LEAST_NAME = 3
+_WORD = r"(?:pass(?:word|wd|phrase|code)?|pwd|(?<![a-z])pin(?![a-z])|secret|token|api[_-]?key|"
+_WORD += r"access[_-]?key|private[_-]?key|credential|authori[sz]ation|kennwort|passwort)s?"
+# Every repetition is bounded: a log may be one line of a megabyte.
+_PATTERNS = (
+    # All of a private key, also one whose end was cut off.
+    (
+        re.compile(
+            r"-----BEGIN [A-Z ]{0,40}PRIVATE KEY-----.*?"
+            r"(?:-----END [A-Z ]{0,40}PRIVATE KEY-----|\Z)",
+            re.DOTALL,
+        ),
+        MASKED,
+    ),
+    # scheme://user:password@host; the password may hold an @ of its own.
+    (re.compile(r"(?P<keep>[a-z0-9+.-]{1,20}://[^\s/:@\"']{0,200}:)[^\s\"'/]{1,500}(?=@)",
+                re.IGNORECASE),
+     rf"\g<keep>{MASKED}"),
+    # Authorization: Bearer ..., and the same without its name.
+    (re.compile(r"(?P<keep>\b(?:bearer|basic|digest)\s+)[A-Za-z0-9+/=._~-]{6,}", re.IGNORECASE),
+     rf"\g<keep>{MASKED}"),
+    # password = "...", token: ..., --password ...
+    (
+        re.compile(
+            rf"(?P<keep>{_WORD}[\w-]{{0,40}}[\"']?\s{{0,9}}(?:=>|[:=])\s{{0,9}})"
+            r"(?:\"(?:[^\"\\]|\\.)*\"|'(?:[^'\\]|\\.)*'|[^\s,;\"'}\])]+)",
+            re.IGNORECASE,
+        ),
+        rf"\g<keep>{MASKED}",
+    ),
+    (re.compile(rf"(?P<keep>-[\w-]{{0,40}}{_WORD}[\w-]{{0,40}}\s{{1,9}})(?!-)[^\s]+",
+                re.IGNORECASE),
+     rf"\g<keep>{MASKED}"),
+)  # fmt: skip
+_SECRET_VARIABLE = re.compile(rf"{_WORD}|KEY$", re.IGNORECASE)
+_NO_NAMES = frozenset(
+    {"root", "user", "admin", "operator", "station", "service", "ocmm", "demo", "nobody", "home"}
+)
+"""Names of accounts that are no names of people."""
+_HONORIFICS = frozenset({"und", "and", "von", "van", "der", "den", "the", "ing", "dipl", "prof"})
+
+
+@dataclass(frozen=True, slots=True)
+class Cleaner:
+    """Take secrets and names out of texts.
+
+    Attributes
+    ----------
+    secrets
+        Known by their value.
+    names
+        Of people; empty where they may stay.
+    """
+
+    secrets: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
+
+    def clean(self, text: str) -> str:
+        """Return a text without them."""
+        # Whole keys first: a line of one that is known would hide where it begins.
+        text = _PATTERNS[0][0].sub(_PATTERNS[0][1], text)
+        for secret in sorted(self._forms(), key=len, reverse=True):
+            text = text.replace(secret, MASKED)
+        for pattern, instead in _PATTERNS[1:]:
+            text = pattern.sub(instead, text)
+        for name, instead in self._masks():
+            text = re.sub(rf"(?<![^\W_]){re.escape(name)}(?![^\W_])", instead, text,
+                          flags=re.IGNORECASE)  # fmt: skip
+        return text
+
+    def clean_bytes(self, content: bytes) -> bytes:
+        """Do the same with a text of any encoding; what is no UTF-8 is shown as its numbers."""
+        return self.clean(content.decode("utf-8", errors="backslashreplace")).encode()
+
+    def _forms(self) -> set[str]:
+        """Return secrets as they can stand in a log: also as in an address, and in JSON."""
+        found = set()
+        for secret in self.secrets:
+            if len(secret) >= _LEAST_SECRET:
+                in_json = secret.replace("\\", "\\\\").replace('"', '\\"')
+                found |= {secret, quote(secret, safe=""), quote(secret), unquote(secret), in_json}
+        return {one for one in found if len(one) >= _LEAST_SECRET}
+
+    def _masks(self) -> list[tuple[str, str]]:
+        """Return what stands instead of each name and of each part of it, the longest first."""
+        masks: dict[str, str] = {}
+        for number, name in enumerate(dict.fromkeys(self.names), start=1):
+            for part in (name, *re.split(r"[\s,.;/]+", name)):
+                small = part.casefold()
+                if len(part) >= _LEAST_NAME and small not in _NO_NAMES | _HONORIFICS:
+                    masks.setdefault(part, f"[person {number}]")
+        return sorted(masks.items(), key=lambda mask: len(mask[0]), reverse=True)
+
+
+def secrets_in(texts: Iterable[str], environment: Mapping[str, str]) -> tuple[str, ...]:
+    """Return known secrets: the contents of secret files, and what variables are said to hold."""
+    found: dict[str, None] = {}
+    for text in texts:
+        for part in (text, text.strip(), *text.split()):
+            if part.strip():
+                found.setdefault(part)
+    for name, value in environment.items():
+        if _SECRET_VARIABLE.search(name) and value.strip() and "/" not in value[:1]:
+            found.setdefault(value)
+    # Words of a private key's frame are in every text about keys.
+    frame = {"PRIVATE", "BEGIN", "RSA", "EC"}
+    return tuple(one for one in found if one not in frame and not one.endswith("-----"))

@@ -1,0 +1,297 @@
+"""What a support bundle is made of: one function a part, none of which may fail."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import os
+import platform
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from ocmm_core import __version__
+from ocmm_core.acquisition.recording import FrameHistory
+from ocmm_core.errors import OcmmError
+from ocmm_core.failure import log_folder
+from ocmm_core.settings import SETTINGS, LoadedSettings, SettingsStore, text_of
+
+SECRET_SETTINGS = ("stream.token", "stream.key", "archive.password")
+"""Settings that name a file with a secret: neither the file nor its place is packed."""
+NAME_SETTINGS = ("job.operator", "job.operators", "report.signatures", "report.contact")
+NEWEST_LOGS = 20
+MOST_LOG_BYTES = 256 << 10
+MOST_RECORDS = 200
+MOST_RECORD_BYTES = 8 << 20
+_TEXT_AT_MOST = 400
+"""Characters of one value in the head of a record."""
+
+
+@dataclass(frozen=True, slots=True)
+class SupportSite:
+    """Where a bundle takes things from.
+
+    Attributes
+    ----------
+    store
+        The settings.
+    logs
+        Folder of the logs of failures.
+    records
+        Folders of records of cameras and probes.
+    history
+        The last raw frames; None where nothing is being measured.
+    extra
+        Texts that whoever packs has besides, by file name: the log of the window.
+    doctor
+        Gives the report of the doctor as text.
+    environment
+        Its secrets are taken out.
+    """
+
+    store: SettingsStore
+    logs: Path
+    records: tuple[Path, ...]
+    history: FrameHistory | None = None
+    extra: dict[str, str] = field(default_factory=dict)
+    doctor: Callable[[], str] = lambda: doctor_text()
+    environment: dict[str, str] = field(default_factory=lambda: dict(os.environ))
+
+
+@dataclass(frozen=True, slots=True)
+class RawItem:
+    """A file as it was found; text unless it says otherwise."""
+
+    name: str
+    content: bytes
+    is_text: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class PartSpec:
+    """A part of the bundle.
+
+    Attributes
+    ----------
+    name, title
+        For scripts, and for people.
+    about
+        One sentence: what is in it.
+    take
+        Gives its files.
+    """
+
+    name: str
+    title: str
+    about: str
+    take: Callable[[SupportSite, LoadedSettings], Iterator[RawItem]]
+
+
+def _versions(site: SupportSite, loaded: LoadedSettings) -> Iterator[RawItem]:
+    packages = sorted(
+        {f"{one.metadata['Name']} {one.version}" for one in importlib.metadata.distributions()},
+        key=str.casefold,
+    )
+    lines = [
+        f"ocmm {__version__}",
+        f"Python {platform.python_version()} ({sys.implementation.name})",
+        platform.platform(),
+        f"{platform.machine()}, {os.cpu_count()} processors",
+        "",
+        *packages,
+    ]
+    yield RawItem("versions.txt", "\n".join(lines).encode())
+
+
+def _settings(site: SupportSite, loaded: LoadedSettings) -> Iterator[RawItem]:
+    lines = ["* differs from the default"]
+    for spec in SETTINGS:
+        value = text_of(loaded.values[spec.key])
+        mark = "*" if loaded.differs(spec.key) else " "
+        if spec.key in SECRET_SETTINGS:
+            lines.append(f"{mark} {spec.key} is {'set' if value else 'not set'}")
+            continue
+        lines.append(f"{mark} {spec.key} = {value or '-'}  ({loaded.origins[spec.key].value})")
+    lines += [f"{note.what} {note.remedy}" for note in loaded.notes]
+    yield RawItem("settings.txt", "\n".join(lines).encode())
+
+
+def _doctor(site: SupportSite, loaded: LoadedSettings) -> Iterator[RawItem]:
+    yield RawItem("doctor.json", site.doctor().encode())
+
+
+def doctor_text() -> str:
+    """Return what the doctor finds without measuring for a while, as JSON."""
+    from ocmm_core.doctor import examine, this_computer
+
+    report, _ = examine(this_computer())
+    return msgspec.json.format(msgspec.json.encode(report), indent=1).decode()
+
+
+def _logs(site: SupportSite, loaded: LoadedSettings) -> Iterator[RawItem]:
+    for name, text in sorted(site.extra.items()):
+        yield RawItem(f"logs/{name}", text.encode()[-MOST_LOG_BYTES:])
+    for path in sorted(site.logs.glob("*.log"))[-NEWEST_LOGS:]:
+        if path.is_file() and not path.is_symlink():
+            yield RawItem(f"logs/{path.name}", _end_of(path, MOST_LOG_BYTES))
+
+
+def _records(site: SupportSite, loaded: LoadedSettings) -> Iterator[RawItem]:
+    count = 0
+    for folder in site.records:
+        for path in sorted(folder.rglob("*.json")):
+            if count >= MOST_RECORDS or not path.is_file() or path.is_symlink():
+                continue
+            count += 1
+            name = f"records/{folder.name}/{path.relative_to(folder).as_posix()}"
+            yield RawItem(name, head_of(path).encode())
+
+
+def _recording(site: SupportSite, loaded: LoadedSettings) -> Iterator[RawItem]:
+    history = site.history
+    if history is None or not (blocks := history.blocks()):
+        return
+    with tempfile.TemporaryDirectory(prefix="ocmm-support-") as folder:
+        path = Path(folder) / "frames.ocmr"
+        history.write(path, blocks)
+        yield RawItem("recording/last_seconds.ocmr", path.read_bytes(), is_text=False)
+
+
+def head_of(path: Path) -> str:
+    """Return what a record says of itself, and none of what was measured."""
+    try:
+        if path.stat().st_size > MOST_RECORD_BYTES:
+            return f"{path.name}: too large to be looked at"
+        found = json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError) as error:
+        return f"{path.name}: cannot be read ({type(error).__name__})"
+    return json.dumps(_plain(found, 2), indent=1, ensure_ascii=False)
+
+
+def _plain(value: Any, depth: int) -> Any:
+    if isinstance(value, dict):
+        if not depth:
+            return f"({len(value)} entries)"
+        return {str(key)[:_TEXT_AT_MOST]: _plain(one, depth - 1) for key, one in value.items()}
+    if isinstance(value, list):
+        return f"({len(value)} values)"
+    return value[:_TEXT_AT_MOST] if isinstance(value, str) else value
+
+
+def _end_of(path: Path, most: int) -> bytes:
+    try:
+        with path.open("rb") as stream:
+            size = stream.seek(0, os.SEEK_END)
+            stream.seek(max(size - most, 0))
+            return stream.read(most)
+    except OSError as error:
+        return f"cannot be read ({error.strerror})".encode()
+
+
+PARTS = (
+    PartSpec(
+        "versions", "Versions", "OCMM, Python, system and packages, without names of computers",
+        _versions,
+    ),
+    PartSpec(
+        "settings", "Settings",
+        "all settings; of passwords, tokens and keys only whether they are set",
+        _settings,
+    ),
+    PartSpec("doctor", "Doctor", "what the doctor says of this computer", _doctor),
+    PartSpec("logs", "Logs", "messages of the window and logs of failures", _logs),
+    PartSpec(
+        "records", "Record heads",
+        "of calibrations and tips: dates, identities, states; no coordinates", _records,
+    ),
+    PartSpec(
+        "recording", "Last 30 seconds", "raw spots of the cameras, no pictures", _recording,
+    ),
+)  # fmt: skip
+"""In the order of the page."""
+
+
+def names_of(loaded: LoadedSettings, site: SupportSite) -> tuple[str, ...]:
+    """Return the names of people that are known: settings, records, and who is logged in."""
+    found: dict[str, None] = {}
+    for key in NAME_SETTINGS:
+        value = loaded.values[key]
+        for text in value if isinstance(value, tuple) else (str(value or ""),):
+            for one in text.replace("<", ";").replace(">", ";").split(";"):
+                found.setdefault(one.strip())
+    for folder in site.records:
+        for path in sorted(folder.rglob("*.json"))[:MOST_RECORDS]:
+            for name in _operators(path):
+                found.setdefault(name)
+    for name in ("USER", "LOGNAME", "SUDO_USER", "USERNAME"):
+        found.setdefault(site.environment.get(name, ""))
+    found.setdefault(Path.home().name)
+    found.pop("", None)
+    return tuple(found)
+
+
+def _operators(path: Path) -> Iterator[str]:
+    try:
+        if path.stat().st_size > MOST_RECORD_BYTES:
+            return
+        pending = [json.loads(path.read_bytes())]
+    except (OSError, ValueError, RecursionError):
+        return
+    while pending:
+        value = pending.pop()
+        if isinstance(value, dict):
+            for key, one in value.items():
+                if isinstance(one, str):
+                    if key in ("operator", "by", "user", "name_of_operator", "inspector"):
+                        yield one.strip()
+                elif isinstance(one, dict):
+                    pending.append(one)
+
+
+def site_of_this_user(
+    store: SettingsStore | None = None,
+    history: FrameHistory | None = None,
+    extra: dict[str, str] | None = None,
+) -> SupportSite:
+    """Return where the bundle of this user takes things from."""
+    from ocmm_core.calibration.records import default_folder, default_probe_folder
+
+    settings = store or SettingsStore.of_this_user()
+    chosen = settings.load().settings
+    records = (
+        chosen.instrument_calibrations or default_folder(),
+        chosen.instrument_probes or default_probe_folder(),
+    )
+    return SupportSite(settings, log_folder(), records, history, extra or {})
+
+
+def secret_texts(loaded: LoadedSettings) -> Iterator[str]:
+    """Yield what stands in the secret files that the settings name."""
+    for key in SECRET_SETTINGS:
+        path = loaded.values[key]
+        if isinstance(path, Path):
+            try:
+                with path.open("rb") as stream:
+                    yield stream.read(1 << 16).decode("utf-8", errors="backslashreplace")
+            except OSError:
+                continue
+
+
+def taken(
+    spec: PartSpec, site: SupportSite, loaded: LoadedSettings
+) -> tuple[tuple[RawItem, ...], str]:
+    """Return the files of a part, and why there are none or not all."""
+    found: list[RawItem] = []
+    try:
+        found.extend(spec.take(site, loaded))
+    except OcmmError as error:
+        return tuple(found), error.what
+    except Exception as error:
+        # A bundle is asked for when something is broken: what fails here is part of the answer.
+        return tuple(found), f"This part cannot be read ({type(error).__name__})."
+    return tuple(found), "" if found else "Nothing there."

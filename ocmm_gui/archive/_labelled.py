@@ -1,0 +1,18 @@
+"""A field below its name."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from ocmm_gui.kit import caption
+
+
+def labelled(name: str, field: QWidget) -> QWidget:
+    """Return a field with its name above it."""
+    holder = QWidget()
+    layout = QVBoxLayout(holder)
+    layout.setContentsMargins(0, 0, 0, 0)
+    layout.setSpacing(2)
+    layout.addWidget(caption(name, field))
+    layout.addWidget(field)
+    return holder

@@ -1,0 +1,193 @@
+"""The coach beside the readout: the ellipse of the ball, a turn that betters it, or a remedy."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QRectF, Qt, QTimer
+from PySide6.QtGui import QColor, QPainter, QPaintEvent
+
+from ocmm_core.coach import Hint
+from ocmm_core.measuring import Refusal
+from ocmm_core.station.coaching import NOTHING, CoachView
+from ocmm_gui.help._probe_painter import paint_ellipse, paint_probe, scale_um
+from ocmm_gui.kit import (
+    WRAPPED,
+    Painted,
+    fitted,
+    literal,
+    localised,
+    said,
+    text_font,
+    tr,
+    wrapped_pixels,
+)
+
+REFUSED_MS = 4000
+"""So long the picture of a refused touch stays."""
+_LINE_PX = 15
+_HARD_BLANK = "\u00a0"
+_LOW, _PICTURE_SHARE, _WORDS_SHARE = 1.1, 0.5, 0.4
+"""Lower than so many widths it has its words beside the picture, elsewhere below it."""
+
+
+class CoachPanel(Painted):
+    """Ellipse and U while all is well; the probe with an arrow where a turn would help.
+
+    Parameters
+    ----------
+    far
+        It is looked at from three metres: no words that would be too small, they stand elsewhere.
+    """
+
+    def __init__(self, *, far: bool = False) -> None:
+        super().__init__(tr("Coach"), (160, 150), (130, 90))
+        self._far = far
+        self._view = NOTHING
+        self._refusal: Refusal | None = None
+        self._end = QTimer(self)
+        self._end.setSingleShot(True)
+        self._end.setInterval(REFUSED_MS)
+        self._end.timeout.connect(self.forget_refusal)
+
+    def show_coach(self, view: CoachView) -> None:
+        """Show what the coach says now."""
+        self._view = view
+        self._tell()
+
+    def show_refusal(self, refusal: Refusal) -> None:
+        """Show the probe as it was when a touch was refused, for a while."""
+        self._refusal = refusal
+        self._end.start()
+        self._tell()
+
+    def forget_refusal(self) -> None:
+        """Show what the coach says again."""
+        self._refusal = None
+        self._end.stop()
+        self._tell()
+
+    def shows_probe(self) -> bool:
+        """Return whether the probe is shown, and not the ellipse."""
+        view = self._view
+        trouble = bool(view.remedy) or self._refusal is not None
+        return view.picture is not None and (trouble or view.hint is not None)
+
+    def is_trouble(self) -> bool:
+        """Return whether it shows why there is no number or no point."""
+        return self.shows_probe() and self._view.hint is None
+
+    def hint(self) -> str:
+        """Return the hint as a sentence; empty where none is shown."""
+        hint = self._view.hint
+        return "" if hint is None else f"{hint_words(hint)}."
+
+    def words(self) -> str:
+        """Return what it says; a hint, a remedy, or how large U is."""
+        view = self._view
+        if view.remedy:
+            return said(view.remedy)
+        if view.hint is not None:
+            return hint_words(view.hint)
+        if view.ellipsoid is not None:
+            return tr("U {value} µm").format(value=_um(view.ellipsoid.u_mm))
+        return ""
+
+    def _tell(self) -> None:
+        words = self.words()
+        about = [words]
+        if self.shows_probe() and self._view.picture is not None:
+            about += [
+                tr("Camera {name} sees {count} LEDs.").format(name=name, count=count)
+                for name, count in self._view.picture.counts()
+            ]
+            about.append(_where())
+        elif self._view.ellipsoid is not None:
+            axes = " × ".join(_um(float(axis)) for axis in self._view.ellipsoid.half_axes_mm)
+            about.append(tr("Ellipsoid of the ball, k = 2: {axes} µm.").format(axes=axes))
+            about.append(_where())
+        text = " ".join(about)
+        self.setAccessibleDescription(text)
+        self.setToolTip(literal(text))
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the picture and, near the screen, the words beside or below it."""
+        painter = self._painter()
+        frame = self._paint_panel(painter).adjusted(6, 4, -6, -4)
+        view = self._view
+        words = "" if self._far else self.words()
+        if words and frame.height() < _LOW * frame.width():
+            left = QRectF(frame)
+            left.setWidth(_PICTURE_SHARE * frame.width())
+            self._paint_words(painter, frame.adjusted(left.width() + 4.0, 0.0, 0.0, 0.0), words)
+            frame = left
+        elif words:
+            high = _WORDS_SHARE * frame.height()
+            below = QRectF(frame.left(), frame.bottom() - high, frame.width(), high)
+            self._paint_words(painter, below, words)
+            frame = frame.adjusted(0.0, 0.0, 0.0, -high - 2.0)
+        if self.shows_probe() and view.picture is not None:
+            high = 0.09 * frame.height() if self._far else float(_LINE_PX) - 2.0
+            if self._far:
+                place = QRectF(frame)
+                place.setTop(frame.bottom() - 1.7 * high)
+                self._paint_where(painter, place, 40)
+                frame = frame.adjusted(0.0, 0.0, 0.0, -place.height())
+            counts = "  ".join(f"{name} {count}" for name, count in view.picture.counts())
+            frame = self._paint_line(painter, frame, counts, self._theme.text, 1.2 * high)
+            paint_probe(painter, view.picture, frame, self._theme)
+            if view.ellipsoid is not None:
+                side = 0.32 * min(frame.width(), frame.height())
+                # The ball is below the LEDs; the corner that it leaves free is the other one.
+                right = bool(view.picture.leds[:, 0].mean() >= 0.0)
+                x = frame.right() - side if right else frame.left()
+                corner = QRectF(x, frame.bottom() - side, side, side)
+                paint_ellipse(painter, view.ellipsoid, corner, self._theme)
+        elif view.ellipsoid is not None:
+            scale = tr("ring {scale} µm").format(scale=scale_um(view.ellipsoid))
+            frame = self._paint_line(painter, frame, scale, self._theme.muted)
+            paint_ellipse(painter, view.ellipsoid, frame, self._theme)
+
+    def _paint_words(self, painter: QPainter, frame: QRectF, words: str) -> None:
+        where = QRectF(frame)
+        where.setTop(frame.bottom() - 2.0 * _LINE_PX)
+        self._paint_where(painter, where, 12)
+        if self._view.hint is not None:
+            # The numbers stay together, below what is to be done.
+            turns, _, numbers = words.partition(": ")
+            words = f"{turns}\n{numbers.replace(' ', _HARD_BLANK)}"
+        box = frame.adjusted(0.0, 0.0, 0.0, -where.height())
+        urgent = bool(self._view.remedy) or self._view.hint is not None
+        painter.setPen(QColor(self._theme.bad if self._view.remedy else self._theme.text))
+        painter.setFont(text_font(wrapped_pixels(words, box, 17, bold=urgent), bold=urgent))
+        painter.drawText(box, WRAPPED, words)
+
+    def _paint_where(self, painter: QPainter, box: QRectF, limit: int) -> None:
+        painter.setPen(QColor(self._theme.muted))
+        painter.setFont(text_font(wrapped_pixels(_where(), box, limit)))
+        painter.drawText(box, WRAPPED, _where())
+
+    def _paint_line(
+        self, painter: QPainter, frame: QRectF, text: str, colour: str, high: float = _LINE_PX
+    ) -> QRectF:
+        """Paint a line at the bottom and return what is left above it."""
+        box = QRectF(frame.left(), frame.bottom() - high, frame.width(), high)
+        painter.setPen(QColor(colour))
+        painter.setFont(fitted(text_font(10), text, box.width(), box.height(), 64))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+        return frame.adjusted(0.0, 0.0, 0.0, -high)
+
+
+def hint_words(hint: Hint) -> str:
+    """Return a hint as it is shown: what to do, and what it is good for."""
+    turns = ", ".join(said(turn.words) for turn in hint.turns)
+    return tr("{turns}: U {now} → {then} µm").format(
+        turns=turns, now=_um(hint.now_mm), then=_um(hint.then_mm)
+    )
+
+
+def _where() -> str:
+    return tr("as you face the cameras")
+
+
+def _um(value_mm: float) -> str:
+    return localised(f"{1e3 * value_mm:.0f}")

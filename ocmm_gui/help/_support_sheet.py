@@ -1,0 +1,237 @@
+"""The support bundle: what would be packed, all of it to be read, and only then the file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QHBoxLayout,
+    QLabel,
+    QListWidget,
+    QPlainTextEdit,
+    QVBoxLayout,
+)
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.support import (
+    PARTS,
+    BundleDraft,
+    BundleItem,
+    SupportSite,
+    draft_bundle,
+    write_bundle,
+)
+from ocmm_gui.kit import (
+    ActionInfo,
+    PathPanel,
+    Sheet,
+    Worker,
+    caption,
+    later,
+    literal,
+    localised,
+    said,
+    text_font,
+    tr,
+)
+
+_KEYS = (
+    ActionInfo("write", later("Write"), later("Write the support bundle to a file"), ("F8",)),
+    ActionInfo(
+        "names", later("Mask names"), later("Take names of people out, or keep them"), ("F6",)
+    ),
+    ActionInfo("part", later("Leave out"), later("Leave the selected part out, or not"), ("F7",)),
+    ActionInfo("again", later("Gather again"), later("Look again at everything"), ("F9",)),
+)
+_TITLES = {
+    "versions": later("Versions"),
+    "settings": later("Settings"),
+    "doctor": later("Doctor"),
+    "logs": later("Logs"),
+    "records": later("Record heads"),
+    "recording": later("Last 30 seconds"),
+}
+_CLOSE_S = 1.0
+_SHOWN = 200_000
+"""Characters of a preview; the end of a longer file is in the bundle, too, and the list says it."""
+
+
+class SupportSheet(Sheet):
+    """Parts with a tick each, their files, and what is in the selected file.
+
+    Parameters
+    ----------
+    site
+        Gives where things are taken from, as it is now.
+    folder
+        Gives where files go unless somebody says otherwise.
+    """
+
+    def __init__(self, site: Callable[[], SupportSite], folder: Callable[[], Path]) -> None:
+        super().__init__(tr("Support bundle"), _KEYS)
+        self._site, self._folder = site, folder
+        self._worker = Worker("ocmm-support", self)
+        self._draft: BundleDraft | None = None
+        self._shown: list[BundleItem] = []
+        self.parts: dict[str, QCheckBox] = {}
+        side = QVBoxLayout()
+        side.setSpacing(4)
+        for spec in PARTS:
+            box = QCheckBox(tr(_TITLES[spec.name]))
+            box.setChecked(True)
+            box.setFont(text_font(15))
+            box.setToolTip(literal(said(spec.about)))
+            box.toggled.connect(self._show_files)
+            self.parts[spec.name] = box
+            side.addWidget(box)
+        self.mask = QCheckBox(tr("Mask names of people"))
+        self.mask.setFont(text_font(15, bold=True))
+        self.mask.setChecked(True)
+        self.mask.toggled.connect(lambda _on: self.gather())
+        side.addWidget(self.mask)
+        self.files = QListWidget()
+        self.files.setAccessibleName(tr("Files of the support bundle"))
+        self.files.setFont(text_font(13))
+        self.files.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        self.files.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.files.currentRowChanged.connect(self._show_text)
+        side.addWidget(self.files, 1)
+        self.text = QPlainTextEdit()
+        self.text.setAccessibleName(tr("What is in the selected file"))
+        self.text.setReadOnly(True)
+        self.text.setTabChangesFocus(True)
+        self.text.setFont(text_font(13))
+        self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.WidgetWidth)
+        right = QVBoxLayout()
+        self._name: QLabel = caption("", self.text)
+        right.addWidget(self._name)
+        right.addWidget(self.text, 1)
+        both = QHBoxLayout()
+        both.setSpacing(12)
+        both.addLayout(side, 2)
+        both.addLayout(right, 5)
+        self.panel = PathPanel(
+            tr("Write the support bundle to"), tr("File of the support bundle"), tr("Write")
+        )
+        self.panel.given.connect(self._write)
+        self.body.addWidget(self.panel)
+        self.body.addLayout(both, 1)
+        self.use_keys(
+            {
+                "write": self._ask,
+                "names": self.mask.toggle,
+                "part": self._toggle_part,
+                "again": self.gather,
+            },
+            primary="write",
+        )
+
+    def open(self) -> None:
+        """Gather everything, and give the list the keyboard."""
+        self.files.setFocus()
+        self.gather()
+
+    def gather(self) -> None:
+        """Gather everything anew, beside the window."""
+        self._draft = None
+        self.files.clear()
+        self.text.clear()
+        self.keys["write"].setEnabled(False)
+        self.say(tr("Gathering. Nothing is sent."))
+        site, mask = self._site(), self.mask.isChecked()
+        self._worker.do(
+            lambda: draft_bundle(site, mask_names=mask), self._on_draft, self._on_failed
+        )
+
+    def is_ready(self) -> bool:
+        """Return whether everything is gathered; for tests."""
+        return self._draft is not None
+
+    def close_work(self) -> None:
+        """End what is gathered before the window goes."""
+        self._worker.close(_CLOSE_S)
+
+    def left_out(self) -> tuple[str, ...]:
+        """Return the parts that are left out."""
+        return tuple(name for name, box in self.parts.items() if not box.isChecked())
+
+    def _on_draft(self, draft: BundleDraft) -> None:
+        if draft.masked is not self.mask.isChecked():
+            # It was asked for before the tick was changed; the next one is under way.
+            return
+        self._draft = draft
+        self.keys["write"].setEnabled(True)
+        for name, box in self.parts.items():
+            box.setToolTip(literal(said(draft.missing.get(name, "")) or box.text()))
+            box.setEnabled(bool(draft.of(name)))
+        self._show_files()
+
+    def _on_failed(self, error: Exception) -> None:
+        self.say(tr("Failed; nothing was written."))
+        self.failed.emit(error)
+
+    def _show_files(self) -> None:
+        draft = self._draft
+        if draft is None:
+            return
+        kept = self.files.currentRow()
+        without = self.left_out()
+        self._shown = [item for item in draft.items if item.part not in without]
+        self.files.clear()
+        for item in self._shown:
+            size = localised(f"{len(item.content) / 1024:.1f}")
+            self.files.addItem(f"{item.name}  {size} KiB")
+        if self._shown:
+            self.files.setCurrentRow(min(max(kept, 0), len(self._shown) - 1))
+        else:
+            self.text.clear()
+        total = localised(f"{sum(len(item.content) for item in self._shown) / 1024:.0f}")
+        self.say(
+            tr(
+                "{count} files, {size} KiB. This is all that is packed; nothing is sent. Passwords "
+                "and keys are never in it."
+            ).format(count=len(self._shown), size=total)
+        )
+
+    def _show_text(self, row: int) -> None:
+        if 0 <= row < len(self._shown):
+            item = self._shown[row]
+            self._name.setText(item.name)
+            self.text.setPlainText(item.preview(_SHOWN))
+
+    def _toggle_part(self) -> None:
+        row = self.files.currentRow()
+        if 0 <= row < len(self._shown):
+            self.parts[self._shown[row].part].toggle()
+        else:
+            for box in self.parts.values():
+                box.setChecked(True)
+
+    def _ask(self) -> None:
+        if self._draft is None:
+            return
+        now = datetime.now().astimezone()
+        self.panel.ask(self._folder() / f"ocmm_support_{now:%Y%m%d_%H%M%S}.zip")
+
+    def _write(self, path: Path) -> None:
+        draft, without = self._draft, self.left_out()
+        if draft is None:
+            return
+        self._worker.do(
+            lambda: write_bundle(draft, path, without),
+            lambda size: self.told.emit(
+                tr("Support bundle written to {path} ({size} KiB). Nothing was sent.").format(
+                    path=path, size=localised(f"{size / 1024:.0f}")
+                )
+            ),
+            self._on_not_written,
+        )
+
+    def _on_not_written(self, error: Exception) -> None:
+        if not isinstance(error, OcmmError):
+            self.say(tr("Failed; nothing was written."))
+        self.failed.emit(error)

@@ -1,0 +1,171 @@
+"""What models and tables bring into the plan: read, shown, chosen, agreed to, taken over.
+
+The widgets stand in the place of the editor while something is chosen, and give it back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QVBoxLayout
+
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.drawing import Account
+from ocmm_core.inspection.plan import USUAL_BALL_RADIUS, PartOfPlan, Plan, with_model_fit
+from ocmm_core.inspection.step import Offer
+from ocmm_core.part_model import ModelFace
+from ocmm_gui.kit import tr
+from ocmm_gui.plan_editor._draft import PlanDraft
+from ocmm_gui.plan_editor._face_choice import FaceChoice
+from ocmm_gui.plan_editor._importing import Imported, Importing, InUse, ReadModel
+from ocmm_gui.plan_editor._model_choice import ModelChoice
+from ocmm_gui.plan_editor._plan_items import ALIGNMENT, ItemKey
+from ocmm_gui.plan_editor._tolerance_account import ToleranceAccount
+
+Did = Callable[[Callable[[], Plan], ItemKey], bool]
+"""Makes a change of the plan, and says whether it could be made."""
+
+
+class FromModels(QObject):
+    """Importing, with its choices.
+
+    Parameters
+    ----------
+    draft
+        Gives the plan that is written.
+    did
+        See `Did`.
+    in_use
+        Gives the cameras and the probe that models are imported for.
+    """
+
+    opened = Signal()
+    """Something is to be chosen: the editor makes room."""
+    closed = Signal()
+    """The editor comes back."""
+    told = Signal(str)
+    failed = Signal(object)
+    """An `OcmmError`."""
+
+    def __init__(
+        self, draft: Callable[[], PlanDraft], did: Did, in_use: Callable[[], InUse] | None
+    ) -> None:
+        super().__init__()
+        self._draft, self._did, self._in_use = draft, did, in_use
+        self._read: ReadModel | None = None
+        self._asked: Imported | None = None
+        self.importing = Importing(in_use)
+        self.importing.imported.connect(self._on_imported)
+        self.importing.offered.connect(self._on_offered)
+        self.importing.part_read.connect(self._on_part)
+        self.importing.failed.connect(self.failed)
+        self.choice = ModelChoice()
+        self.choice.taken.connect(self._take_offers)
+        self.choice.declined.connect(self.close)
+        self.choice.up_changed.connect(self._read_again)
+        self.faces = FaceChoice()
+        self.faces.taken.connect(self._take_faces)
+        self.faces.declined.connect(self.close)
+        self.tolerances = ToleranceAccount()
+        self.tolerances.agreed.connect(lambda: self._answer_tolerances("all"))
+        self.tolerances.without.connect(lambda: self._answer_tolerances("features"))
+        self.tolerances.declined.connect(lambda: self._answer_tolerances("nothing"))
+
+    def add_to(self, body: QVBoxLayout) -> None:
+        """Put the widgets where they are shown."""
+        for widget in (self.choice, self.faces, self.tolerances):
+            body.addWidget(widget, 1)
+        body.addWidget(self.importing)
+
+    def read(self, path: Path, *, relocate: bool) -> None:
+        """Read a table or a model, or the frame of a document."""
+        self.importing.read(self._draft().plan, path, relocate=relocate)
+
+    def choose_faces(self) -> bool:
+        """Read the part of the plan, to align it by its faces; say so where it has none."""
+        draft = self._draft()
+        if draft.plan.model is None or draft.folder is None:
+            self.told.emit(tr("No CAD model in this plan. Save it (F8), import one (Shift+F9)."))
+            return False
+        self.importing.read_part(draft.plan, draft.folder)
+        return True
+
+    def close(self) -> None:
+        """Give the editor back."""
+        self._read = None
+        self.choice.hide()
+        self.faces.hide()
+        self.closed.emit()
+
+    def _on_part(self, found: PartOfPlan) -> None:
+        if found.model is None:
+            if found.doubt is not None:
+                self.failed.emit(found.doubt)
+            return
+        self.opened.emit()
+        self.faces.show_faces(found.model, self._draft().plan)
+
+    def _take_faces(self, faces: tuple[ModelFace, ...]) -> None:
+        """Align by the chosen faces; what cannot be done is said, and the choice stays."""
+        plan = self._draft().plan
+        radius = USUAL_BALL_RADIUS if self._in_use is None else self._in_use()[1].tip_radius
+        before = len(plan.features)
+        if self._did(lambda: with_model_fit(plan, faces, ball_radius=radius), ALIGNMENT):
+            self.close()
+            count = len(self._draft().plan.features) - before
+            words = tr("Aligned by {faces} faces; {count} points added. F10 undoes this.")
+            self.told.emit(words.format(faces=len(faces), count=count))
+
+    def _on_offered(self, read: ReadModel) -> None:
+        """Show what a model offers in the place of the editor."""
+        self._read = read
+        self.opened.emit()
+        self.choice.show_model(read.model.part, read.offers, read.up)
+        if read.model.remark:
+            self.told.emit(read.model.remark)
+
+    def _read_again(self, up: str) -> None:
+        if self._read is not None:
+            self.importing.read(self._draft().plan, self._read.path, relocate=False, up=up)
+
+    def _take_offers(self, taken: tuple[Offer, ...]) -> None:
+        if self._read is not None:
+            draft = self._draft()
+            self.importing.take(draft.plan, self._read, taken, draft.path, self.choice.zone_mm())
+            self.close()
+
+    def _on_imported(self, found: Imported) -> None:
+        if found.before is not self._draft().plan:
+            self.failed.emit(
+                InputError(
+                    "plan.changed",
+                    "The plan was changed while the file was read.",
+                    "Import the file again.",
+                )
+            )
+        elif found.account is not None:
+            self._ask_tolerances(found, found.account)
+        elif self._did(lambda: found.plan, found.chosen):
+            self.told.emit(found.words)
+            self.closed.emit()
+
+    def _ask_tolerances(self, found: Imported, account: Account) -> None:
+        """Show what became of the tolerances of a model before they are taken over."""
+        self._asked = found
+        count = len(found.plan.characteristics) - len(found.before.characteristics)
+        self.opened.emit()
+        self.tolerances.show_account(account, count)
+
+    def _answer_tolerances(self, answer: Literal["all", "features", "nothing"]) -> None:
+        found, self._asked = self._asked, None
+        self.tolerances.close_account()
+        self.closed.emit()
+        if found is None or answer == "nothing":
+            self.told.emit(tr("Nothing was imported."))
+            return
+        bare = found.without_tolerances()
+        self._on_imported(bare if answer == "features" else replace(found, account=None))

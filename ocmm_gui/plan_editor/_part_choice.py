@@ -1,0 +1,266 @@
+"""The part with what is chosen in colour, and a list of all that can be: by mouse or keyboard."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLayout,
+    QListWidget,
+    QListWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_core.part_model import PartModel
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    NarrowButton,
+    PlainLabel,
+    Theme,
+    literal,
+    text_font,
+    tr,
+)
+from ocmm_gui.views import PartPicture
+
+_TAKE = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
+_LIST_PX = 430
+
+
+@dataclass(frozen=True, slots=True)
+class ChoiceLine:
+    """What can be chosen.
+
+    Attributes
+    ----------
+    words
+        What stands in the list.
+    places
+        Its faces in the part, from 0.
+    is_chosen
+        To begin with.
+    tip
+        More words, where the mouse rests.
+    """
+
+    words: str
+    places: tuple[int, ...]
+    is_chosen: bool = False
+    tip: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ChoiceWords:
+    """What a choice is called, for eyes and for screen readers."""
+
+    choice: str
+    list: str
+    take: str
+    take_long: str
+    back_long: str
+    about: str
+
+
+class PartChoice(QFrame):
+    """Faces of a part are chosen: what they are is for a subclass to say.
+
+    A click on a face chooses its line or takes the choice back, as Space does in the list. Return
+    takes the chosen ones over, Esc goes back without.
+    """
+
+    taken = Signal(object)
+    """Emits what is chosen, a tuple."""
+    declined = Signal()
+    """Nothing is taken."""
+
+    def __init__(self, words: ChoiceWords) -> None:
+        super().__init__()
+        self.setAccessibleName(words.choice)
+        self.theme = THEMES[DEFAULT_THEME]
+        self._lines: tuple[ChoiceLine, ...] = ()
+        self._row_of: dict[int, int] = {}
+        self.picture = PartPicture()
+        self.list = ChoiceList(words.list)
+        self._told, self._about = PlainLabel(), PlainLabel()
+        self._told.setAccessibleName(tr("What is chosen"))
+        self._about.setAccessibleName(words.about)
+        for label in (self._told, self._about):
+            label.setWordWrap(True)
+            label.setFont(text_font(14))
+            label.setFixedWidth(_LIST_PX)
+        self._about.setMinimumHeight(44)
+        self._take = NarrowButton(words.take)
+        self._back = NarrowButton(tr("Back  [Esc]"))
+        self._take.setAccessibleName(words.take_long)
+        self._back.setAccessibleName(words.back_long)
+        self._take.setProperty("role", "primary")
+        self._take.clicked.connect(self._emit_taken)
+        self._back.clicked.connect(self.declined)
+        self.list.taken.connect(self._emit_taken)
+        self.list.declined.connect(self.declined)
+        self.list.itemChanged.connect(lambda _item: self.show_choice())
+        self.list.currentRowChanged.connect(lambda _row: self.show_choice())
+        self.picture.face_clicked.connect(self._on_face)
+        self._more = QVBoxLayout()
+        self._lay_out()
+        self.hide()
+
+    def show_lines(self, part: PartModel | None, lines: Sequence[ChoiceLine]) -> None:
+        """Show a part and what can be chosen of it, the first line with the keyboard."""
+        self._lines = tuple(lines)
+        self._row_of = {place: row for row, line in enumerate(lines) for place in line.places}
+        self.list.blockSignals(True)
+        self.list.clear()
+        for line in self._lines:
+            item = QListWidgetItem(line.words, self.list)
+            item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
+            state = Qt.CheckState.Checked if line.is_chosen else Qt.CheckState.Unchecked
+            item.setCheckState(state)
+            item.setToolTip(literal(line.tip or line.words))
+        self.list.setCurrentRow(0)
+        self.list.blockSignals(False)
+        self.picture.show_part(part)
+        self.show_choice()
+        self.show()
+        self.list.setFocus()
+
+    def add_row(self, *widgets: QWidget) -> None:
+        """Put more under the list, beside each other; the last one is the widest."""
+        row = QHBoxLayout()
+        for widget in widgets:
+            row.addWidget(widget, int(widget is widgets[-1]))
+        self._more.addLayout(row)
+
+    def chosen_rows(self) -> list[int]:
+        """Return the lines that are chosen, from 0."""
+        return [row for row in range(len(self._lines)) if self._is_chosen(row)]
+
+    def words(self) -> str:
+        """Return what is said of the choice."""
+        return f"{self._told.text()} {self._about.text()}".strip()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self.theme = theme
+        self.list.set_theme(theme)
+        self.show_choice()
+
+    def show_choice(self) -> None:
+        """Colour what is chosen, and say what it is; call it when anything has changed."""
+        marked: dict[int, str] = {}
+        for row in self.chosen_rows():
+            marked.update(dict.fromkeys(self._lines[row].places, self.theme.good))
+        row = max(self.list.currentRow(), 0)
+        if row < len(self._lines):
+            marked.update(dict.fromkeys(self._lines[row].places, self.theme.accent))
+        self.picture.highlight(marked)
+        self._take.setEnabled(self.can_be_taken())
+        self._told.setText(self.said())
+        self._about.setText(self.about(row) if row < len(self._lines) else "")
+
+    def chosen(self) -> tuple[object, ...]:
+        """Return what is chosen, in the order of the list."""
+        raise NotImplementedError
+
+    def can_be_taken(self) -> bool:
+        """Return whether what is chosen is enough."""
+        return bool(self.chosen_rows())
+
+    def said(self) -> str:
+        """Return how much is chosen, and what is missing."""
+        raise NotImplementedError
+
+    def about(self, row: int) -> str:
+        """Return what is to be said of the line that the keyboard is on."""
+        raise NotImplementedError
+
+    def _is_chosen(self, row: int) -> bool:
+        return self.list.item(row).checkState() is Qt.CheckState.Checked
+
+    def _emit_taken(self) -> None:
+        if self.can_be_taken():
+            self.taken.emit(self.chosen())
+
+    def _on_face(self, place: int) -> None:
+        """Choose the line of a face, or take the choice back; the places count from 0."""
+        row = self._row_of.get(place)
+        if row is None:
+            return
+        self.list.setCurrentRow(row)
+        other = Qt.CheckState.Unchecked if self._is_chosen(row) else Qt.CheckState.Checked
+        self.list.item(row).setCheckState(other)
+
+    def _lay_out(self) -> None:
+        keys = QHBoxLayout()
+        keys.addWidget(self._take, 2)
+        keys.addWidget(self._back, 1)
+        side = QVBoxLayout()
+        side.setSpacing(8)
+        parts: tuple[QWidget | QLayout, ...] = (
+            self._told, self.list, self._about, self._more, keys
+        )  # fmt: skip
+        for part in parts:
+            if isinstance(part, QLayout):
+                side.addLayout(part)
+            else:
+                side.addWidget(part, int(part is self.list))
+        row = QHBoxLayout(self)
+        row.setSpacing(10)
+        row.addWidget(self.picture, 1)
+        row.addLayout(side)
+        self.list.setFixedWidth(_LIST_PX)
+
+
+class ChoiceList(QListWidget):
+    """A line for each surface; Return and Esc are its own.
+
+    Parameters
+    ----------
+    name
+        Accessible name.
+    """
+
+    taken = Signal()
+    declined = Signal()
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self.setAccessibleName(name)
+        self.setAccessibleDescription(tr("Space chooses, Return takes over, Esc goes back"))
+        self.setUniformItemSizes(True)
+        self.setSpacing(2)
+        self.setFont(text_font(14))
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        # The style's own empty box cannot be seen on a dark panel.
+        self.setStyleSheet(
+            f"QListView::indicator {{ width: 14px; height: 14px; border: 1px solid {theme.muted};"
+            f" border-radius: 3px; }} QListView::indicator:checked {{ background: {theme.good};"
+            f" border-color: {theme.good}; }}"
+        )
+
+    def event(self, event: QEvent) -> bool:
+        """Take Return and Esc before the sheet does."""
+        is_mine = event.type() is QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)
+        if is_mine and isinstance(event, QKeyEvent) and event.key() in (*_TAKE, Qt.Key.Key_Escape):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Take over with Return, go back with Esc."""
+        if event.key() in _TAKE:
+            self.taken.emit()
+        elif event.key() == Qt.Key.Key_Escape:
+            self.declined.emit()
+        else:
+            super().keyPressEvent(event)

@@ -1,0 +1,58 @@
+"""The parts of the plan editor: its forms, what asks for files, and where they stand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+
+from ocmm_core.alignment import Alignment
+from ocmm_core.features.measured import Construction
+from ocmm_core.features.shapes import NominalFeature
+from ocmm_core.inspection.plan import HEAD_FIELDS, Plan
+from ocmm_core.tolerances.zones import Characteristic
+from ocmm_gui.kit import PathPanel, panel, tr
+from ocmm_gui.plan_editor._item_form import ItemForm
+from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD
+
+
+def item_forms() -> dict[str, ItemForm]:
+    """Return a form for each group of items."""
+    left_out = tuple(name for name in Plan.__struct_fields__ if name not in HEAD_FIELDS)
+    return {
+        HEAD.group: ItemForm(tr("Plan settings"), Plan, left_out),
+        ALIGNMENT.group: ItemForm(tr("Alignment"), Alignment | None),
+        "features": ItemForm(tr("Feature"), NominalFeature),
+        "constructions": ItemForm(tr("Construction"), Construction),
+        "characteristics": ItemForm(tr("Characteristic"), Characteristic),
+    }
+
+
+def path_panels() -> tuple[PathPanel, PathPanel, PathPanel, PathPanel]:
+    """Return what asks for the files of plan, import, picture and another plan."""
+    return (
+        PathPanel(tr("Write the plan into the file"), tr("File of the plan"), tr("Write")),
+        PathPanel(
+            tr("Import the features or frame from the file"),
+            tr("File of the features or frame"),
+            tr("Import"),
+        ),
+        PathPanel(tr("Attach the picture from the file"), tr("File of the picture"), tr("Attach")),
+        PathPanel(tr("Open the plan from the file"), tr("File of the plan"), tr("Open")),
+    )
+
+
+def lay_out(
+    editor: QWidget, items: QWidget, form: QWidget, right: Sequence[tuple[QWidget, int]]
+) -> None:
+    """Put list, form and, above each other by their shares, what stands at the right."""
+    middle, column = QVBoxLayout(), QVBoxLayout()
+    middle.addWidget(form)
+    for widget, share in right:
+        column.addWidget(widget, share)
+    row = QHBoxLayout(editor)
+    row.setContentsMargins(0, 0, 0, 0)
+    row.setSpacing(10)
+    row.addWidget(items, 32)
+    row.addWidget(panel(middle), 40)
+    row.addWidget(panel(column), 28)

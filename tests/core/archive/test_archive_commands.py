@@ -1,0 +1,199 @@
+"""``ocmm archive``: each command on a real archive, its words and its exit code."""
+
+from __future__ import annotations
+
+import shutil
+import socket
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from ocmm_core.archive.outbox import JobNote
+from ocmm_core.archive.stores import open_archive
+from ocmm_core.cli import app
+from ocmm_core.errors import InputError, OcmmError
+from tests.core.archive.conftest import Place, by_hand
+from tests.core.archive.made_jobs import START, made_delivery, made_sender
+from tests.core.archive.real_jobs import RealJobs
+from tests.host import needs_package
+
+
+def run(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, ["archive", *map(str, arguments)], env={"COLUMNS": "200"})
+
+
+def refused(*arguments: str | Path) -> OcmmError:
+    error = run(*arguments).exception
+    assert isinstance(error, OcmmError)
+    return error
+
+
+@pytest.fixture
+def filled(place: Place) -> Place:
+    with place.open() as archive:
+        archive.put_all(
+            [
+                made_delivery(
+                    4 * part + 2 * station + trial, made_sender(f"Station {station}", 9 + station)
+                )
+                for part in range(8)
+                for station in (0, 1)
+                for trial in (0, 1)
+            ]
+        )
+    return place
+
+
+@pytest.fixture
+def job(real_jobs: RealJobs, tmp_path: Path) -> Path:
+    return Path(shutil.copy(real_jobs.finished, tmp_path / "job.ocmm"))
+
+
+def test_a_job_is_sent_and_the_status_says_so(place: Place, job: Path, tmp_path: Path) -> None:
+    where = ("--archive", place.address, "--outbox", tmp_path / "outbox")
+    sent = run("send", job, *where)
+    assert sent.exit_code == 0, sent.output
+    assert "Nothing waits for the archive." in sent.output
+    told = run("status", *where)
+    assert told.exit_code == 0, told.output
+    assert "Jobs     1 of 1 stations" in told.output
+    assert "Waiting  0, set aside 0" in told.output
+    assert ("TLS      no" in told.output) is (place.store == "postgresql")
+    assert run("send", tmp_path / "missing.ocmm", *where).exit_code == 1
+
+
+def test_what_a_killed_program_left_is_sent(place: Place, job: Path, tmp_path: Path) -> None:
+    JobNote(tmp_path / "outbox", job).let_go()
+    sent = run("send", "--archive", place.address, "--outbox", tmp_path / "outbox")
+    assert sent.exit_code == 0, sent.output
+    with place.open() as archive:
+        assert archive.ask("SELECT count(*) FROM job").rows == ((1,),)
+
+
+def test_a_file_that_is_no_job_is_set_aside_named_and_tried_again(
+    place: Place, tmp_path: Path
+) -> None:
+    bad = tmp_path / "bad.ocmm"
+    bad.write_bytes(b"\0" * 5000)
+    where = ("--archive", place.address, "--outbox", tmp_path / "outbox")
+    JobNote(tmp_path / "outbox", bad).let_go()
+    assert run("send", *where).exit_code == 1
+    told = run("status", *where)
+    assert told.exit_code == 1
+    assert "set aside 1" in told.output
+    assert "bad.ocmm" in told.output
+    assert run("send", "--retry", *where).exit_code == 1
+
+
+def test_a_server_that_is_gone_is_said_with_what_waits(job: Path, tmp_path: Path) -> None:
+    needs_package("psycopg", "extra `shop`")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    where = ("--archive", f"postgresql://me@127.0.0.1:{port}/ocmm", "--outbox", tmp_path / "outbox")
+    sent = run("send", job, *where)
+    assert sent.exit_code == 1
+    assert "1 job waits for the archive; server not reached since" in sent.output
+    told = run("status", *where)
+    assert told.exit_code == 1
+    assert "the server is not reached" in told.output
+    assert "Waiting  1, set aside 0" in told.output
+
+
+def test_questions_answer_and_export(filled: Place, tmp_path: Path) -> None:
+    archive = ("--archive", filled.address)
+    day = START.astimezone().date().isoformat()
+    table = tmp_path / "t.csv"
+    assert "Measured on" in run("today", "--from", day, *archive, "--export", table).output
+    assert table.read_text("utf-8").startswith("Time,Station,Part")
+    part = ("--part", "FLANGE", "--characteristic", "D1")
+    assert "FLANGE: D1" in run("trend", *part, *archive).output
+    assert "Measured with artefact B-17" in run("used", "artefact", "B-17", *archive).output
+    assert "capability by month" in run("cpk", "--part", "FLANGE", *archive).output
+    assert "Who passed what" in run("passed", *archive).output
+    assert refused("cpk", "--part", "FLANGE", "--by", "week", *archive).code == "archive.by"
+    assert refused("today", "--from", "yesterday", *archive).code == "archive.day"
+    assert refused("used", "screw", "X", *archive).code == "archive.used"
+    assert refused("trend", "--part", "NONE", "--characteristic", "D1", *archive).code == (
+        "archive.part"
+    )
+    # Every part was measured once by a serial number of its own: there is no study.
+    assert refused("rr", *part, *archive).code == "archive.rr"
+
+
+def test_an_archive_is_rebuilt_compared_and_verified(
+    place: Place, job: Path, tmp_path: Path
+) -> None:
+    archive = ("--archive", place.address)
+    assert run("send", job, *archive, "--outbox", tmp_path / "outbox").exit_code == 0
+    assert "Checked 1, wrong 0" in run("verify", *archive).output
+    assert "Checked 1, wrong 0" in run("verify", job, *archive).output
+    new = tmp_path / "new.sqlite"
+    assert "Kept 1 jobs" in run("rebuild", new, *archive).output
+    same = run("verify", "--against", new, *archive)
+    assert same.exit_code == 0, same.output
+    assert "The same rows." in same.output
+    with place.open() as opened:
+        by_hand(opened, "UPDATE result SET value = value + 1.0 WHERE position = 0")
+    wrong = run("verify", *archive)
+    assert wrong.exit_code == 1
+    assert "altered there" in wrong.output
+    assert refused("verify", "--mark", *archive).code == "archive.by"
+    assert "Marked 1 jobs" in run("verify", "--mark", "--by", "Anna", *archive).output
+    with place.open() as opened:
+        assert opened.ask("SELECT held FROM archived_job").rows == ((1,),)
+    assert run("verify", "--against", new, *archive).exit_code == 1
+    assert refused("rebuild", new, *archive).code == "archive.not_empty"
+
+
+def test_views_and_roles(filled: Place, tmp_path: Path) -> None:
+    file = tmp_path / "v.csv"
+    done = run("export", "archived_result", file, "--archive", filled.address)
+    assert "96 rows" in done.output
+    assert refused("export", "job", file, "--archive", filled.address).code == "archive.view"
+    printed = run("roles").output
+    assert "CREATE ROLE ocmm_station NOLOGIN" in printed
+    assert "archive_characteristic" in printed
+
+
+def test_a_server_is_set_up_by_its_owner_alone(new_database: Callable[[], Place]) -> None:
+    place = new_database()
+    assert place.server is not None
+    place.server.sql("postgres", f"CREATE DATABASE {place.database}_new")
+    address = place.server.address(f"{place.database}_new")
+    assert refused("status", "--archive", "postgresql://me:pw@db/x").code == "archive.password"
+    done = run("set-up", "--archive", address)
+    assert done.exit_code == 0, done.output
+    assert "archive of version" in done.output
+    login = place.server.address(f"{place.database}_new", "looker")
+    with open_archive(login, read_only=True) as archive:
+        assert archive.ask("SELECT count(*) FROM archive_characteristic").rows == ((0,),)
+    assert isinstance(run("set-up", "--archive", login).exception, OcmmError)
+
+
+def test_another_computer_and_another_outbox(place: Place, job: Path, tmp_path: Path) -> None:
+    where = ("--archive", place.address, "--outbox", tmp_path / "outbox")
+    assert run("send", job, *where).exit_code == 0
+    station = place.open()
+    with station:
+        name = str(station.ask("SELECT station FROM archive_station").rows[0][0])
+        by_hand(station, "UPDATE station SET machine = 'another computer'")
+    other = tmp_path / "other.ocmm"
+    shutil.copy(job, other)
+    again = run("send", other, "--archive", place.address, "--outbox", tmp_path / "second")
+    assert again.exit_code == 1
+    assert "name of the station taken" in again.output
+    done = run(
+        "replace-computer", name, "--archive", place.address, "--outbox", tmp_path / "second"
+    )
+    assert done.exit_code == 0, done.output
+    assert run("send", "--archive", place.address, "--outbox", tmp_path / "second").exit_code == 0
+    assert "Outbox" in run("new-outbox", "--outbox", tmp_path / "second").output
+
+
+def test_an_archive_that_is_off_is_said() -> None:
+    error = refused("today", "--archive", "off")
+    assert isinstance(error, InputError)
+    assert "The archive is off." in error.what

@@ -1,0 +1,125 @@
+"""Models as nobody should make them, made with the library of the extra ``step``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from tests.core.inspection.step_models import _moved as moved
+from tests.core.inspection.step_models import _rod as rod
+from tests.core.inspection.step_models import _without as without
+from tests.core.inspection.step_models import block, written
+
+Z = (0, 0, 1)
+HOSTILE_NAMES = (
+    "quotes ' and \" and ''",
+    "two\nlines\r\nand\ttabs",
+    "x" * 10_000,
+    "\u0645\u0642\u064a\u0627\u0633 \u05de\u05d3\u05d9\u05d3\u05d4",
+    "\u202eright to left",
+    "../../etc/passwd\x00; $(ls)",
+)
+"""What a modeller may be called by; the last but one turns what follows round."""
+
+
+def bored() -> Any:
+    """Return a block of 100 by 60 by 20 with a bore of 12 that stands to one side."""
+    return without(block(), rod((20, 20, -1), Z, 6, 30))
+
+
+def together(*shapes: Any) -> Any:
+    """Return shapes as one, without a body of their own."""
+    from OCP.BRep import BRep_Builder
+    from OCP.TopoDS import TopoDS_Compound
+
+    compound, builder = TopoDS_Compound(), BRep_Builder()
+    builder.MakeCompound(compound)
+    for one in shapes:
+        builder.Add(compound, one)
+    return compound
+
+
+def mirrored(shape: Any) -> Any:
+    """Return a shape as a mirror at x = 0 shows it."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf
+
+    motion = gp_Trsf()
+    motion.SetMirror(gp_Ax2(gp_Pnt(0, 0, 0), gp_Dir(1, 0, 0)))
+    return BRepBuilderAPI_Transform(shape, motion, True).Shape()
+
+
+def scaled(shape: Any, factor: float) -> Any:
+    """Return a shape that is larger by a factor."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+    from OCP.gp import gp_Pnt, gp_Trsf
+
+    motion = gp_Trsf()
+    motion.SetScale(gp_Pnt(0, 0, 0), factor)
+    return BRepBuilderAPI_Transform(shape, motion, True).Shape()
+
+
+def shell(shape: Any) -> Any:
+    """Return the faces of a shape as a shell that bounds no solid."""
+    import OCP.TopAbs as TopAbs
+    from OCP.TopExp import TopExp_Explorer
+
+    return TopExp_Explorer(shape, TopAbs.TopAbs_SHELL).Current()
+
+
+def open_box() -> Any:
+    """Return five faces of a block, sewn together."""
+    import OCP.TopAbs as TopAbs
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Sewing
+    from OCP.TopExp import TopExp_Explorer
+
+    sewing = BRepBuilderAPI_Sewing()
+    faces = TopExp_Explorer(block(), TopAbs.TopAbs_FACE)
+    for _ in range(5):
+        sewing.Add(faces.Current())
+        faces.Next()
+    sewing.Perform()
+    return sewing.SewedShape()
+
+
+def two_solids(gap: float) -> Any:
+    """Return two bored blocks of one file, ``gap`` mm apart; their bores have one axis."""
+    one = without(block(), rod((-1, 30, 10), (1, 0, 0), 6, 102))
+    return together(one, moved(one, 100.0 + gap, 0.0, 0.0))
+
+
+def named(path: Path, name: str) -> Path:
+    """Write a bored block that is called so, as all of its faces are."""
+    from OCP.Interface import Interface_Static
+    from OCP.STEPCAFControl import STEPCAFControl_Writer
+    from OCP.TCollection import TCollection_ExtendedString
+    from OCP.TDataStd import TDataStd_Name
+    from OCP.TDocStd import TDocStd_Document
+    from OCP.TopAbs import TopAbs_FACE
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.XCAFDoc import XCAFDoc_DocumentTool
+
+    def static(owner: Any, word: str) -> Any:
+        return getattr(owner, f"{word}_s", None) or getattr(owner, word)
+
+    document = TDocStd_Document(TCollection_ExtendedString("MDTV-XCAF"))
+    shapes = static(XCAFDoc_DocumentTool, "ShapeTool")(document.Main())
+    part = bored()
+    body = shapes.AddShape(part, False)
+    set_name, word = static(TDataStd_Name, "Set"), TCollection_ExtendedString(name, True)
+    set_name(body, word)
+    faces = TopExp_Explorer(part, TopAbs_FACE)
+    while faces.More():
+        set_name(shapes.AddSubShape(body, faces.Current()), word)
+        faces.Next()
+    writer = STEPCAFControl_Writer()
+    static(Interface_Static, "SetIVal")("write.stepcaf.subshapes.name", 1)
+    writer.SetNameMode(True)
+    writer.Transfer(document)
+    writer.Write(str(path))
+    return path
+
+
+def in_metres(path: Path) -> Path:
+    """Write a bored block in metres."""
+    return written(path, bored(), "M")
