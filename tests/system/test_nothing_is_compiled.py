@@ -14,24 +14,21 @@ from ocmm_core.composition import compile_all
 from ocmm_core.documents import resource
 from tests import compile_log
 from tests.host import HANG_S
-from tests.slow_rig import slow_rig_in
 
 pytestmark = pytest.mark.slow
 
 _PLAN = ("--plan", str(resource("plans", "quick.toml")))
-_RIG = ("--rig", "RIG")
 _COMMANDS = (
     ("ocmm", "demo", "--headless", *_PLAN, "--out", "first"),
-    ("ocmm", "demo", "--headless", *_PLAN, *_RIG, "--out", "second", "--seed", "4"),
+    ("ocmm", "demo", "--headless", *_PLAN, "--out", "second", "--seed", "4"),
     ("ocmm", "report", "FIRST", "--format", "all", "--out", "again"),
     ("ocmm", "compare", "FIRST", "SECOND"),
     ("ocmm", "fit", "points.txt", "--shape", "sphere"),
     ("ocmm", "bench", "--seconds", "0.2"),
     ("ocmm", "calibrate", "probe", "--tip", "A", "--probes", "probes", "--poses", "150"),
-    ("window", *_PLAN, *_RIG, "--out", "seen", "--silent", "--speed", "0", "--quit-after", "4"),
+    ("window", *_PLAN, "--out", "seen", "--silent", "--speed", "0", "--quit-after", "4"),
 )
-"""FIRST and SECOND are the job files that the demos write, RIG one with few frames: how many there
-are makes no other types."""
+"""FIRST and SECOND are the job files that the demos write."""
 
 
 def test_no_command_and_no_window_compiles_anything(tmp_path: Path) -> None:
@@ -40,17 +37,16 @@ def test_no_command_and_no_window_compiles_anything(tmp_path: Path) -> None:
     directions = rng.normal(size=(20, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     np.savetxt(tmp_path / "points.txt", 10.0 * directions, fmt="%.6f")
-    log, rig = tmp_path / "log.txt", str(slow_rig_in(tmp_path))
+    log = tmp_path / "log.txt"
     for command in _COMMANDS:
-        given = {
+        jobs = {
             folder.upper(): str(path)
             for folder in ("first", "second")
             for path in (tmp_path / folder).glob("*.ocmm")
         }
-        given["RIG"] = rig
         done = subprocess.run(
             [sys.executable, compile_log.__file__,
-             *(given.get(word, word) for word in command)],
+             *(jobs.get(word, word) for word in command)],
             cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL,
             timeout=HANG_S, check=False,
             env=os.environ | {compile_log.VARIABLE: str(log)},

@@ -51,8 +51,7 @@ class SimulatedSource:
     rig
         The virtual rig.
     speed
-        Time of the rig over time on the clock; zero is as fast as the reader takes the frames. What
-        rests at home for ever passes no faster than on the clock: it would keep a core busy.
+        Time of the rig over time on the clock; zero is as fast as the reader takes the frames.
     hover
         At the end of the script the probe rests at home for ever; otherwise the source finishes.
 
@@ -107,7 +106,7 @@ class SimulatedSource:
         led = self._read_led()
         if led is not None:
             if self._speed:
-                self._pace(len(led), self._speed)
+                self._pace(len(led))
             return Cycle(CycleVerdict.GOOD, frames=led, finished=False)
         with self._lock:
             first = self._next_frame
@@ -117,8 +116,8 @@ class SimulatedSource:
             count = self._block if self._hover else min(self._block, max(left, 0))
             self._next_frame = first + count
         frames = self._rig.frames(first, count) if count else None
-        if self._speed or left <= 0:
-            self._pace(count, self._speed or 1.0)
+        if self._speed:
+            self._pace(count)
         return Cycle(
             CycleVerdict.GOOD, frames=frames, finished=not self._hover and left <= self._block
         )
@@ -180,8 +179,8 @@ class SimulatedSource:
         self._rig.complete(Missing(touches, missing.taken), first + self._block)
         return True
 
-    def _pace(self, count: int, speed: float) -> None:
-        self._due_s += count * self._rig.frame_period_ns * 1e-9 / speed
+    def _pace(self, count: int) -> None:
+        self._due_s += count * self._rig.frame_period_ns * 1e-9 / self._speed
         wait = self._due_s - time.monotonic()
         if wait > 0.0:
             time.sleep(wait)

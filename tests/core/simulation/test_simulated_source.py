@@ -165,19 +165,6 @@ def test_a_paced_source_keeps_time(make_rig: MakeRig) -> None:
     assert 0.195 < took < BUSY * 0.2
 
 
-def test_what_rests_for_ever_takes_the_time_of_the_clock(make_rig: MakeRig) -> None:
-    rig = make_rig([("CORNER", 1)], frame_rate_hz=500)
-    source = SimulatedSource(rig, hover=True)
-    source.open()
-    for _ in range(rig.n_frames // 5 + 1):
-        source.read()
-    start = time.monotonic()
-    # The first one at rest is due at once.
-    for _ in range(21):
-        source.read()
-    assert time.monotonic() - start > 0.195
-
-
 @pytest.mark.parametrize("speed", [-1.0, 0.01, 1e6, float("nan")])
 def test_an_impossible_speed_is_refused(make_rig: MakeRig, speed: float) -> None:
     with pytest.raises(InputError, match="speed of the virtual rig"):
