@@ -18,7 +18,7 @@ from ocmm_core.export.report import Paper, PaperLengths, load_paper, template_in
 from ocmm_core.inspection.archive import Comparison, Trend, compare_files
 from ocmm_core.inspection.evaluation import SIMULATED, SIMULATED_LINE
 from ocmm_core.tolerances.kinds import spec_of
-from ocmm_core.wording import Speech
+from ocmm_core.wording import ENGLISH, Speech
 from ocmm_gui.kit import Teller, later
 from ocmm_gui.reports._canvas import (
     INK,
@@ -125,6 +125,7 @@ class BatchPrinting:
 def _row(trend: Trend, canvas: Canvas) -> list[PageField]:
     values, able, chart = trend.values, trend.capability, trend.chart
     speech, number = canvas.speech, canvas.speech.number
+    between = " to " if speech.language == ENGLISH else " … "
     signals = "–" if chart is None else str(len(chart.signals) or speech.word("none"))
     odd = chart is not None and bool(chart.signals)
     return [
@@ -134,7 +135,9 @@ def _row(trend: Trend, canvas: Canvas) -> list[PageField]:
         PageField("–" if able is None else _quantity(able.sigma_overall, trend, canvas)),
         PageField("–" if able is None or able.cp is None else number(f"{able.cp:.2f}")),
         PageField("–" if able is None else number(f"{able.cpk:.2f}"), STRONG),
-        PageField("–" if able is None else number(f"{able.cpk_low:.2f} … {able.cpk_high:.2f}")),
+        PageField(
+            "–" if able is None else number(f"{able.cpk_low:.2f}{between}{able.cpk_high:.2f}")
+        ),
         PageField("–" if able is None else number(f"{able.ppk:.2f}")),
         PageField(signals, Style(26.0, bold=odd, colour=INK.warn if odd else INK.text)),
     ]
