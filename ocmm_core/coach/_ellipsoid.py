@@ -50,5 +50,7 @@ def ellipsoid_of(covariance: Float, stance: Stance) -> Ellipsoid:
     flat, axes = np.linalg.eigh(across @ covariance @ across.T)
     longer, shorter = COVERAGE_FACTOR * np.sqrt(np.maximum(flat[::-1], 0.0))
     angle = float(np.arctan2(axes[1, 1], axes[0, 1]))
-    depth = COVERAGE_FACTOR * float(np.sqrt(max(stance.away @ covariance @ stance.away, 0.0)))
+    depth = COVERAGE_FACTOR * float(
+        np.sqrt(max(float(stance.away @ covariance @ stance.away), 0.0))
+    )
     return Ellipsoid(half, vectors.T[::-1], np.array([longer, shorter, angle]), depth)

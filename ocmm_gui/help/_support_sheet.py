@@ -88,11 +88,11 @@ class SupportSheet(Sheet):
             box.toggled.connect(self._show_files)
             self.parts[spec.name] = box
             side.addWidget(box)
-        self.mask = QCheckBox(tr("Mask names of people"))
-        self.mask.setFont(text_font(15, bold=True))
-        self.mask.setChecked(True)
-        self.mask.toggled.connect(lambda _on: self.gather())
-        side.addWidget(self.mask)
+        self.mask_names = QCheckBox(tr("Mask names of people"))
+        self.mask_names.setFont(text_font(15, bold=True))
+        self.mask_names.setChecked(True)
+        self.mask_names.toggled.connect(lambda _on: self.gather())
+        side.addWidget(self.mask_names)
         self.files = QListWidget()
         self.files.setAccessibleName(tr("Files of the support bundle"))
         self.files.setFont(text_font(13))
@@ -123,7 +123,7 @@ class SupportSheet(Sheet):
         self.use_keys(
             {
                 "write": self._ask,
-                "names": self.mask.toggle,
+                "names": self.mask_names.toggle,
                 "part": self._toggle_part,
                 "again": self.gather,
             },
@@ -142,7 +142,7 @@ class SupportSheet(Sheet):
         self.text.clear()
         self.keys["write"].setEnabled(False)
         self.say(tr("Gathering. Nothing is sent."))
-        site, mask = self._site(), self.mask.isChecked()
+        site, mask = self._site(), self.mask_names.isChecked()
         self._worker.do(
             lambda: draft_bundle(site, mask_names=mask), self._on_draft, self._on_failed
         )
@@ -160,7 +160,7 @@ class SupportSheet(Sheet):
         return tuple(name for name, box in self.parts.items() if not box.isChecked())
 
     def _on_draft(self, draft: BundleDraft) -> None:
-        if draft.masked is not self.mask.isChecked():
+        if draft.masked is not self.mask_names.isChecked():
             # It was asked for before the tick was changed; the next one is under way.
             return
         self._draft = draft
@@ -184,7 +184,7 @@ class SupportSheet(Sheet):
         self.files.clear()
         for item in self._shown:
             size = localised(f"{len(item.content) / 1024:.1f}")
-            self.files.addItem(f"{item.name}  {size} KiB")
+            self.files.addItem(tr("{name}  {size} KiB").format(name=item.name, size=size))
         if self._shown:
             self.files.setCurrentRow(min(max(kept, 0), len(self._shown) - 1))
         else:

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from PySide6.QtCore import QFileSystemWatcher, QSize, Qt, QTimer
 from PySide6.QtGui import QImage, QPixmap, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings import Settings
-from ocmm_gui.kit import SideProcess, Teller, later, said, sentence_label, tr
+from ocmm_gui.kit import PlainLabel, SideProcess, Teller, later, said, sentence_label, tr
 
 _LEAST_PX, _MOST_PX = 300, 1240
 _A4 = 297.0 / 210.0
@@ -53,7 +53,7 @@ class TemplatePreview(QWidget):
         super().__init__()
         self.setAccessibleName(tr("Preview of the report template"))
         self.words = sentence_label(tr("State of the preview"), 14)
-        self.page = QLabel()
+        self.page = PlainLabel()
         self.page.setAccessibleName(tr("First page of a report"))
         self.page.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignHCenter)
         self.page.setMinimumSize(QSize(1, 1))

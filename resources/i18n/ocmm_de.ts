@@ -1625,6 +1625,10 @@ Startet: {source}</translation>
         <translation>Fehlgeschlagen; nichts wurde geschrieben.</translation>
     </message>
     <message>
+        <source>{name}  {size} KiB</source>
+        <translation>{name}  {size} KiB</translation>
+    </message>
+    <message>
         <source>{count} files, {size} KiB. This is all that is packed; nothing is sent. Passwords and keys are never in it.</source>
         <translation>{count} Dateien, {size} KiB. Nur das wird gepackt; nichts wird gesendet. Kennwörter und Schlüssel sind nie dabei.</translation>
     </message>

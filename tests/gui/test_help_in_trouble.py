@@ -63,8 +63,7 @@ def test_a_refusal_stands_for_a_while_and_goes_with_the_next_point(
     assert readout.trouble() == ("Hold still.", "The probe moved by 0.12 mm.")
     # The digits are withheld from the eye, and still what they are.
     assert DASHES not in readout.values()
-    qtbot.waitSignal(bench.bridge.point_taken, timeout=HANG_MS).wait()
-    assert readout.trouble() == ("", "")
+    qtbot.waitUntil(lambda: readout.trouble() == ("", ""), timeout=HANG_MS)
 
 
 def test_a_hint_is_said_with_its_turns_and_both_numbers(open_window: OpenWindow) -> None:
@@ -108,7 +107,9 @@ def test_the_support_page_shows_what_it_writes(
 ) -> None:
     bench = open_window(speed=0.5)
     window = bench.window
-    qtbot.waitUntil(lambda: bench.built.station.history.seconds > 0.2, timeout=HANG_MS)
+    history = bench.built.station.history
+    assert history is not None
+    qtbot.waitUntil(lambda: history.seconds > 0.2, timeout=HANG_MS)
     window.actions_by_key["support"].trigger()
     page = window.sheets.support
     qtbot.waitUntil(page.is_ready, timeout=HANG_MS)

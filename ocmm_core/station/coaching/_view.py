@@ -91,7 +91,7 @@ def _same_ellipsoid(one: Ellipsoid | None, other: Ellipsoid | None) -> bool:
     # An ellipse looks the same after half a turn, and a circle always.
     turned = abs(float(np.sin(one.outline_mm[2] - other.outline_mm[2])))
     round_enough = one.outline_mm[1] > (1.0 - _ALIKE) * one.outline_mm[0]
-    return round_enough or turned < np.sin(_ALIKE_RAD)
+    return bool(round_enough or turned < np.sin(_ALIKE_RAD))
 
 
 def _same_picture(one: ProbePicture | None, other: ProbePicture | None) -> bool:

@@ -260,7 +260,9 @@ def test_a_hint_waits_stays_and_goes(rig: Rig) -> None:
     assert steady.feed(Advice(0.03, (left,)), WAIT_S) == left
     # A little better elsewhere turns nobody round, and less gain lets it stand.
     assert steady.feed(Advice(0.03, (right, left)), 2.0) == left
-    assert steady.feed(Advice(0.03, (little,)), 9.0).ways == left.ways
+    kept = steady.feed(Advice(0.03, (little,)), 9.0)
+    assert kept is not None
+    assert kept.ways == left.ways
     # One moment without it, a blink of an LED, and it still stands.
     assert steady.feed(None, 9.3) is not None
     assert steady.feed(Advice(0.03, (left,)), 9.6) is not None
