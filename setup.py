@@ -1,18 +1,57 @@
-"""What pyproject.toml cannot say: the folder `resources` is shipped inside a package.
+"""What pyproject.toml cannot say: what is shipped beside the sources.
 
-In a checkout it stands at the top, in a wheel it is `ocmm_core/resources`. pyproject.toml either
-finds the packages or lists them; here they are found, and this one is added under its other name.
-`ocmm_core.documents.resource` looks for it in both places.
+In a checkout `resources` stands at the top, in a wheel it is `ocmm_core/resources`. pyproject.toml
+either finds the packages or lists them; here they are found, and this one is added under its other
+name. `ocmm_core.documents.resource` looks for it in both places.
+
+The manual is the documents of `docs` with the pictures that they show, without the programs beside
+them; in a wheel it is `ocmm_core/resources/manual` (`ocmm_core.manual.manual_folder`).
 """
 
-from setuptools import find_packages, setup
+import re
+from pathlib import Path
 
-setup(
-    packages=[*find_packages(include=["ocmm_core*", "ocmm_gui*"]), "ocmm_core.resources"],
-    package_dir={"ocmm_core.resources": "resources"},
-    package_data={
-        "ocmm_core": ["py.typed"],
-        "ocmm_gui": ["py.typed"],
-        "ocmm_core.resources": ["**/*"],
-    },
-)
+from setuptools import find_packages, setup
+from setuptools.command.build_py import build_py
+
+_PICTURE = re.compile(r"!\[[^\]]*\]\(([^)\s]+)\)")
+
+
+def manual_files(folder: Path) -> list[Path]:
+    """Return the files of the manual: every document, and every picture that one of them shows."""
+    documents = sorted([*folder.glob("*.md"), *folder.glob("decisions/*.md")])
+    pictures = {
+        document.parent / name
+        for document in documents
+        for name in _PICTURE.findall(document.read_text(encoding="utf-8"))
+    }
+    return [*documents, *sorted(one for one in pictures if one.is_file())]
+
+
+class BuildWithManual(build_py):
+    """Copies the manual beside the other resources."""
+
+    def run(self) -> None:
+        """Build what is always built, then add the manual."""
+        super().run()
+        # An editable installation reads the documents of the checkout.
+        if getattr(self, "editable_mode", False):
+            return
+        docs = Path(__file__).resolve().parent / "docs"
+        for path in manual_files(docs):
+            target = Path(self.build_lib, "ocmm_core/resources/manual", path.relative_to(docs))
+            self.mkpath(str(target.parent))
+            self.copy_file(str(path), str(target))
+
+
+if __name__ == "__main__":
+    setup(
+        packages=[*find_packages(include=["ocmm_core*", "ocmm_gui*"]), "ocmm_core.resources"],
+        package_dir={"ocmm_core.resources": "resources"},
+        package_data={
+            "ocmm_core": ["py.typed"],
+            "ocmm_gui": ["py.typed"],
+            "ocmm_core.resources": ["**/*"],
+        },
+        cmdclass={"build_py": BuildWithManual},
+    )

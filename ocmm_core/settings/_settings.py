@@ -66,6 +66,7 @@ class Settings:
     report_formats: tuple[str, ...]
     report_template: Path | None
     report_language: str
+    report_units: str
     stream_port: int | None
     stream_host: str
     stream_token: Path | None

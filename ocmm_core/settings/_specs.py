@@ -276,6 +276,11 @@ SETTINGS: tuple[SettingSpec, ...] = (
         choices=(later("window"), "en", "de"),
     ),
     _spec(
+        "report.units", Kind.CHOICE, "window", _S, _NOW, later("Unit of reports"),
+        later("Of reports on paper and workbooks; window: that of the window"),
+        choices=(later("window"), "mm", later("inch")),
+    ),
+    _spec(
         "stream.port", Kind.WHOLE, None, _S, _LATER, later("Port"),
         later("Points and poses for other programs; empty: off"), limits=(1.0, 65535.0),
         option="--stream",
@@ -321,7 +326,7 @@ SETTINGS: tuple[SettingSpec, ...] = (
     ),
     _spec(
         "window.units", Kind.CHOICE, "mm", _U, _LATER, later("Unit of length"),
-        later("On screen; files are in mm"), choices=("mm", later("inch")),
+        later("On screen; files for programs are in mm"), choices=("mm", later("inch")),
     ),
     _spec(
         "window.theme", Kind.CHOICE, "dark", _U, _NOW, later("Theme"),

@@ -63,11 +63,14 @@ START_ACTIONS = (
         "settings", later("Settings"), later("Cameras, probe, folders, temperatures, sounds, keys"),
         ("Ctrl+,",),
     ),
+    ActionInfo(
+        "manual", later("Manual"), later("Read about this page, and search the manual"), ("F1",),
+    ),
     ActionInfo("theme", later("Theme"), later("Switch between dark, light and high contrast"),
                ("T",)),
     ActionInfo("quit", later("Quit"), later("Close OCMM"), ("Ctrl+Q",)),
 )  # fmt: skip
-_SMALL = ("archive", "theme", "quit")
+_SMALL = ("archive", "manual", "theme", "quit")
 _BUTTON_PX = 64
 _ROW_PX = 60
 _PATH = Qt.ItemDataRole.UserRole

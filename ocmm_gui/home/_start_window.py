@@ -16,6 +16,7 @@ from PySide6.QtGui import (
     QDropEvent,
     QKeyEvent,
     QKeySequence,
+    QShortcut,
 )
 from PySide6.QtWidgets import QApplication, QMainWindow, QVBoxLayout, QWidget
 
@@ -34,6 +35,7 @@ from ocmm_gui.kit import (
     NoticeCentre,
     Worker,
     apply_theme,
+    dress,
     dropped_file,
     shortcuts_of,
     tr,
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.archive import LastJob
     from ocmm_core.inspection.plan import PlanSummary
     from ocmm_gui.archive import ArchiveSheet
+    from ocmm_gui.manual import ManualSheet
 
 
 _ANEW = ("window_language", "window_decimal", "window_units")
@@ -125,6 +128,7 @@ class StartWindow(QMainWindow):
                 "archive": self._archive,
                 "demo": lambda: self._leave_for(Errands.DEMO),
                 "settings": self.show_settings,
+                "manual": self._open_manual,
                 "theme": self._next_theme,
                 "quit": self._quit,
             }
@@ -143,6 +147,8 @@ class StartWindow(QMainWindow):
         self.browser.left.connect(self.show_start)
         self.browser.chosen.connect(self.take_file)
         self._archive_sheet: ArchiveSheet | None = None
+        self.manual: ManualSheet | None = None
+        self._before_manual: QWidget = self.page
         self._stack = PageStack()
         for page in (self.page, self.settings, self.plans, self.browser):
             self._stack.addWidget(page)
@@ -159,6 +165,12 @@ class StartWindow(QMainWindow):
         notices.posted.connect(self.banner.show_notice)
         for note in self.loaded.notes:
             notices.warn(note.what, note.remedy)
+        # The Start page has it among its own keys; here it is that of all other pages.
+        self._help = QShortcut(QKeySequence("F1"), self, self._open_manual)
+        self._stack.currentChanged.connect(
+            lambda _page: self._help.setEnabled(self._stack.currentWidget() is not self.page)
+        )
+        self._help.setEnabled(False)
         self._dress()
         self.eyes.use(self.loaded.settings)
         self.page.setFocus()
@@ -262,6 +274,28 @@ class StartWindow(QMainWindow):
         self._stack.setCurrentWidget(self._archive_sheet)
         self._archive_sheet.open()
 
+    def _open_manual(self) -> None:
+        """Open the manual at the section of the page one is on."""
+        shown = self._stack.currentWidget()
+        # Its documents are read when somebody wants them.
+        from ocmm_gui.manual import ManualSheet, place_of
+
+        if self.manual is None:
+            sheet = ManualSheet()
+            sheet.left.connect(self._leave_manual)
+            sheet.failed.connect(self._notices.error)
+            self._stack.addWidget(sheet)
+            self.manual = sheet
+            dress(sheet, THEMES[self.loaded.settings.window_theme])
+        if shown is not None and shown is not self.manual:
+            self._before_manual = shown
+        self._stack.setCurrentWidget(self.manual)
+        self.manual.open(place_of(shown))
+
+    def _leave_manual(self) -> None:
+        self._stack.setCurrentWidget(self._before_manual)
+        self._before_manual.setFocus()
+
     def show_settings(self, section: str = "") -> None:
         """Show the settings, at one of their sections."""
         self._stack.setCurrentWidget(self.settings)
@@ -301,8 +335,11 @@ class StartWindow(QMainWindow):
         app = QApplication.instance()
         if isinstance(app, QApplication):
             apply_theme(app, self, THEMES[self.loaded.settings.window_theme])
+        theme = THEMES[self.loaded.settings.window_theme]
         if self._archive_sheet is not None:
-            self._archive_sheet.set_theme(THEMES[self.loaded.settings.window_theme])
+            self._archive_sheet.set_theme(theme)
+        if self.manual is not None:
+            dress(self.manual, theme)
 
 
 def _jobs(folder: Path, recent: tuple[Path, ...]) -> tuple[LastJob, ...]:

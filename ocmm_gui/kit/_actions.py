@@ -231,6 +231,13 @@ ACTIONS = (
         "tour", later("Tour"), later("SIMULATED: learn the window in two minutes"), ("Ctrl+G",),
     ),
     ActionInfo(
+        "manual", later("Manual"), later("Read about this page, and search the manual"), ("F1",),
+        mode=None,
+    ),
+    ActionInfo(
+        "keys", later("Keys"), later("All keyboard shortcuts of the window"), ("Ctrl+F1",)
+    ),
+    ActionInfo(
         "what_to_do", later("What to do if"),
         later("Symptoms, errors and their remedies, to be searched"), ("Shift+F1",), mode=None,
     ),
@@ -238,7 +245,6 @@ ACTIONS = (
         "support", later("Support bundle"),
         later("Pack what support needs, after showing what is inside"), ("Ctrl+B",), mode=None,
     ),
-    ActionInfo("keys", later("Keys"), later("All keyboard shortcuts of the window"), ("F1",)),
     ActionInfo(
         "start", later("Home"),
         later("Leave the job for the Start page; no point is lost"), ("Ctrl+H",), mode=None,

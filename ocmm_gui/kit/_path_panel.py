@@ -109,9 +109,9 @@ class OwnKeysField(HintField):
     """Esc was pressed."""
 
     def event(self, event: QEvent) -> bool:
-        """Keep every key from the shortcuts of the window but those that change its size."""
+        """Keep every key from the shortcuts of the window but F1 and those that change its size."""
         if event.type() is QEvent.Type.ShortcutOverride:
-            if isinstance(event, QKeyEvent) and is_zoom(event):
+            if isinstance(event, QKeyEvent) and (is_zoom(event) or event.key() == Qt.Key.Key_F1):
                 event.ignore()
                 return False
             event.accept()

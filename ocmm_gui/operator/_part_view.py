@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPaintEvent
 
-from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED, JobView
+from ocmm_core.inspection.evaluation import SIMULATED_LINE, JobView
 from ocmm_gui.kit import (
     Mark,
     Painted,
@@ -62,7 +62,7 @@ class PartVerdictView(Painted):
         if self._job is None:
             return ()
         part = self._job.part_verdict
-        simulated = (f"{SIMULATED}: {NO_REAL_PART}",) if self._job.simulated else ()
+        simulated = (SIMULATED_LINE,) if self._job.simulated else ()
         return (*simulated, *(part.reasons or (part.summary.counted,)))
 
     def type_pixels(self) -> tuple[int, int]:

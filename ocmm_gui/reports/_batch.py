@@ -14,9 +14,11 @@ from PySide6.QtGui import QColor, QPainter, QPen
 
 from ocmm_core import __version__
 from ocmm_core.export import write_together
-from ocmm_core.export.report import Paper, load_paper, template_in_use
+from ocmm_core.export.report import Paper, PaperLengths, load_paper, template_in_use
 from ocmm_core.inspection.archive import Comparison, Trend, compare_files
-from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
+from ocmm_core.inspection.evaluation import SIMULATED, SIMULATED_LINE
+from ocmm_core.tolerances.kinds import spec_of
+from ocmm_core.wording import ENGLISH, Speech
 from ocmm_gui.kit import Teller, later
 from ocmm_gui.reports._canvas import (
     INK,
@@ -34,16 +36,20 @@ from ocmm_gui.reports._paper_end import paint_signatures
 from ocmm_gui.reports._paper_head import paper_letterhead
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 
-_COLUMNS = (
+COLUMNS = (
     Column("Characteristic", 450.0),
     Column("Parts", 240.0, right=True),
-    Column("Mean", 210.0, right=True),
-    Column("s", 180.0, right=True),
+    Column("Mean", 210.0, right=True, length=True),
+    Column("s", 180.0, right=True, length=True),
     Column("Cp", 120.0, right=True),
     Column("Cpk", 120.0, right=True),
     Column("95 %", 230.0, right=True),
     Column("Ppk", 120.0, right=True),
     Column("Signals", 130.0, right=True),
+)
+_RULES = (
+    "Cp and Cpk from moving ranges, with the 95 % interval of Cpk; Ppk from the overall "
+    "standard deviation s. Run rules: Western Electric 1 to 4 and Nelson 3."
 )
 _CHART = 520.0
 _SCALE = 270.0
@@ -54,27 +60,25 @@ _SIGN = 200.0
 
 def lay_out(found: Comparison, paper: Paper) -> Canvas:
     """Return the pages: letterhead, table of all characteristics, a chart for each, signatures."""
-    canvas = Canvas()
+    canvas = Canvas(Speech(paper.template.language), PaperLengths(paper.template.lengths))
+    speech = canvas.speech
     paper_letterhead(canvas, paper)
-    canvas.text("Statistics of a batch", TITLE)
+    canvas.text(speech.say("Statistics of a batch"), TITLE)
     if found.simulated:
-        canvas.text(f"{SIMULATED}: {NO_REAL_PART}", Style(34.0, bold=True, colour=INK.warn))
-    canvas.text(
-        f"{len(found.jobs)} jobs of plan {found.plan}, {found.jobs[0]} to {found.jobs[-1]}. "
-        "Lengths in mm, angles in degrees."
-    )
-    canvas.table(_COLUMNS, [_row(trend) for trend in found.trends])
-    canvas.text(
-        "Cp and Cpk from moving ranges, with the 95 % interval of Cpk; Ppk from the overall "
-        "standard deviation s. Run rules: Western Electric 1 to 4 and Nelson 3.",
-        SMALL,
-    )
+        canvas.text(speech.say(SIMULATED_LINE), Style(34.0, bold=True, colour=INK.warn))
+    jobs = f"{len(found.jobs)} jobs of plan {found.plan}, {found.jobs[0]} to {found.jobs[-1]}."
+    canvas.text(f"{speech.say(jobs)} {speech.say(canvas.lengths.sentence)}")
+    canvas.table(COLUMNS, [_row(trend, canvas) for trend in found.trends])
+    canvas.text(speech.say(_RULES), SMALL)
     _reasons(canvas, found.left_out)
     for trend in found.trends:
         _characteristic(canvas, trend)
     canvas.skip(30.0)
-    canvas.draw(_SIGN, partial(paint_signatures, words=paper.template.signatures))
-    end = f"End of statistics of {found.plan}"
+    canvas.draw(
+        _SIGN,
+        partial(paint_signatures, words=[speech.say(one) for one in paper.template.signatures]),
+    )
+    end = speech.say(f"End of statistics of {found.plan}")
     canvas.draw(50.0, lambda painter, box: paint_text(painter, box, end, SMALL))
     return canvas
 
@@ -82,13 +86,14 @@ def lay_out(found: Comparison, paper: Paper) -> Canvas:
 def batch_pdf(found: Comparison, paper: Paper) -> bytes:
     """Return the pages as PDF; StorageError as `written_pdf`."""
     canvas = lay_out(found, paper)
-    state = f"   {SIMULATED}" if found.simulated else ""
-    foot = f"{found.plan}: {len(found.jobs)} jobs{state}   OCMM {__version__}"
+    speech = canvas.speech
+    state = f"   {speech.word(SIMULATED)}" if found.simulated else ""
+    foot = f"{found.plan}: {speech.say(f'{len(found.jobs)} jobs')}{state}   OCMM {__version__}"
     return written_pdf(
         canvas,
         lambda painter, index: paint_with_foot(painter, canvas, index, foot),
         {},
-        title=f"Statistics of a batch: {found.plan}",
+        title=speech.say(f"Statistics of a batch: {found.plan}"),
         software=__version__,
     )
 
@@ -117,39 +122,47 @@ class BatchPrinting:
         return self.path
 
 
-def _row(trend: Trend) -> list[PageField]:
+def _row(trend: Trend, canvas: Canvas) -> list[PageField]:
     values, able, chart = trend.values, trend.capability, trend.chart
-    signals = "–" if chart is None else str(len(chart.signals) or "none")
+    speech, number = canvas.speech, canvas.speech.number
+    between = " to " if speech.language == ENGLISH else " … "
+    signals = "–" if chart is None else str(len(chart.signals) or speech.word("none"))
     odd = chart is not None and bool(chart.signals)
     return [
         PageField(trend.name, STRONG),
-        PageField(f"{len(values)} of {len(trend.parts)}"),
-        PageField(f"{values.mean():z.4f}" if len(values) else "–"),
-        PageField("–" if able is None else f"{able.sigma_overall:.4f}"),
-        PageField("–" if able is None or able.cp is None else f"{able.cp:.2f}"),
-        PageField("–" if able is None else f"{able.cpk:.2f}", STRONG),
-        PageField("–" if able is None else f"{able.cpk_low:.2f} to {able.cpk_high:.2f}"),
-        PageField("–" if able is None else f"{able.ppk:.2f}"),
+        PageField(speech.say(f"{len(values)} of {len(trend.parts)}")),
+        PageField(_quantity(float(values.mean()), trend, canvas) if len(values) else "–"),
+        PageField("–" if able is None else _quantity(able.sigma_overall, trend, canvas)),
+        PageField("–" if able is None or able.cp is None else number(f"{able.cp:.2f}")),
+        PageField("–" if able is None else number(f"{able.cpk:.2f}"), STRONG),
+        PageField(
+            "–" if able is None else number(f"{able.cpk_low:.2f}{between}{able.cpk_high:.2f}")
+        ),
+        PageField("–" if able is None else number(f"{able.ppk:.2f}")),
         PageField(signals, Style(26.0, bold=odd, colour=INK.warn if odd else INK.text)),
     ]
+
+
+def _quantity(value: float, trend: Trend, canvas: Canvas) -> str:
+    return canvas.speech.number(canvas.lengths.quantity(value, spec_of(trend.kind).unit))
 
 
 def _characteristic(canvas: Canvas, trend: Trend) -> None:
     canvas.heading(trend.name, _CHART + 60.0)
     if len(trend.values):
-        canvas.draw(_CHART, partial(_paint_chart, trend=trend))
+        canvas.draw(_CHART, partial(_paint_chart, trend=trend, canvas=canvas))
     able = trend.capability
     told = [able.words if able is not None else trend.why_not, trend.caution]
-    canvas.text(" ".join(one for one in told if one))
+    canvas.text(" ".join(canvas.speech.say(one) for one in told if one))
     if trend.chart is not None and trend.chart.signals:
         counted = [part for part in trend.parts if part.value is not None]
         lines = [
-            f"{counted[i].job}: {why.rule}, {why.value}."
+            f"{counted[i].job}: {canvas.speech.say(f'{why.rule}, {why.value}.')}"
             for i, why in trend.chart.signals[-_MOST_SIGNALS:]
         ]
         more = len(trend.chart.signals) - len(lines)
         first = [f"{more} earlier signals are in the table of the batch."] if more else []
-        canvas.text(" ".join([*first, *lines]), SMALL)
+        canvas.text(" ".join([*map(canvas.speech.say, first), *lines]), SMALL)
     _reasons(canvas, trend.left_out)
 
 
@@ -157,10 +170,11 @@ def _reasons(canvas: Canvas, reasons: tuple[str, ...]) -> None:
     if reasons:
         more = len(reasons) - _MOST_REASONS
         shown = [*reasons[:_MOST_REASONS], *([f"And {more} more."] if more > 0 else [])]
-        canvas.text(f"Not counted: {' '.join(shown)}", SMALL)
+        said = " ".join(canvas.speech.say(one) for one in shown)
+        canvas.text(f"{canvas.speech.word('Not counted')}: {said}", SMALL)
 
 
-def _paint_chart(painter: QPainter, box: QRectF, *, trend: Trend) -> None:
+def _paint_chart(painter: QPainter, box: QRectF, *, trend: Trend, canvas: Canvas) -> None:
     """Draw one dot a part with its U, the tolerance as a field, and the lines of the chart."""
     plot = box.adjusted(_SCALE, 10.0, -10.0, -50.0)
     low, high = trend.span()
@@ -189,7 +203,8 @@ def _paint_chart(painter: QPainter, box: QRectF, *, trend: Trend) -> None:
             taken.append(y(value))
             told = QRectF(box.left(), y(value) - 18.0, _SCALE - 12.0, 36.0)
             right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-            paint_text(painter, told, f"{name} {value:z.4f}", SMALL, right)
+            words = f"{canvas.speech.word(name)} {_quantity(value, trend, canvas)}"
+            paint_text(painter, told, words, SMALL, right)
     _paint_parts(painter, plot, trend, low, high)
     foot = QRectF(plot.left(), plot.bottom() + 8.0, plot.width(), 36.0)
     paint_text(painter, foot, trend.parts[0].serial, SMALL)

@@ -13,6 +13,7 @@ from functools import lru_cache
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 
+from ocmm_core.export.report import PaperLengths
 from ocmm_core.wording import Speech
 from ocmm_gui.kit import THEMES, text_font
 
@@ -44,11 +45,15 @@ TITLE, HEADING = Style(58.0, bold=True), Style(38.0, bold=True)
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column of a table: heading, width, and whether it holds numbers."""
+    """A column of a table: heading, width, whether it holds numbers, and whether these are lengths.
+
+    The unit of lengths stands in the heading.
+    """
 
     title: str
     width: float
     right: bool = False
+    length: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +73,8 @@ class Canvas:
     ----------
     speech
         The language of the paper: headings are in it, and whoever writes text asks it.
+    lengths
+        The unit of the paper, which stands in every heading above lengths.
     pages
         What is drawn on each.
     y
@@ -75,6 +82,7 @@ class Canvas:
     """
 
     speech: Speech = field(default_factory=Speech)
+    lengths: PaperLengths = field(default_factory=PaperLengths)
     pages: list[list[Draw]] = field(default_factory=lambda: [[]])
     y: float = TOP
 
@@ -130,7 +138,12 @@ class Canvas:
 
     def _heads(self, columns: Sequence[Column]) -> None:
         style = Style(24.0, bold=True, colour=INK.muted)
-        titles = [self.speech.word(column.title) for column in columns]
+        titles = [
+            f"{self.speech.word(column.title)}, {self.lengths.word}"
+            if column.length
+            else self.speech.word(column.title)
+            for column in columns
+        ]
         heads = [
             PageField(title, whole_words(title, style, column.width - 16.0))
             for title, column in zip(titles, columns, strict=True)

@@ -25,6 +25,7 @@ from ocmm_core.export.certificate import (
     write_certificates,
 )
 from ocmm_core.export.report import NOT_STATED, Particulars, load_paper, template_in_use
+from ocmm_core.wording import Speech
 from ocmm_gui.reports._canvas import (
     INK,
     LEFT,
@@ -62,21 +63,24 @@ _HEADS = {"beforeAdjustment": "As found", "afterAdjustment": "After adjustment"}
 
 def lay_out(paper: Certificate) -> Canvas:
     """Return the pages: head, verdicts, every error with U and limit, the graph, signatures."""
-    canvas = Canvas()
+    canvas = Canvas(Speech(paper.paper.template.language))
+    speech = canvas.speech
     paper_letterhead(canvas, paper.paper)
-    canvas.text(paper.title, TITLE)
+    canvas.text(speech.say(paper.title), TITLE)
     last = paper.final
     if last is None and paper.not_after:
-        canvas.text("NO STATEMENT OF CONFORMITY", Style(40.0, bold=True, colour=INK.warn))
+        canvas.text(
+            speech.say("NO STATEMENT OF CONFORMITY"), Style(40.0, bold=True, colour=INK.warn)
+        )
     if last is not None:
         colour = {"pass": INK.good, "fail": INK.bad}.get(last.word, INK.warn)
-        canvas.text(last.words.upper(), Style(40.0, bold=True, colour=colour))
+        canvas.text(speech.say(last.words).upper(), Style(40.0, bold=True, colour=colour))
     for state in paper.states:
-        canvas.text(state, Style(34.0, bold=True, colour=INK.warn))
+        canvas.text(speech.say(state), Style(34.0, bold=True, colour=INK.warn))
     canvas.skip(10.0)
     for fact in certificate_facts(paper):
         if fact.name not in ("Title", "Statement"):
-            _fact(canvas, fact.name, fact.value)
+            _fact(canvas, speech.word(fact.name), speech.say(fact.value))
     _state(canvas, "As found", paper.not_found)
     for run in paper.runs:
         _run(canvas, run)
@@ -84,7 +88,7 @@ def lay_out(paper: Certificate) -> Canvas:
     table_of_values(canvas, paper)
     if any(run.lines for run in paper.runs):
         canvas.heading("Errors between the permissible errors (MPE)", _PLOT)
-        canvas.draw(_PLOT, partial(_paint_errors, paper=paper))
+        canvas.draw(_PLOT, partial(_paint_errors, paper=paper, speech=speech))
     _closing(canvas, paper)
     return canvas
 
@@ -92,8 +96,10 @@ def lay_out(paper: Certificate) -> Canvas:
 def _state(canvas: Canvas, name: str, why: str) -> None:
     """Say that a state was not determined, and why; nothing where it was."""
     if why:
-        canvas.heading(f"{name}: not determined", 120.0)
-        canvas.text(f"{why[:1].upper()}{why[1:]}.", SMALL)
+        speech = canvas.speech
+        canvas.heading(f"{speech.word(name)}: {speech.word('not determined')}", 120.0)
+        said = speech.say(why)
+        canvas.text(f"{said[:1].upper()}{said[1:]}.", SMALL)
 
 
 def certificate_pdf(paper: Certificate) -> bytes:
@@ -112,27 +118,32 @@ def certificate_pdf(paper: Certificate) -> bytes:
 
 
 def _run(canvas: Canvas, run: CertificateRun) -> None:
-    canvas.heading(f"{_HEADS[run.status]}: {run.words}", 200.0)
-    warm = NOT_STATED if run.temperature_c is None else f"{run.temperature_c:.1f} °C"
-    warm = ", ".join((warm, *run.air.words))
+    speech = canvas.speech
+    canvas.heading(f"{speech.word(_HEADS[run.status])}: {speech.say(run.words)}", 200.0)
+    warm = speech.say(NOT_STATED)
+    if run.temperature_c is not None:
+        warm = speech.number(f"{run.temperature_c:.1f} °C")
+    warm = ", ".join((warm, *map(speech.say, run.air.words)))
     when = run.made_utc[:16].replace("T", " ")
-    canvas.text(f"{when} UTC, {run.made_by}, {warm}. {run.rule}.", SMALL)
+    canvas.text(f"{when} UTC, {run.made_by}, {warm}. {speech.say(f'{run.rule}.')}", SMALL)
     for note in run.notes:
-        canvas.text(note, SMALL)
-    canvas.table(_COLUMNS, [_row(line) for line in run.lines])
-    canvas.text(f"Record {run.record}; observations {run.data_sha256} (SHA-256)", SMALL)
+        canvas.text(speech.say(note), SMALL)
+    canvas.table(_COLUMNS, [_row(line, speech) for line in run.lines])
+    canvas.text(speech.say(f"Record {run.record}; observations {run.data_sha256} (SHA-256)"), SMALL)
 
 
-def _row(line: CertificateLine) -> list[PageField]:
+def _row(line: CertificateLine, speech: Speech) -> list[PageField]:
     told = line.conformity
     return [
-        PageField(line.name, STRONG),
-        PageField(f"{line.measured:z.4f}"),
-        PageField(f"{line.reference:z.4f}"),
-        PageField(f"{line.error:+z.4f}", STRONG),
-        PageField(f"{line.expanded:.4f}"),
-        PageField(f"{line.limit:.4f}"),
-        PageField(told.words, Style(24.0, bold=True, colour=_COLOURS.get(told, INK.warn))),
+        PageField(speech.say(line.name), STRONG),
+        PageField(speech.number(f"{line.measured:z.4f}")),
+        PageField(speech.number(f"{line.reference:z.4f}")),
+        PageField(speech.number(f"{line.error:+z.4f}"), STRONG),
+        PageField(speech.number(f"{line.expanded:.4f}")),
+        PageField(speech.number(f"{line.limit:.4f}")),
+        PageField(
+            speech.word(told.words), Style(24.0, bold=True, colour=_COLOURS.get(told, INK.warn))
+        ),
     ]
 
 
@@ -148,17 +159,23 @@ def _fact(canvas: Canvas, name: str, value: str) -> None:
 
 
 def _closing(canvas: Canvas, paper: Certificate) -> None:
-    said = [fact.value for fact in certificate_facts(paper) if fact.name == "Statement"]
+    speech = canvas.speech
+    said = [speech.say(fact.value) for fact in certificate_facts(paper) if fact.name == "Statement"]
     canvas.skip(30.0)
     canvas.room(50.0 * len(said) + _SIGN + 60.0)
     for sentence in said:
         canvas.text(sentence, Style(26.0))
-    canvas.draw(_SIGN, partial(paint_signatures, words=paper.paper.template.signatures))
-    end = f"End of {paper.number}"
+    canvas.draw(
+        _SIGN,
+        partial(
+            paint_signatures, words=[speech.say(one) for one in paper.paper.template.signatures]
+        ),
+    )
+    end = speech.say(f"End of {paper.number}")
     canvas.draw(50.0, lambda painter, box: paint_text(painter, box, end, SMALL))
 
 
-def _paint_errors(painter: QPainter, box: QRectF, *, paper: Certificate) -> None:
+def _paint_errors(painter: QPainter, box: QRectF, *, paper: Certificate, speech: Speech) -> None:
     """Draw every error over its certified value, with U, between the lines of its MPE."""
     lines = [line for run in paper.runs for line in run.lines]
     plot = box.adjusted(150.0, 60.0, -20.0, -110.0)
@@ -187,7 +204,7 @@ def _paint_errors(painter: QPainter, box: QRectF, *, paper: Certificate) -> None
         filled = run is paper.final
         for line in run.lines:
             _paint_error(painter, place, line, filled=filled)
-    _paint_scales(painter, box, plot, longest, highest)
+    _paint_scales(painter, box, plot, longest, highest, speech)
 
 
 def _round_end(reach: float) -> float:
@@ -217,7 +234,7 @@ def _paint_error(
 
 
 def _paint_scales(
-    painter: QPainter, box: QRectF, plot: QRectF, longest: float, highest: float
+    painter: QPainter, box: QRectF, plot: QRectF, longest: float, highest: float, speech: Speech
 ) -> None:
     for share in (-1.0, -0.5, 0.0, 0.5, 1.0):
         y = plot.center().y() - 0.5 * plot.height() * share
@@ -234,7 +251,8 @@ def _paint_scales(
         "Error over certified length. Red: ± MPE. Whisker: U (k = 2). Filled: as the item is now; "
         "open: as found before an adjustment."
     )
-    paint_text(painter, QRectF(plot.left(), box.bottom() - 60.0, plot.width(), 50.0), words, SMALL)
+    below = QRectF(plot.left(), box.bottom() - 60.0, plot.width(), 50.0)
+    paint_text(painter, below, speech.say(words), SMALL)
 
 
 def main(arguments: list[str] | None = None) -> int:

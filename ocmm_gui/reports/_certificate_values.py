@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from ocmm_core.export.certificate import Certificate, CertificateValue
+from ocmm_core.wording import Speech
 from ocmm_gui.reports._canvas import STRONG, Canvas, Column, PageField
 
 _VALUES = (
@@ -34,46 +35,54 @@ def table_of_values(canvas: Canvas, paper: Certificate) -> None:
     """Lay the table out; nothing where there are no such values."""
     if not paper.values:
         return
+    speech = canvas.speech
     if not paper.values_before:
         # Those of the state before stand in its table.
         adjusted = len(paper.runs) > 1
         words = "Further values, after the adjustment" if adjusted else "Further values"
         canvas.heading(words, 120.0)
-        canvas.table(_VALUES, [[PageField(_name(one)), *_stated(one)] for one in paper.values])
+        canvas.table(
+            _VALUES,
+            [[PageField(_name(one, speech)), *_stated(one, speech)] for one in paper.values],
+        )
         return
     before = {one.name: one for one in paper.values_before}
     canvas.heading("Further values, before and after the adjustment", 160.0)
     rows = []
     for one in paper.values:
         old = before.get(one.name)
-        known = [PageField("–")] * 2 if old is None else [PageField(x.text) for x in _stated(old)]
-        rows.append([PageField(_name(one)), *known, *_stated(one), _change(old, one)])
+        known = [PageField("–")] * 2
+        if old is not None:
+            known = [PageField(field.text) for field in _stated(old, speech)]
+        name, change = PageField(_name(one, speech)), _change(old, one, speech)
+        rows.append([name, *known, *_stated(one, speech), change])
     canvas.table(_PAIRS, rows)
 
 
-def _name(one: CertificateValue) -> str:
+def _name(one: CertificateValue, speech: Speech) -> str:
     unit = _UNITS.get(one.unit, "")
-    return f"{one.name}, {unit}" if unit else one.name
+    name = speech.say(one.name)
+    return f"{name}, {unit}" if unit else name
 
 
-def _stated(one: CertificateValue) -> list[PageField]:
+def _stated(one: CertificateValue, speech: Speech) -> list[PageField]:
     """Return a value to the second digit of its U, and U."""
     if one.expanded is None or not one.expanded > 0.0:
-        return [PageField(f"{one.value:z.6g}", STRONG), PageField("–")]
+        return [PageField(speech.number(f"{one.value:z.6g}"), STRONG), PageField("–")]
     places = _places(one.expanded)
-    if places is None:
-        return [PageField(f"{one.value:.3e}", STRONG), PageField(f"{one.expanded:.1e}")]
-    return [
-        PageField(f"{one.value:z.{places}f}", STRONG), PageField(f"{one.expanded:.{places}f}")
-    ]  # fmt: skip
+    value, expanded = f"{one.value:.3e}", f"{one.expanded:.1e}"
+    if places is not None:
+        value, expanded = f"{one.value:z.{places}f}", f"{one.expanded:.{places}f}"
+    return [PageField(speech.number(value), STRONG), PageField(speech.number(expanded))]
 
 
-def _change(old: CertificateValue | None, one: CertificateValue) -> PageField:
+def _change(old: CertificateValue | None, one: CertificateValue, speech: Speech) -> PageField:
     if old is None:
         return PageField("–")
     difference = one.value - old.value
     places = _places(one.expanded or 0.0)
-    return PageField(f"{difference:+.1e}" if places is None else f"{difference:+z.{places}f}")
+    told = f"{difference:+.1e}" if places is None else f"{difference:+z.{places}f}"
+    return PageField(speech.number(told))
 
 
 def _places(expanded: float) -> int | None:

@@ -2,14 +2,34 @@
 
 from __future__ import annotations
 
-from ocmm_core.export.report import Element, ReportData, ReportedResult
+import contextlib
+from collections.abc import Iterator
+
+from ocmm_core.export.report import Element, PaperLengths, ReportData, ReportedResult
 from ocmm_core.inspection.evaluation import FeatureView
 from ocmm_core.wording import Speech
+from ocmm_gui.kit import numbers_in_use, style_of, use_numbers
 
 
 def speech_of(data: ReportData) -> Speech:
     """Return how the report of a job speaks."""
     return Speech(data.paper.template.language)
+
+
+def lengths_of(data: ReportData) -> PaperLengths:
+    """Return in which unit the report of a job is."""
+    return PaperLengths(data.paper.template.lengths)
+
+
+@contextlib.contextmanager
+def numbers_of(data: ReportData) -> Iterator[None]:
+    """Write what is shared with the screen (scales, marks) in unit and decimal sign of a paper."""
+    before, template = numbers_in_use(), data.paper.template
+    use_numbers(style_of(template.language, units=template.lengths))
+    try:
+        yield
+    finally:
+        use_numbers(before)
 
 
 def count_words(seen: FeatureView) -> str:
@@ -18,9 +38,9 @@ def count_words(seen: FeatureView) -> str:
     return f"{seen.taken} of {seen.needed}" if unfinished else str(seen.taken)
 
 
-def element_words(element: Element, speech: Speech) -> str:
+def element_words(element: Element, speech: Speech, lengths: PaperLengths) -> str:
     """Return an element in up to three lines: where it is, where it points to, how large it is."""
-    parts = ["x {:z.4f}  y {:z.4f}  z {:z.4f}".format(*element.point)]
+    parts = ["x {}  y {}  z {}".format(*(lengths.number(float(x)) for x in element.point))]
     if element.direction is not None:
         parts.append("i {:z.5f}  j {:z.5f}  k {:z.5f}".format(*element.direction))
     named = (
@@ -28,7 +48,7 @@ def element_words(element: Element, speech: Speech) -> str:
         (speech.word("length"), element.length),
         (speech.word("width"), element.width),
     )
-    sizes = [f"{name} {value:.4f}" for name, value in named if value is not None]
+    sizes = [f"{name} {lengths.number(value)}" for name, value in named if value is not None]
     if element.angle_deg is not None:
         sizes.append(f"{speech.word('angle')} {element.angle_deg:.4f}°")
     return speech.number("\n".join([*parts, *(["   ".join(sizes)] if sizes else [])]))

@@ -74,7 +74,7 @@ def head_facts(canvas: Canvas, data: ReportData) -> None:
     """Write the facts of the head in two columns; long ones below them, as wide as the page."""
     facts = [
         replace(fact, name=canvas.speech.word(fact.name), value=canvas.speech.say(fact.value))
-        for fact in paper_facts(data)
+        for fact in paper_facts(data, canvas.lengths)
         if fact.name not in ("Title", "Statement")
     ]
     short = [fact for fact in facts if len(fact.value) <= _LONG]

@@ -12,7 +12,7 @@ from ocmm_core.export import EXPORTERS, PDF, require_complete, write_report
 from ocmm_core.export.report import ReportData, Section, one_line, polyworks_profile, report_number
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_gui.reports._canvas import INK, LEFT, PAGE, WIDTH, Canvas, Style, paint_text
-from ocmm_gui.reports._messages import speech_of
+from ocmm_gui.reports._messages import lengths_of, numbers_of, speech_of
 from ocmm_gui.reports._paper_end import closing
 from ocmm_gui.reports._paper_head import head_facts, letterhead
 from ocmm_gui.reports._part_picture import picture
@@ -39,14 +39,15 @@ SECTION_PAINTERS: dict[Section, Callable[[Canvas, ReportData], None]] = {
 
 def lay_out(data: ReportData) -> Canvas:
     """Return the pages of the report."""
-    canvas = Canvas(speech_of(data))
-    letterhead(canvas, data)
-    title(canvas, data)
-    head_facts(canvas, data)
-    for name in data.paper.template.sections:
-        SECTION_PAINTERS[name](canvas, data)
-    records(canvas, data)
-    closing(canvas, data)
+    canvas = Canvas(speech_of(data), lengths_of(data))
+    with numbers_of(data):
+        letterhead(canvas, data)
+        title(canvas, data)
+        head_facts(canvas, data)
+        for name in data.paper.template.sections:
+            SECTION_PAINTERS[name](canvas, data)
+        records(canvas, data)
+        closing(canvas, data)
     return canvas
 
 
@@ -134,7 +135,8 @@ def paint_page(painter: QPainter, canvas: Canvas, index: int, data: ReportData) 
     # Shortened, so that the states behind it are on every page; whole among the facts.
     short = number if len(number) <= _LONGEST_NUMBER else f"{number[: _LONGEST_NUMBER - 1]}…"
     named = "   ".join((short, *map(speech_of(data).word, data.states), f"OCMM {data.written_by}"))
-    paint_with_foot(painter, canvas, index, named)
+    with numbers_of(data):
+        paint_with_foot(painter, canvas, index, named)
 
 
 def _paint_band(painter: QPainter, data: ReportData) -> None:

@@ -10,7 +10,6 @@ from PySide6.QtGui import QColor, QPainter, QPen
 
 from ocmm_core.export.report import ReportData, ReportedResult
 from ocmm_core.tolerances.decisions import U_LABEL
-from ocmm_core.wording import Speech
 from ocmm_gui.kit import verdict_colour
 from ocmm_gui.reports._canvas import INK, SMALL, Canvas, Style, paint_text
 
@@ -31,7 +30,7 @@ def deviations(canvas: Canvas, data: ReportData) -> None:
         SMALL,
     )
     for item in shown:
-        canvas.draw(_ROW, partial(_paint_deviation, item=item, speech=canvas.speech))
+        canvas.draw(_ROW, partial(_paint_deviation, item=item, canvas=canvas))
 
 
 def _place(item: ReportedResult) -> tuple[float, float] | None:
@@ -46,7 +45,7 @@ def _place(item: ReportedResult) -> tuple[float, float] | None:
 
 
 def _paint_deviation(
-    painter: QPainter, box: QRectF, *, item: ReportedResult, speech: Speech
+    painter: QPainter, box: QRectF, *, item: ReportedResult, canvas: Canvas
 ) -> None:
     found = _place(item)
     if found is None:
@@ -83,10 +82,11 @@ def _paint_deviation(
                 QPointF(x - 22.0 * sense, centre.y() + 14.0),
             ]
         )
-    unit = "°" if item.unit == "deg" else " mm"
+    unit = "" if item.unit == "deg" else f" {canvas.lengths.word}"
+    told = canvas.lengths.quantity(result.deviation, item.unit, signed=True)
     paint_text(
         painter, QRectF(plot.right() + 20.0, box.top(), 340.0, box.height()),
-        speech.number(f"{result.deviation:+z.4f}{unit}"),
+        canvas.speech.number(f"{told}{unit}"),
         Style(28.0, bold=True, colour=verdict_colour(INK, result.verdict)),
         Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
     )  # fmt: skip

@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen
 
 from ocmm_core.export.report import ReportData, ReportedResult, one_line
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
-from ocmm_core.inspection.evaluation import INCOMPLETE, NO_REAL_PART, SIMULATED
+from ocmm_core.inspection.evaluation import INCOMPLETE, SIMULATED_LINE
 from ocmm_core.seals import shown_key
 from ocmm_core.tolerances.decisions import U_LABEL, PartWord, Verdict, VerdictSummary
 from ocmm_core.tolerances.kinds import Symbol, symbol_of
@@ -48,43 +48,43 @@ _MARKS = {
     None: "–",
 }
 
-_RESULT_COLUMNS = (
+RESULT_COLUMNS = (
     Column("", 70.0),
     Column("Characteristic", 380.0),
     Column("Datums", 200.0),
-    Column("Nominal", 160.0, right=True),
-    Column("Limits", 170.0, right=True),
-    Column("Measured", 180.0, right=True),
-    Column("Deviation", 165.0, right=True),
-    Column(U_LABEL, 155.0, right=True),
+    Column("Nominal", 160.0, right=True, length=True),
+    Column("Limits", 170.0, right=True, length=True),
+    Column("Measured", 180.0, right=True, length=True),
+    Column("Deviation", 165.0, right=True, length=True),
+    Column(U_LABEL, 155.0, right=True, length=True),
     Column("Verdict", 320.0),
 )
 
-_WHY_COLUMNS = (
+WHY_COLUMNS = (
     Column("Characteristic", 350.0),
     Column("Why", 640.0),
     Column("What to do", 620.0),
     Column("Points", 190.0, right=True),
 )
 
-_FEATURE_COLUMNS = (
+FEATURE_COLUMNS = (
     Column("Feature", 250.0),
     Column("Verdict", 370.0),
     Column("Shape", 160.0),
     Column("Association", 180.0),
     Column("Points", 120.0, right=True),
-    Column("Form", 160.0, right=True),
-    Column("Actual element", 560.0),
+    Column("Form", 160.0, right=True, length=True),
+    Column("Actual element", 560.0, length=True),
 )
 
-_BASIS_COLUMNS = (
+BASIS_COLUMNS = (
     Column("Characteristic", 340.0),
     Column("Frame", 360.0),
     Column("Association", 300.0),
-    Column("95 % interval", 340.0, right=True),
+    Column("95 % interval", 340.0, right=True, length=True),
     Column("T / 2U", 120.0, right=True),
-    Column("Form by noise", 170.0, right=True),
-    Column("Bonus", 170.0, right=True),
+    Column("Form by noise", 170.0, right=True, length=True),
+    Column("Bonus", 170.0, right=True, length=True),
 )
 
 
@@ -99,7 +99,7 @@ def title(canvas: Canvas, data: ReportData) -> None:
     canvas.draw(150.0, partial(_paint_title, data=data))
     canvas.skip(20.0)
     part = data.part
-    origin = (f"{SIMULATED}: {NO_REAL_PART}",) if data.view.simulated else ()
+    origin = (SIMULATED_LINE,) if data.view.simulated else ()
     speech = canvas.speech
     for line in (*origin, *(part.reasons or (part.summary.counted,))):
         fails = line.startswith(Verdict.NOT_CONFORM.value)
@@ -124,8 +124,8 @@ def verdicts(canvas: Canvas, data: ReportData) -> None:
                 f"{len(remarks) + 1}) {item.result.name}: {canvas.speech.say(item.result.note)}"
             )
             mark = f" {len(remarks)})"
-        rows.append(_result_row(item, mark, _symbol(item, shapes), canvas.speech))
-    canvas.table(_RESULT_COLUMNS, rows)
+        rows.append(_result_row(item, mark, _symbol(item, shapes), canvas))
+    canvas.table(RESULT_COLUMNS, rows)
     canvas.skip(12.0)
     for remark in remarks:
         canvas.text(remark, SMALL)
@@ -150,7 +150,7 @@ def why_not(canvas: Canvas, data: ReportData) -> None:
                 PageField(", ".join(str(number) for number in item.points) or "–"),
             ]
         )
-    canvas.table(_WHY_COLUMNS, rows)
+    canvas.table(WHY_COLUMNS, rows)
 
 
 def features(canvas: Canvas, data: ReportData) -> None:
@@ -176,18 +176,18 @@ def features(canvas: Canvas, data: ReportData) -> None:
                 ),
                 PageField(canvas.speech.say(count_words(seen))),
                 PageField(
-                    canvas.speech.number(f"{fit.form:.4f}")
+                    canvas.speech.number(canvas.lengths.number(fit.form))
                     if fit is not None and shows_form
                     else "–"
                 ),
                 PageField(
                     canvas.speech.say(seen.note)
                     if element is None
-                    else element_words(element, canvas.speech)
+                    else element_words(element, canvas.speech, canvas.lengths)
                 ),
             ]
         )
-    canvas.table(_FEATURE_COLUMNS, rows)
+    canvas.table(FEATURE_COLUMNS, rows)
     if data.annulled:
         canvas.skip(10.0)
         numbers = ", ".join(str(number) for number in data.annulled)
@@ -212,7 +212,7 @@ def _verdict_field(summary: VerdictSummary, speech: Speech, *, undone: bool) -> 
 
 def basis(canvas: Canvas, data: ReportData) -> None:
     """Write what the results rest on: frame, association, interval, what noise alone would show."""
-    rows, number = [], canvas.speech.number
+    rows, number, quantity = [], canvas.speech.number, canvas.lengths.quantity
     for item in data.reported:
         result = item.result
         if result.stated is None:
@@ -227,17 +227,20 @@ def basis(canvas: Canvas, data: ReportData) -> None:
                 PageField(
                     "–" if result.interval is None
                     else number(
-                        f"{result.interval[0]:z.4f} … {result.interval[1]:z.4f}"
+                        f"{quantity(result.interval[0], item.unit)} … "
+                        f"{quantity(result.interval[1], item.unit)}"
                     )
                 ),
                 PageField("–" if result.tur is None else number(f"{result.tur:.1f}")),
-                PageField("–" if result.floor is None else number(f"{result.floor:.4f}")),
-                PageField(number(f"{result.bonus:.4f}") if result.bonus else "–"),
+                PageField(
+                    "–" if result.floor is None else number(quantity(result.floor, item.unit))
+                ),
+                PageField(number(quantity(result.bonus, item.unit)) if result.bonus else "–"),
             ]
         )  # fmt: skip
     if rows:
         canvas.heading("Basis of the results", 200.0)
-        canvas.table(_BASIS_COLUMNS, rows)
+        canvas.table(BASIS_COLUMNS, rows)
 
 
 def records(canvas: Canvas, data: ReportData) -> None:
@@ -315,26 +318,25 @@ def _symbol(item: ReportedResult, shapes: Mapping[str, Shape]) -> Symbol | None:
 
 
 def _result_row(
-    item: ReportedResult, mark: str, symbol: Symbol | None, speech: Speech
+    item: ReportedResult, mark: str, symbol: Symbol | None, canvas: Canvas
 ) -> list[PageField]:
-    result = item.result
-    places, unit = 4, "°" if item.unit == "deg" else ""
-    limits = f"{result.upper:+.{places}f}\n{result.lower:+.{places}f}"
+    result, speech = item.result, canvas.speech
+
+    def told_as(value: float, *, signed: bool = False) -> str:
+        return canvas.lengths.quantity(value, item.unit, signed=signed)
+
+    limits = f"{told_as(result.upper, signed=True)}\n{told_as(result.lower, signed=True)}"
     if item.one_sided:
-        limits = f"≤ {result.upper:.{places}f}"
+        limits = f"≤ {told_as(result.upper)}"
     if result.bonus:
         letter = "L" if item.asked is not None and "least" in item.asked.modifier else "M"
-        limits += f"\n({letter}) +{result.bonus:.{places}f}"
+        limits += f"\n({letter}) +{told_as(result.bonus)}"
     colour = verdict_colour(INK, result.verdict)
     draw = None if symbol is None else partial(_paint_symbol, symbol=symbol)
     numbers = ("–", "–", "–")
     if result.stated is not None:
         measured, deviation, uncertainty = result.stated
-        numbers = (
-            f"{measured:z.{places}f}{unit}",
-            f"{deviation:+z.{places}f}{unit}",
-            f"{uncertainty:.{places}f}{unit}",
-        )
+        numbers = (told_as(measured), told_as(deviation, signed=True), told_as(uncertainty))
     told = result.verdict.value
     if result.leaning:
         told += f", leaning {result.leaning}"
@@ -343,7 +345,7 @@ def _result_row(
         PageField(draw=draw),
         PageField(f"{result.name}{mark}\n{measurand(item, speech)}"),
         PageField(" | ".join(item.datums)),
-        PageField("–" if item.one_sided else speech.number(f"{result.nominal:z.{places}f}")),
+        PageField("–" if item.one_sided else speech.number(told_as(result.nominal))),
         PageField(speech.number(limits)),
         PageField(speech.number(numbers[0]), STRONG),
         PageField(speech.number(numbers[1])),

@@ -12,7 +12,7 @@ from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
 from ocmm_core.export import batch_table
 from ocmm_core.inspection.archive import Comparison, Trend, compare_folder
-from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
+from ocmm_core.inspection.evaluation import SIMULATED_LINE
 from ocmm_gui.charts import TrendChart
 from ocmm_gui.kit import (
     ActionInfo,
@@ -192,7 +192,7 @@ class CompareSheet(WorkSheet):
         if not isinstance(answer, Comparison):
             return
         jobs = answer.jobs
-        origin = f"{SIMULATED}: {NO_REAL_PART} " if answer.simulated else ""
+        origin = f"{said(SIMULATED_LINE)} " if answer.simulated else ""
         self.say(
             tr("{origin}{count} jobs of plan {plan}, {first} to {last}.").format(
                 origin=origin, count=len(jobs), plan=answer.plan, first=jobs[0], last=jobs[-1]

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
+from shiboken6 import isValid
 
 from ocmm_core.calibration.records import ProbeView
 from ocmm_core.errors import OcmmError
@@ -74,7 +75,7 @@ if TYPE_CHECKING:
 
 _PART = "The window"
 START, REOPEN = "start", "reopen"
-_IN_WIZARDS = ("theme", "log", "zoom_in", "zoom_out", "zoom_reset", "gloves")
+_IN_WIZARDS = ("theme", "log", "manual", "zoom_in", "zoom_out", "zoom_reset", "gloves")
 """Actions of the window that a wizard leaves as they are."""
 _ON_SHEETS = (*_IN_WIZARDS, "settings", "start", "find", "what_to_do", "support")
 """The same of a sheet, on which nothing is lost."""
@@ -130,6 +131,7 @@ class MainWindow(QMainWindow):
         self._notices = notices
         self._job: JobView | None = None
         self._live: LiveView | None = None
+        self._before_manual: tuple[QWidget | None, QWidget | None] = (None, None)
         self.close_seconds = 0.0
         self.actions_by_key = make_actions(self)
         self.desk = DeskView(
@@ -216,6 +218,7 @@ class MainWindow(QMainWindow):
         self.sheets.settings_changed.connect(self._on_settings)
         self.sheets.reopen_wanted.connect(lambda: self._close_for(REOPEN))
         self.search.closed.connect(self._to_page)
+        self.sheets.left_manual.connect(self._leave_manual)
         self.sheets.left_to_maintain.connect(lambda: self.show_mode(Mode.MAINTAIN))
         self.maintenance.wanted.connect(self._leave_keys_to)
         self.maintenance.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
@@ -345,6 +348,7 @@ class MainWindow(QMainWindow):
             "plan": sheets.open_plan,
             "alignment": sheets.open_alignment,
             "keys": sheets.open_keys,
+            "manual": self._open_manual,
             "what_to_do": sheets.open_what_to_do,
             "support": sheets.open_support,
             "recall": sheets.open_recall,
@@ -476,6 +480,26 @@ class MainWindow(QMainWindow):
         page = self._stack.currentWidget()
         own = page.keys if isinstance(page, Sheet) else {}
         self.search.ask({**own, **self.actions_by_key})
+
+    def _open_manual(self) -> None:
+        """Open the manual at the section of the page one is on, and remember where that was."""
+        shown = self._stack.currentWidget()
+        if not (self.sheets.is_made("manual") and shown is self.sheets.manual):
+            self._before_manual = (shown, QApplication.focusWidget())
+        self.sheets.open_manual(shown)
+
+    def _leave_manual(self) -> None:
+        """Show what was shown before, with the keyboard where it was."""
+        page, focus = self._before_manual
+        if page is None or page in (self.desk, self.far):
+            self.show_mode(Mode.INSPECT)
+        elif self.maintenance.is_made("view") and page is self.maintenance.view:
+            self.show_mode(Mode.MAINTAIN)
+        else:
+            self._leave_keys_to(page)
+            page.setFocus()
+        if focus is not None and isValid(focus) and focus.isVisible():
+            focus.setFocus()
 
     def _to_desk(self) -> None:
         self.show_mode(Mode.INSPECT)

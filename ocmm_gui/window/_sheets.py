@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from ocmm_gui.help import SupportSheet, WhatToDoSheet
     from ocmm_gui.home import SettingsPage
     from ocmm_gui.maintain import RecallSheet
+    from ocmm_gui.manual import ManualSheet
     from ocmm_gui.plan_editor import PlanSheet
     from ocmm_gui.results import (
         AlignmentSheet,
@@ -69,6 +70,8 @@ class Sheets(MadeLate):
     """Emits the `LoadedSettings` that hold now."""
     reopen_wanted = Signal()
     """The job is to be opened again with the settings as they are now."""
+    left_manual = Signal()
+    """Back to the page from which the manual was opened."""
     left_to_maintain = Signal()
     """Back to the pages of Maintain."""
 
@@ -140,6 +143,13 @@ class Sheets(MadeLate):
         return self._join(
             KeysSheet(lambda: usable_keys(self._loaded.settings.window_keys)), self.left
         )
+
+    @cached_property
+    def manual(self) -> ManualSheet:
+        """Return the manual."""
+        from ocmm_gui.manual import ManualSheet
+
+        return self._join(ManualSheet(), self.left_manual)
 
     @cached_property
     def settings(self) -> SettingsPage:
@@ -242,6 +252,13 @@ class Sheets(MadeLate):
         """Show all keys of the window."""
         self.wanted.emit(self.keys)
         self.keys.open()
+
+    def open_manual(self, page: QWidget | None) -> None:
+        """Show the section of the manual that explains a page."""
+        from ocmm_gui.manual import place_of
+
+        self.wanted.emit(self.manual)
+        self.manual.open(place_of(page))
 
     def open_what_to_do(self) -> None:
         """Search what to do; in trouble, with what the last refusal says."""

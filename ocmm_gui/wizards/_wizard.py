@@ -46,6 +46,10 @@ class Wizard(GuidedStack):
         self.start.resumed.connect(self._resume)
         self.start.left.connect(self.leave)
 
+    def topic(self) -> str:
+        """Return which procedure it is, for the manual."""
+        return self._spec.kind.value
+
     def open(self, kind: ProcedureKind) -> None:
         """Show the first page of a wizard, with what was not finished."""
         self.close_runner()

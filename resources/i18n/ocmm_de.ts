@@ -1705,6 +1705,14 @@ Startet: {source}</translation>
         <translation>Kameras, Taster, Ordner, Temperaturen, Töne, Tasten</translation>
     </message>
     <message>
+        <source>Manual</source>
+        <translation>Handbuch</translation>
+    </message>
+    <message>
+        <source>Read about this page, and search the manual</source>
+        <translation>Zu dieser Seite nachlesen und im Handbuch suchen</translation>
+    </message>
+    <message>
         <source>Theme</source>
         <translation>Farbschema</translation>
     </message>
@@ -8298,6 +8306,14 @@ Startet: {source}</translation>
         <translation>Fenster</translation>
     </message>
     <message>
+        <source>Unit of reports</source>
+        <translation>Einheit der Berichte</translation>
+    </message>
+    <message>
+        <source>Of reports on paper and workbooks; window: that of the window</source>
+        <translation>Der Berichte auf Papier und Arbeitsmappen; Fenster: die des Fensters</translation>
+    </message>
+    <message>
         <source>Port</source>
         <translation>Port</translation>
     </message>
@@ -8390,12 +8406,12 @@ Startet: {source}</translation>
         <translation>Längeneinheit</translation>
     </message>
     <message>
-        <source>On screen; files are in mm</source>
-        <translation>Am Bildschirm; Dateien sind in mm</translation>
-    </message>
-    <message>
         <source>inch</source>
         <translation>Zoll</translation>
+    </message>
+    <message>
+        <source>On screen; files for programs are in mm</source>
+        <translation>Auf dem Bildschirm; Dateien für Programme sind in mm</translation>
     </message>
     <message>
         <source>Colours of the window</source>
@@ -8728,6 +8744,86 @@ Startet: {source}</translation>
     <message>
         <source>Close other programs. Let a technician run the doctor of this computer; Maintain, Bus shows late and lost cycles.</source>
         <translation>Andere Programme schließen. Den Rechner von der Instandhaltung prüfen lassen; Wartung, Bus zeigt späte und verlorene Zyklen.</translation>
+    </message>
+    <message>
+        <source>Chapters</source>
+        <translation>Kapitel</translation>
+    </message>
+    <message>
+        <source>List of chapters, those for the inspector first</source>
+        <translation>Liste der Kapitel, die für den Prüfer zuerst</translation>
+    </message>
+    <message>
+        <source>Search the manual</source>
+        <translation>Im Handbuch suchen</translation>
+    </message>
+    <message>
+        <source>Previous place</source>
+        <translation>Vorige Stelle</translation>
+    </message>
+    <message>
+        <source>Back to where you read before</source>
+        <translation>Zurück zur zuvor gelesenen Stelle</translation>
+    </message>
+    <message>
+        <source>Next place</source>
+        <translation>Nächste Stelle</translation>
+    </message>
+    <message>
+        <source>Forward to where you came back from</source>
+        <translation>Wieder vor zur Stelle, von der es zurückging</translation>
+    </message>
+    <message>
+        <source>For the inspector</source>
+        <translation>Für den Prüfer</translation>
+    </message>
+    <message>
+        <source>Calibration, results, proof</source>
+        <translation>Kalibrierung, Ergebnisse, Nachweis</translation>
+    </message>
+    <message>
+        <source>Station and shop</source>
+        <translation>Station und Betrieb</translation>
+    </message>
+    <message>
+        <source>For developers</source>
+        <translation>Für Entwickler</translation>
+    </message>
+    <message>
+        <source>Decisions</source>
+        <translation>Entscheidungen</translation>
+    </message>
+    <message>
+        <source>Words to search for</source>
+        <translation>Suchwörter (englisch)</translation>
+    </message>
+    <message>
+        <source>Chapters and what was found</source>
+        <translation>Kapitel und Treffer</translation>
+    </message>
+    <message>
+        <source>Tab and Return follow a link.</source>
+        <translation>Tab und Eingabe folgen einem Verweis.</translation>
+    </message>
+    <message>
+        <source>{part}: {title}. Tab and Return follow a link.</source>
+        <translation>{part}: {title}. Tab und Eingabe folgen einem Verweis. Das Handbuch ist englisch.</translation>
+    </message>
+    <message>
+        <source>{link} is not part of the manual.</source>
+        <translation>{link} gehört nicht zum Handbuch.</translation>
+    </message>
+    <message>
+        <source>Nothing found: try fewer words, or only their beginnings</source>
+        <translation>Nichts gefunden: weniger englische Wörter oder nur deren Anfang eingeben</translation>
+    </message>
+    <message>
+        <source>Text of the manual</source>
+        <translation>Text des Handbuchs</translation>
+    </message>
+    <message>
+        <source>Tab goes to the next link, Return follows it</source>
+        <translation>Tab springt zum nächsten Verweis, Eingabe folgt ihm</translation>
     </message>
     <message>
         <source>Glove mode off.</source>

@@ -18,13 +18,17 @@ from ocmm_core.cli import app
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import StorageError
-from ocmm_core.export.report import Element, ReportData, report_of_job
+from ocmm_core.export import EXPORTERS
+from ocmm_core.export.report import Element, ReportData, polyworks_profile, report_of_job
 from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import FeatureState
-from ocmm_core.tolerances.decisions import PartWord, Verdict
+from ocmm_core.tolerances.decisions import U_LABEL, PartWord, Verdict
 from ocmm_core.tolerances.kinds import KINDS
+from ocmm_gui.kit import NumberStyle, numbers_in_use
+from ocmm_gui.reports import _batch as batch
 from ocmm_gui.reports import _pdf as pdf
 from ocmm_gui.reports import _pdf_writer as pdf_writer
+from ocmm_gui.reports import _sections as sections
 from ocmm_gui.reports._canvas import BODY, PAGE, Canvas, text_height, whole_words
 from ocmm_gui.reports._symbols import paint_symbol
 from tests.gui.pdf_texts import pages, texts
@@ -268,6 +272,49 @@ def test_a_german_report_says_the_same_numbers_in_german(data: ReportData) -> No
     for item in data.reported:
         if item.result.stated is not None:
             assert f"{item.result.stated[0]:z.4f}".replace(".", ",") in said
+
+
+_WITHOUT_UNIT = {
+    "Points", "T / 2U", "Parts", "Cp", "Cpk", "95 %", "Ppk", "Signals",
+}  # fmt: skip
+"""Columns of counts and ratios; the interval is that of Cpk."""
+
+
+def test_every_column_of_numbers_is_of_lengths_or_a_count_or_ratio() -> None:
+    """So no column of lengths is without the unit in its head."""
+    for columns in (
+        sections.RESULT_COLUMNS, sections.FEATURE_COLUMNS, sections.BASIS_COLUMNS,
+        sections.WHY_COLUMNS, batch.COLUMNS,
+    ):  # fmt: skip
+        for column in columns:
+            assert column.length or not column.right or column.title in _WITHOUT_UNIT, column
+
+
+@pytest.mark.usefixtures("qapp")
+@pytest.mark.parametrize(
+    ("unit", "word", "scale", "places"), [("mm", "mm", 1.0, 4), ("inch", "in", 25.4, 5)]
+)
+def test_a_report_has_its_unit_in_every_head_and_its_numbers_and_u_in_it(
+    data: ReportData, unit: str, word: str, scale: float, places: int
+) -> None:
+    template = msgspec.structs.replace(data.paper.template, lengths=unit)
+    report = replace(data, paper=replace(data.paper, template=template))
+    said = texts(pdf.lay_out(report))
+    for head in ("Nominal", "Limits", "Measured", "Deviation", U_LABEL, "Actual element"):
+        assert f"{head}, {word} " in said
+    lengths = [item for item in report.reported if item.unit == "mm" and item.result.stated]
+    assert len(lengths) > 2
+    for item in lengths:
+        assert item.result.stated is not None
+        measured, deviation, expanded = (value / scale for value in item.result.stated)
+        for value in (measured, expanded, item.result.nominal / scale):
+            assert f" {value:z.{places}f} " in said
+        # In the plot the unit stands beside it.
+        assert f"{deviation:+z.{places}f} {word} " in said
+    # What a program reads is the same whatever the paper is in.
+    json_in = EXPORTERS["json"].contents((report,), polyworks_profile())
+    assert b"Lengths in mm, angles in degrees." in next(iter(json_in.values()))
+    assert numbers_in_use() == NumberStyle()
 
 
 @pytest.mark.usefixtures("qapp")

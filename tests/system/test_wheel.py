@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -73,7 +74,16 @@ def test_wheel_holds_every_file_of_the_packages_and_of_resources(
             for name in archive.namelist()
             if ".dist-info/" not in name
         }
-        assert held == set(shipped)
+        manual = {name for name in held if name.startswith("resources/manual/")}
+        assert held - manual == set(shipped)
+        # Every document of the repository, and the pictures that they show, not the programs there.
+        shown = {f"docs/{name.removeprefix('resources/manual/')}" for name in manual}
+        assert shown <= set(tracked)
+        assert {name for name in shown if name.endswith(".md")} == {
+            name for name in tracked if re.fullmatch(r"docs/(decisions/)?[^/]+\.md", name)
+        }
+        assert "docs/images/window_dark_measuring.png" in shown
+        assert not [name for name in shown if name.endswith((".py", ".json"))]
         for name in shipped:
             if name.startswith("resources/"):
                 assert archive.read(f"ocmm_core/{name}") == (_ROOT / name).read_bytes()
@@ -93,5 +103,9 @@ def test_command_of_a_wheel_reads_what_the_wheel_ships(wheel: Path, tmp_path: Pa
     ]
     command = [sys.executable, "-m", "ocmm_core.cli", "probe", "design", "--poses", "100"]
     said = _done(command, elsewhere, PYTHONPATH=path)
+    manual = "import ocmm_core.manual as m; print(m.manual_folder(), len(m.load_manual().chapters))"
+    folder, count = _done([sys.executable, "-c", manual], elsewhere, PYTHONPATH=path).split()
+    assert Path(folder) == packages / "ocmm_core" / "resources" / "manual"
+    assert int(count) > 100
     assert "Weight of the probe" in said
     assert (elsewhere / "ocmm-out" / "probe_bending.svg").is_file()

@@ -8,7 +8,7 @@ from datetime import UTC, date, datetime, timedelta
 
 from ocmm_core.archive.stores import Archive, Cell, Row
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
+from ocmm_core.inspection.evaluation import SIMULATED, SIMULATED_LINE
 
 MOST_SHOWN = 500
 """Jobs of a trend, the newest ones: more are no chart that anybody reads."""
@@ -102,7 +102,7 @@ def simulated_note(rows: list[dict[str, Cell]]) -> list[str]:
     if not computed:
         return []
     if len(computed) == len(rows):
-        return [f"{SIMULATED}: {NO_REAL_PART}"]
+        return [SIMULATED_LINE]
     return [f"Simulated jobs, not counted beside real ones: {len(computed)}."]
 
 

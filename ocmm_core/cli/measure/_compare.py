@@ -61,13 +61,13 @@ def compare_command(
     from ocmm_core.documents import write_atomic
     from ocmm_core.export import batch_table
     from ocmm_core.inspection.archive import compare_files
-    from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
+    from ocmm_core.inspection.evaluation import SIMULATED_LINE
 
     console = make_console()
     with progress_line() as tell:
         found = compare_files(jobs, tell, probes, calibrations, site=site).about(feature)
     if found.simulated:
-        console.print(f"{SIMULATED}: {NO_REAL_PART}", style="bold yellow", highlight=False)
+        console.print(SIMULATED_LINE, style="bold yellow", highlight=False)
     for name, words in zip(found.jobs, found.words, strict=True):
         console.print(f"{name}: {words}", highlight=False, markup=False)
     for sentence in found.left_out:

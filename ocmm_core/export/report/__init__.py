@@ -6,6 +6,7 @@ Read `_report_data` (all that a report can say) and `_exporter` (what every form
 `_head`, `_elements`, `_tables` and `_names` are shared by the formats: `_polyworks`, `_delimited`,
 `_json_file` with `_json_schema`, `_xlsx` with `_xlsx_reader`. `_profile` says how text files are
 written.
+`_paper_lengths` is the unit of a paper,
 `_template` is whose paper it is and what no job knows (`_headed`: with the head of the settings),
 `_paper_facts` what a test report must say of itself, with what was read off in the room
 (`_surroundings`); `_papers` keeps both for every route to a report. `_specimen` shows a template
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
         report_number,
         statements,
     )
+    from ocmm_core.export.report._paper_lengths import PaperLengths
     from ocmm_core.export.report._papers import (
         given_with,
         keep_given,
@@ -98,6 +100,7 @@ else:
             "CLAUSES NOT_STATED PaperFact open_clauses paper_facts plan_deviations report_number "
             "statements"
         ),
+        _paper_lengths="PaperLengths",
         _papers=("given_with keep_given keep_template paper_of station_template template_in_use"),
         _polyworks="POLYWORKS",
         _profile="Profile load_profile polyworks_profile",
@@ -129,6 +132,7 @@ __all__ = [
     "Number",
     "Paper",
     "PaperFact",
+    "PaperLengths",
     "Particulars",
     "Profile",
     "ReportData",

@@ -22,7 +22,7 @@ _LARGEST_LOGO = 4 << 20
 def use_head(settings: Settings, folder: Path) -> Path | None:
     """Let every report of this station begin with the head that the settings say.
 
-    Laboratory, logo, machine, place, signatures and language are put into the template of the
+    Laboratory, logo, machine, place, signatures, language and unit are put into the template of the
     settings, or into the one in use, and the result is kept for every route to a report
     (`keep_template`). Where the settings say nothing of it, the template in use stays as it is, and
     None is returned.
@@ -64,10 +64,12 @@ def _written_head(settings: Settings, made: Path) -> Path | None:
     paper = load_paper(source)
     language = _language(settings)
     said = {key: value for key, value in _said(settings).items() if value}
-    if not (said or settings.report_logo) and language == paper.template.language:
+    lengths = _lengths(settings)
+    told = (paper.template.language, paper.template.lengths)
+    if not (said or settings.report_logo) and (language, lengths) == told:
         return None
     data = tomllib.loads(read_text(source, LARGEST_DOCUMENT))
-    data["language"] = language
+    data["language"], data["lengths"] = language, lengths
     laboratory = data.setdefault("laboratory", {})
     for (part, name), value in said.items():
         (data.setdefault(part, {}) if part else data)[name] = value
@@ -108,6 +110,11 @@ def _said(settings: Settings) -> dict[tuple[str, str], str | list[str]]:
         ("", "place"): settings.report_place,
         ("", "signatures"): list(settings.report_signatures),
     }
+
+
+def _lengths(settings: Settings) -> str:
+    """Return the unit of reports: what is set, or that of the window."""
+    return settings.window_units if settings.report_units == "window" else settings.report_units
 
 
 def _language(settings: Settings) -> str:

@@ -14,11 +14,14 @@ from typing import Literal
 import msgspec
 
 from ocmm_core.export.report._names import one_line
+from ocmm_core.export.report._paper_lengths import PaperLengths
 from ocmm_core.export.report._report_data import ReportData
 from ocmm_core.export.report._surroundings import surroundings
 from ocmm_core.export.report._template import RELATES_ONLY, WHOLE_ONLY
-from ocmm_core.inspection.evaluation import NO_REAL_PART
+from ocmm_core.inspection.evaluation import SIMULATED_LINE
 from ocmm_core.tolerances.decisions import U_WORDS
+
+_MM = PaperLengths()
 
 NOT_STATED = "not stated"
 
@@ -74,11 +77,11 @@ def report_number(data: ReportData) -> str:
     return f"{data.job}-{data.head.job_uuid[:_NUMBER_DIGITS]}{steps}"
 
 
-def paper_facts(data: ReportData) -> tuple[PaperFact, ...]:
-    """Return the head of a report in the order of the paper."""
+def paper_facts(data: ReportData, lengths: PaperLengths = _MM) -> tuple[PaperFact, ...]:
+    """Return the head of a report in the order of the paper, whose lengths are in a unit."""
     return tuple(
         PaperFact(group, clause, name, one_line(value) or NOT_STATED)
-        for group, clause, name, value in _facts(data)
+        for group, clause, name, value in _facts(data, lengths)
     )
 
 
@@ -89,7 +92,7 @@ def open_clauses(data: ReportData) -> tuple[str, ...]:
     return tuple(clause for clause in CLAUSES if clause not in said)
 
 
-def _facts(data: ReportData) -> Iterator[tuple[Group, str, str, str]]:
+def _facts(data: ReportData, lengths: PaperLengths) -> Iterator[tuple[Group, str, str, str]]:
     paper, given, head = data.paper.template, data.paper.given, data.head
     house = paper.laboratory
     yield "laboratory", "7.8.2.1 a", "Title", paper.title
@@ -113,7 +116,7 @@ def _facts(data: ReportData) -> Iterator[tuple[Group, str, str, str]]:
     yield "measurement", "", "Operator", head.operator
     yield "measurement", "7.8.3.1 a", "Environment", environment(data)
     yield "measurement", "7.8.2.1 n", "Deviations from the plan", " ".join(plan_deviations(data))
-    yield "measurement", "7.8.2.1 m", "Units, frame", frame_words(data)
+    yield "measurement", "7.8.2.1 m", "Units, frame", frame_words(data, lengths)
     yield "measurement", "7.8.3.1 c", "Uncertainty", f"{U_WORDS}."
     yield "measurement", "7.8.3.1 b", "Decision rule", data.rule_words
     yield "instrument", "", "Machine", _machine(data)
@@ -162,7 +165,7 @@ def plan_deviations(data: ReportData) -> tuple[str, ...]:
     """Return in what a job did not follow its plan, in sentences; "none" is a statement, too."""
     told = [*data.paper.given.deviations]
     if data.view.simulated:
-        told.append(f"SIMULATED: {NO_REAL_PART}")
+        told.append(SIMULATED_LINE)
     told += data.view.camera_doubts
     skipped = [item.name for item in data.features if item.seen.skipped]
     for names, words in (
@@ -179,7 +182,7 @@ def plan_deviations(data: ReportData) -> tuple[str, ...]:
     return tuple(told) or ("None shown by the job, none stated.",)
 
 
-def frame_words(data: ReportData) -> str:
+def frame_words(data: ReportData, lengths: PaperLengths = _MM) -> str:
     """Return the units, and the frame in which every coordinate of the report is given."""
     datums = data.plan.alignment
     if data.system == "World":
@@ -188,7 +191,7 @@ def frame_words(data: ReportData) -> str:
         frame = "Part frame"
     else:
         frame = f"Part frame by the alignment of the plan ({data.plan.name})"
-    return f"Lengths in mm, angles in degrees. {frame}. Nominals in the part frame."
+    return f"{lengths.sentence} {frame}. Nominals in the part frame."
 
 
 def _method(data: ReportData) -> str:

@@ -18,6 +18,7 @@ from ocmm_core.documents import (
     resource,
 )
 from ocmm_core.errors import InputError
+from ocmm_core.export.report._paper_lengths import LengthUnit
 
 SCHEMA = "ocmm.report-template/1"
 
@@ -100,10 +101,13 @@ class ReportTemplate(Document, frozen=True, kw_only=True):
         Which parts the paper has, in their order.
     language
         Of the paper. What a program reads (JSON, tables, QIF) stays English.
+    lengths
+        Unit of lengths on the paper and in the workbook; what a program reads stays in mm.
     """
 
     name: str
     language: Literal["en", "de"] = "en"
+    lengths: LengthUnit = "mm"
     title: str = "Measurement report"
     laboratory: LaboratoryPart = msgspec.field(default_factory=LaboratoryPart)
     machine: MachinePart = msgspec.field(default_factory=MachinePart)

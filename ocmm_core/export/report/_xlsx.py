@@ -17,6 +17,7 @@ import math
 import textwrap
 import zipfile
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
@@ -25,12 +26,14 @@ from lxml import etree
 from ocmm_core.export.report._exporter import Exporter
 from ocmm_core.export.report._head import head_table
 from ocmm_core.export.report._names import clean_text
+from ocmm_core.export.report._paper_lengths import PaperLengths
 from ocmm_core.export.report._profile import Profile
 from ocmm_core.export.report._report_data import ReportData
 from ocmm_core.export.report._tables import (
     Cell,
     Number,
     Table,
+    Units,
     features_table,
     points_table,
     report_table,
@@ -67,6 +70,7 @@ PRINTED = {
 }  # fmt: skip
 """Columns on paper by the name of the sheet; the others of its table stand to the right of them."""
 
+_LENGTHS = ("X", "Y", "Z")
 _UPRIGHT = frozenset({_FRONT, "Points"})
 _COLOURS: dict[Verdict | None, tuple[str, str]] = {
     Verdict.CONFORM: ("#006100", "#C6EFCE"),
@@ -286,15 +290,29 @@ def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
 
 
 def _tables(data: ReportData, profile: Profile) -> tuple[Table, ...]:
-    units = profile.units
+    units = _units(data, profile)
     tables = (report_table(data, units), features_table(data, units), points_table(data, units))
-    return tuple(_for_paper(table) for table in tables)
+    return tuple(_for_paper(table, units) for table in tables)
 
 
-def _for_paper(table: Table) -> Table:
-    """Return a table with what is printed first."""
+def _units(data: ReportData, profile: Profile) -> Units:
+    """Return the units of the profile, or inch where the paper of the report is in inch."""
+    lengths = PaperLengths(data.paper.template.lengths)
+    if lengths.unit == "mm" or profile.units.lengths == "inch":
+        return profile.units
+    decimals = max(profile.units.length_decimals, lengths.decimals)
+    return replace(profile.units, lengths="inch", length_decimals=decimals)
+
+
+def _for_paper(table: Table, units: Units) -> Table:
+    """Return a table with what is printed first; its heads say the unit where no column does."""
     printed = PRINTED[table.title]
-    return table.chosen((*printed, *(name for name in table.columns if name not in printed)))
+    chosen = table.chosen((*printed, *(name for name in table.columns if name not in printed)))
+    if "Unit" in chosen.columns:
+        return chosen
+    unit = "in" if units.lengths == "inch" else "mm"
+    heads = tuple(f"{name}, {unit}" if name in _LENGTHS else name for name in chosen.columns)
+    return replace(chosen, columns=heads)
 
 
 def _width(table: Table, column: int) -> int:

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
         INCOMPLETE,
         NO_REAL_PART,
         SIMULATED,
+        SIMULATED_LINE,
         UNPROVEN_CAMERAS,
         job_states,
         part_line,
@@ -110,7 +111,8 @@ else:
             "FAR_MM Whereabouts aligned_nominals cue place_of_nominals targets_of whereabouts"
         ),
         _job_messages=(
-            "INCOMPLETE NO_REAL_PART SIMULATED UNPROVEN_CAMERAS job_states part_line state_lines"
+            "INCOMPLETE NO_REAL_PART SIMULATED SIMULATED_LINE UNPROVEN_CAMERAS "
+            "job_states part_line state_lines"
         ),
         _options=(
             "FOR_COMPARISON LIMITS_EVENT SessionOptions limits_text methods_used with_stored_limits"
@@ -138,6 +140,7 @@ __all__ = [
     "PAUSED",
     "RESUMED",
     "SIMULATED",
+    "SIMULATED_LINE",
     "STANDING_EVENT",
     "UNPROVEN_CAMERAS",
     "Coverage",

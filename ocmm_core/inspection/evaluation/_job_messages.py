@@ -16,6 +16,8 @@ UNPROVEN_CAMERAS = _UNPROVEN
 
 INCOMPLETE = "INCOMPLETE"
 NO_REAL_PART = "No real part was measured."
+SIMULATED_LINE = "SIMULATED: No real part was measured."
+"""Whole, for catalogues translate sentences; a test holds it to the two above."""
 
 
 def job_states(view: JobView) -> tuple[str, ...]:
@@ -31,12 +33,12 @@ def job_states(view: JobView) -> tuple[str, ...]:
 def state_lines(view: JobView) -> tuple[str, ...]:
     """Return a line for every state, e.g. ``SIMULATED: No real part was measured.``."""
     missing = ", ".join(view.part_verdict.missing)
-    words = {
-        SIMULATED: NO_REAL_PART,
-        UNPROVEN_CAMERAS: " ".join(view.camera_doubts),
-        INCOMPLETE: f"Missing: {missing}.",
+    lines = {
+        SIMULATED: SIMULATED_LINE,
+        UNPROVEN_CAMERAS: f"{UNPROVEN_CAMERAS}: {' '.join(view.camera_doubts)}",
+        INCOMPLETE: f"{INCOMPLETE}: Missing: {missing}.",
     }
-    return tuple(f"{state}: {words[state]}" for state in job_states(view))
+    return tuple(lines[state] for state in job_states(view))
 
 
 def part_line(view: JobView) -> str:

@@ -8,6 +8,7 @@ import zipfile
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import openpyxl
 import pytest
@@ -94,3 +95,35 @@ def test_libreoffice_prints_the_demo_on_four_pages(book: Path, tmp_path: Path) -
     )  # fmt: skip
     pdf = (tmp_path / book.with_suffix(".pdf").name).read_bytes()
     assert len(re.findall(rb"/Type\s*/Page\b", pdf)) <= MOST_PAGES
+
+
+@pytest.mark.parametrize(("unit", "word", "scale"), [("mm", "mm", 1.0), ("inch", "in", 25.4)])
+def test_a_workbook_is_in_the_unit_of_the_paper_and_says_it_for_every_number(
+    tmp_path: Path, unit: str, word: str, scale: float
+) -> None:
+    report = job_as_large_as_the_demo()
+    template = msgspec.structs.replace(report.paper.template, lengths=unit)
+    report = replace(report, paper=replace(report.paper, template=template))
+    (path,) = write_report(report, ("xlsx",), tmp_path, incomplete=True)
+    book = openpyxl.load_workbook(path)
+    rows = [
+        dict(zip([cell.value for cell in sheet[2]], [cell.value for cell in row], strict=True))
+        for sheet in (book["Characteristics"], book["Features"])
+        for row in sheet.iter_rows(min_row=3)
+    ]
+    # Angles say themselves that they are none.
+    assert {row["Unit"] for row in rows} <= {unit, "deg"}
+    stated = [item for item in report.reported if item.unit == "mm" and item.result.stated]
+    assert stated
+    for item in stated:
+        assert item.result.stated is not None
+        row = next(row for row in rows if row["Name"] == item.result.name and "Control" in row)
+        assert row["Measured"] == pytest.approx(item.result.stated[0] / scale, rel=1e-12)
+        assert row["Uncertainty"] == pytest.approx(item.result.stated[2] / scale, rel=1e-12)
+    heads = [cell.value for cell in book["Points"][2]]
+    assert heads[1:4] == [f"X, {word}", f"Y, {word}", f"Z, {word}"]
+    place = report.features[0].seen.points[0].surface_world
+    row = next(book["Points"].iter_rows(min_row=3, max_row=3))
+    expected = report.frame.apply(place)
+    for cell, value in zip(row[1:4], expected, strict=True):
+        assert cell.value == pytest.approx(float(value) / scale, rel=1e-12, abs=1e-12)

@@ -1,0 +1,40 @@
+"""The manual: the documents of `docs`, in sections that can be linked to and searched.
+
+In: a folder of Markdown documents. Out: chapters in the order in which somebody needs them,
+sections by their anchors, and what a search finds, best first.
+
+Read `_document` first (a document in sections, and the names of these), then `_manual` (all of them
+together, and where a link leads) and `_search` (words to sections).
+It shows nothing; the window and `ocmm manual` do.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.manual._document import Chapter, ManualSection, Part, anchors_of
+    from ocmm_core.manual._manual import Manual, Place, load_manual, manual_folder
+    from ocmm_core.manual._search import ManualHit, search_words
+else:
+    __getattr__ = door(
+        __name__,
+        _document="Chapter ManualSection Part anchors_of",
+        _manual="Manual Place load_manual manual_folder",
+        _search="ManualHit search_words",
+    )
+
+__all__ = [
+    "Chapter",
+    "Manual",
+    "ManualHit",
+    "ManualSection",
+    "Part",
+    "Place",
+    "anchors_of",
+    "load_manual",
+    "manual_folder",
+    "search_words",
+]

@@ -1,0 +1,169 @@
+"""All documents of the manual, in their order, and where a link leads."""
+
+from __future__ import annotations
+
+import posixpath
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from urllib.parse import unquote
+
+from ocmm_core.documents import resource
+from ocmm_core.errors import InputError
+from ocmm_core.manual._document import Chapter, ManualSection, Part, chapter_of
+from ocmm_core.manual._search import Index, ManualHit
+
+_CHAPTERS = {
+    Part.INSPECTOR: (
+        "start", "colours", "inspecting", "calibrating", "help", "plans", "wizards", "settings",
+    ),
+    Part.METROLOGIST: (
+        "calibration", "calibration_in_use", "probe_calibration", "tip", "probe_in_use",
+        "reference_body", "acceptance", "msa", "recall", "alignment", "characteristics",
+        "uncertainty", "fits", "minimum_zone", "identification", "probe_design", "exports",
+    ),
+    Part.STATION: ("archive", "shop", "wire", "live_stream", "seals", "doctor", "cluster"),
+}  # fmt: skip
+"""By name, in their order. Every other document is for developers, and those of decisions apart."""
+
+_FIRST_OF_DEVELOPERS = ("architecture", "walk_of_a_touch", "camera_objects", "python")
+_DECISIONS = "decisions/"
+_LARGEST = 4 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A section of a document; the top of it where ``anchor`` is empty."""
+
+    document: str
+    anchor: str = ""
+
+    @classmethod
+    def of(cls, reference: str) -> Place:
+        """Return the place of ``document.md#section``."""
+        document, _, anchor = reference.partition("#")
+        return cls(document, anchor)
+
+    def __str__(self) -> str:
+        """Return it as a link has it."""
+        return f"{self.document}#{self.anchor}" if self.anchor else self.document
+
+
+class Manual:
+    """The documents of a folder.
+
+    Parameters
+    ----------
+    folder
+        Where their pictures are, too.
+    chapters
+        In the order in which they are shown.
+    """
+
+    def __init__(self, folder: Path, chapters: tuple[Chapter, ...]) -> None:
+        self.folder = folder
+        self.chapters = chapters
+        self._by_name = {chapter.name: chapter for chapter in chapters}
+
+    def chapter(self, name: str) -> Chapter | None:
+        """Return a document by its name; None where there is none."""
+        return self._by_name.get(name)
+
+    def section(self, place: Place) -> ManualSection | None:
+        """Return the section of a place; None where there is none."""
+        chapter = self.chapter(place.document)
+        if chapter is None:
+            return None
+        return chapter.section(place.anchor) if place.anchor else chapter.sections[0]
+
+    def resolve(self, base: str, link: str) -> Place | None:
+        """Return where a link in document ``base`` leads; None where it leads out of the manual."""
+        if ":" in link.partition("#")[0]:
+            return None
+        path, _, anchor = link.partition("#")
+        path = unquote(path)
+        document = posixpath.normpath(posixpath.join(posixpath.dirname(base), path or base))
+        if not path:
+            document = base
+        place = Place(document, unquote(anchor))
+        if self.section(place) is not None:
+            return place
+        # A section that was renamed: its document is better than nothing.
+        return Place(document) if document in self._by_name else None
+
+    def picture(self, base: str, link: str) -> Path | None:
+        """Return the file of a picture in document ``base``; None for one outside the folder."""
+        path = posixpath.normpath(posixpath.join(posixpath.dirname(base), unquote(link)))
+        if ":" in link or path.startswith(("../", "/")):
+            return None
+        found = self.folder / path
+        return found if found.is_file() else None
+
+    def search(self, text: str, most: int = 40) -> tuple[ManualHit, ...]:
+        """Return the sections that have the words, best first.
+
+        Words may be begun only; all of them have to be there. Where no section has all of them,
+        those with most of them are found.
+        """
+        return self._index.found(text, most)
+
+    @cached_property
+    def _index(self) -> Index:
+        return Index(self.chapters)
+
+
+def manual_folder() -> Path:
+    """Return where the documents are: shipped with a package, or those of a checkout."""
+    shipped = resource("manual")
+    return shipped if shipped.is_dir() else resource().parent / "docs"
+
+
+def load_manual(folder: Path | None = None) -> Manual:
+    """Read all documents.
+
+    Parameters
+    ----------
+    folder
+        None for those that belong to this program.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    folder = manual_folder() if folder is None else folder
+    chapters = tuple(
+        chapter_of(path.relative_to(folder).as_posix(), part, _text(path))
+        for part, path in _documents(folder)
+    )
+    if not chapters:
+        raise InputError(
+            "manual.none",
+            f"The manual is not in {folder}.",
+            "Install OCMM again; its package holds the manual.",
+        )
+    return Manual(folder, chapters)
+
+
+def _documents(folder: Path) -> Iterator[tuple[Part, Path]]:
+    listed: set[str] = set()
+    for part, names in _CHAPTERS.items():
+        for name in names:
+            listed.add(name)
+            path = folder / f"{name}.md"
+            if path.is_file():
+                yield part, path
+    rest = sorted(path.stem for path in folder.glob("*.md") if path.stem not in listed)
+    for name in (
+        *(one for one in _FIRST_OF_DEVELOPERS if one in rest),
+        *(one for one in rest if one not in _FIRST_OF_DEVELOPERS),
+    ):
+        yield Part.DEVELOPER, folder / f"{name}.md"
+    for path in sorted((folder / _DECISIONS).glob("*.md")):
+        yield Part.DECISIONS, path
+
+
+def _text(path: Path) -> str:
+    with path.open("rb") as file:
+        return file.read(_LARGEST).decode("utf-8", errors="replace")

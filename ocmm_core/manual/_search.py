@@ -1,0 +1,172 @@
+"""From words to sections: which have them, how well they fit, and where the words stand.
+
+The rank is that of BM25 (Robertson and Zaragoza, 2009, eq. 3.15) over sections, with words of a
+heading counted as several of the text: a rare word weighs more, and a second one of the same less.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ocmm_core.manual._document import Chapter, ManualSection, Part
+
+_WORD = re.compile(r"[^\W_]+(?:[.'-][^\W_]+)*")
+_MOST_WORDS = 12
+"""Of a question; what somebody pastes is longer."""
+
+_SATURATION, _LENGTH_SHARE = 1.2, 0.5
+_IN_TITLE, _IN_CHAPTER = 6.0, 2.0
+"""As how many words of the text one of a heading, and of the title of the document, counts."""
+
+_WEIGHTS = {
+    Part.INSPECTOR: 1.6, Part.METROLOGIST: 1.2, Part.STATION: 1.0, Part.DEVELOPER: 0.8,
+    Part.DECISIONS: 0.5,
+}  # fmt: skip
+"""Who searches at the machine is most often the inspector."""
+
+_EXCERPT = 150
+
+
+@dataclass(frozen=True, slots=True)
+class ManualHit:
+    """A section that fits.
+
+    Attributes
+    ----------
+    document, anchor
+        Where it is.
+    chapter, title
+        Headings of the document and of the section.
+    excerpt
+        The words around the place that fits best; empty for a section of headings alone.
+    marked
+        Where in it the words stand: begin and end, in its signs.
+    score
+        Higher is better.
+    """
+
+    document: str
+    anchor: str
+    chapter: str
+    title: str
+    excerpt: str
+    marked: tuple[tuple[int, int], ...]
+    score: float
+
+
+def search_words(text: str) -> tuple[str, ...]:
+    """Return the words of a question, small, each once."""
+    found = dict.fromkeys(word.casefold() for word in _WORD.findall(text))
+    return tuple(found)[:_MOST_WORDS]
+
+
+class Index:
+    """The words of all sections."""
+
+    def __init__(self, chapters: Sequence[Chapter]) -> None:
+        self._entries: list[tuple[Chapter, ManualSection, Counter[str], float]] = []
+        for chapter in chapters:
+            of_chapter = _words(chapter.title)
+            for section in chapter.sections:
+                counts: Counter[str] = Counter(_words(section.text))
+                length = float(sum(counts.values()))
+                weighted: Counter[str] = Counter(counts)
+                for word in _words(section.title):
+                    weighted[word] += int(_IN_TITLE)
+                for word in of_chapter:
+                    weighted[word] += int(_IN_CHAPTER)
+                self._entries.append((chapter, section, weighted, length))
+        lengths = [length for *_rest, length in self._entries]
+        self._mean = max(sum(lengths) / max(len(lengths), 1), 1.0)
+
+    def found(self, text: str, most: int) -> tuple[ManualHit, ...]:
+        """Return what fits, best first."""
+        wanted = search_words(text)
+        if not wanted:
+            return ()
+        counts = [
+            [_count(words, word) for word in wanted] for _c, _s, words, _length in self._entries
+        ]
+        holders = [sum(1 for row in counts if row[i]) for i in range(len(wanted))]
+        best = max(sum(1 for count in row if count) for row in counts)
+        if not best:
+            return ()
+        hits = []
+        for (chapter, section, _words_of, length), row in zip(self._entries, counts, strict=True):
+            if sum(1 for count in row if count) < best:
+                continue
+            score = _WEIGHTS[chapter.part] * sum(
+                _weight(count, length / self._mean) * _rarity(len(counts), held)
+                for count, held in zip(row, holders, strict=True)
+            )
+            excerpt, marked = _excerpt(section.text, wanted)
+            hits.append(
+                ManualHit(
+                    chapter.name, section.anchor, chapter.title, section.title, excerpt, marked,
+                    score,
+                )
+            )  # fmt: skip
+        # Of equal ones, that which is read first comes first.
+        return tuple(sorted(hits, key=lambda hit: -hit.score)[:most])
+
+
+def _words(text: str) -> list[str]:
+    return [word.casefold() for word in _WORD.findall(text)]
+
+
+def _count(words: Counter[str], begun: str) -> float:
+    """Return how often a section has a word; what only begins with it counts half."""
+    exact = float(words.get(begun, 0))
+    return exact + 0.5 * sum(
+        n for word, n in words.items() if word != begun and word.startswith(begun)
+    )
+
+
+def _weight(count: float, length: float) -> float:
+    longer = 1.0 - _LENGTH_SHARE + _LENGTH_SHARE * length
+    return count * (_SATURATION + 1.0) / (count + _SATURATION * longer)
+
+
+def _rarity(sections: int, holders: int) -> float:
+    return math.log(1.0 + (sections - holders + 0.5) / (holders + 0.5))
+
+
+def _excerpt(text: str, wanted: Sequence[str]) -> tuple[str, tuple[tuple[int, int], ...]]:
+    """Return the line with most of the words, cut around the first of them, and where they are."""
+    lines = text.split("\n")
+    found = [_places(line, wanted) for line in lines]
+    # The more different words, the better, then those side by side; of equal lines, the first.
+    phrase = " ".join(wanted)
+    best = max(
+        range(len(lines)),
+        key=lambda i: (
+            len({word for word, _b, _e in found[i]}), phrase in lines[i].casefold(), -i
+        ),
+    )  # fmt: skip
+    line, places = lines[best], found[best]
+    begin = 0
+    if places and places[0][1] > _EXCERPT // 3 and len(line) > _EXCERPT:
+        begin = line.rfind(" ", 0, places[0][1] - _EXCERPT // 4) + 1
+    end = len(line)
+    if end - begin > _EXCERPT:
+        end = max(line.rfind(" ", begin, begin + _EXCERPT), begin + _EXCERPT // 2)
+    front, back = "… " if begin else "", " …" if end < len(line) else ""
+    marked = tuple(
+        (first - begin + len(front), last - begin + len(front))
+        for _word, first, last in places
+        if first >= begin and last <= end
+    )
+    return f"{front}{line[begin:end]}{back}", marked
+
+
+def _places(line: str, wanted: Sequence[str]) -> list[tuple[str, int, int]]:
+    return [
+        (word, one.start(), one.end())
+        for one in _WORD.finditer(line)
+        for word in wanted
+        if one.group().casefold().startswith(word)
+    ]

@@ -1,0 +1,30 @@
+"""The manual in the window: read, searched, and opened at the section of the page one is on.
+
+In: documents of `ocmm_core.manual`, and the page from which somebody asks. Out: a sheet.
+
+Read `_places` (page to section), `_manual_sheet` (contents, search, text) and `_reading` (one
+document, painted by Qt).
+It must not know the pages that it explains; they are named by their classes.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_gui.manual._manual_sheet import ManualSheet
+    from ocmm_gui.manual._places import PLACES, place_of
+else:
+    __getattr__ = door(
+        __name__,
+        _manual_sheet="ManualSheet",
+        _places="PLACES place_of",
+    )
+
+__all__ = [
+    "PLACES",
+    "ManualSheet",
+    "place_of",
+]

@@ -1,0 +1,289 @@
+"""The manual as a sheet: chapters and search at the left, the text at the right."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
+from PySide6.QtWidgets import QHBoxLayout, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
+
+from ocmm_core.manual import Chapter, Manual, ManualHit, Part, Place, load_manual
+from ocmm_gui.kit import ActionInfo, FormField, Sheet, later, literal, text_font, tr
+from ocmm_gui.manual._places import FIRST
+from ocmm_gui.manual._reading import Reading
+
+_INFOS = (
+    ActionInfo(
+        "chapters", later("Chapters"), later("List of chapters, those for the inspector first"),
+        ("F7",),
+    ),
+    ActionInfo("search", later("Search"), later("Search the manual"), ("F8", "Ctrl+F")),
+    ActionInfo(
+        "before", later("Previous place"), later("Back to where you read before"),
+        ("F9", "Alt+Left"),
+    ),
+    ActionInfo(
+        "after", later("Next place"), later("Forward to where you came back from"),
+        ("F10", "Alt+Right"),
+    ),
+)  # fmt: skip
+_PARTS = {
+    Part.INSPECTOR: later("For the inspector"),
+    Part.METROLOGIST: later("Calibration, results, proof"),
+    Part.STATION: later("Station and shop"),
+    Part.DEVELOPER: later("For developers"),
+    Part.DECISIONS: later("Decisions"),
+}
+_PLACE = Qt.ItemDataRole.UserRole
+_SIDE_PX = 330
+_ROW_PX, _HIT_PX = 30, 78
+_MOST_PLACES = 200
+
+
+@dataclass(frozen=True, slots=True)
+class _Read:
+    """Where somebody was, and with which words marked."""
+
+    place: Place
+    words: tuple[str, ...] = ()
+
+
+class ManualSheet(Sheet):
+    """Chapters, a search, and the text.
+
+    Parameters
+    ----------
+    manual
+        None for the one that belongs to this program, read when the sheet is opened first.
+    """
+
+    def __init__(self, manual: Manual | None = None) -> None:
+        super().__init__(tr("Manual"), _INFOS)
+        self._manual = manual or self.attempt(load_manual)
+        self._read: list[_Read] = []
+        self._now = -1
+        self.field = _SearchField.of(tr("Search the manual"), tr("Words to search for"))
+        self.list = QListWidget()
+        self.list.setAccessibleName(tr("Chapters and what was found"))
+        self.list.setFont(text_font(14))
+        self.list.setWordWrap(True)
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        side = QVBoxLayout()
+        side.setSpacing(6)
+        side.addWidget(self.field)
+        side.addWidget(self.list, 1)
+        left = QWidget()
+        left.setLayout(side)
+        side.setContentsMargins(0, 0, 0, 0)
+        left.setFixedWidth(_SIDE_PX)
+        self.text = Reading(self._manual) if self._manual is not None else None
+        both = QHBoxLayout()
+        both.setSpacing(10)
+        both.addWidget(left)
+        if self.text is not None:
+            both.addWidget(self.text, 1)
+            self.text.link_wanted.connect(self._follow)
+        self.body.addLayout(both, 1)
+        self.field.textChanged.connect(lambda _text: self._list())
+        self.field.returnPressed.connect(self._take_first)
+        self.field.moved.connect(self._move)
+        self.list.itemActivated.connect(self._open_item)
+        self.list.itemClicked.connect(self._open_item)
+        self.use_keys(
+            {
+                "chapters": self._show_chapters, "search": self._search,
+                "before": lambda: self._turn(-1), "after": lambda: self._turn(1),
+            }
+        )  # fmt: skip
+        self._zooms()
+        self._list()
+        self._tell()
+
+    def open(self, reference: str = "") -> None:
+        """Show a section, ``document.md#section``; without one, where the manual begins."""
+        self.field.clear()
+        self._go(_Read(Place.of(reference or FIRST)))
+        if self.text is not None:
+            self.text.setFocus()
+
+    def place(self) -> Place | None:
+        """Return where the manual is open; None where there is no manual."""
+        return self._read[self._now].place if self._read else None
+
+    def _go(self, read: _Read) -> None:
+        """Open a place and remember it; what was ahead of it is forgotten."""
+        self._remember_scroll()
+        del self._read[self._now + 1 :]
+        if not self._read or self._read[-1] != read:
+            self._read.append(read)
+        del self._read[:-_MOST_PLACES]
+        self._now = len(self._read) - 1
+        self._show()
+
+    def _turn(self, step: int) -> None:
+        if 0 <= self._now + step < len(self._read):
+            self._remember_scroll()
+            self._now += step
+            self._show()
+
+    def _remember_scroll(self) -> None:
+        """Keep the section that was read to, so that the way back leads there."""
+        at = self.text.place() if self.text is not None else None
+        if at is not None and 0 <= self._now < len(self._read):
+            old = self._read[self._now]
+            if old.place.document == at.document:
+                self._read[self._now] = _Read(at, old.words)
+
+    def _show(self) -> None:
+        if self._manual is None or self.text is None:
+            return
+        read = self._read[self._now]
+        self.text.show_place(read.place, read.words)
+        if not self.field.text():
+            self._select(read.place)
+        self._tell()
+        self.text.setFocus()
+
+    def _tell(self) -> None:
+        self.keys["before"].setEnabled(self._now > 0)
+        self.keys["after"].setEnabled(self._now + 1 < len(self._read))
+        chapter = None if self._manual is None or not self._read else self._chapter()
+        if chapter is None:
+            self.say(tr("Tab and Return follow a link."))
+        else:
+            self.say(
+                tr("{part}: {title}. Tab and Return follow a link.").format(
+                    part=tr(_PARTS[chapter.part]), title=chapter.title
+                )
+            )
+
+    def _chapter(self) -> Chapter | None:
+        place = self.place()
+        return (
+            None if place is None or self._manual is None else self._manual.chapter(place.document)
+        )
+
+    def _follow(self, link: str) -> None:
+        place, now = None, self.place()
+        if self._manual is not None and now is not None:
+            place = self._manual.resolve(now.document, link)
+        if place is None:
+            self.say(tr("{link} is not part of the manual.").format(link=link))
+            return
+        self._go(_Read(place))
+
+    def _list(self) -> None:
+        """List what was found; the chapters where nothing is searched for."""
+        self.list.clear()
+        if self._manual is None:
+            return
+        words = self.field.text().strip()
+        if not words:
+            part = None
+            for chapter in self._manual.chapters:
+                if chapter.part is not part:
+                    part = chapter.part
+                    self._heading(tr(_PARTS[part]))
+                item = self._item(chapter.title, Place(chapter.name), _ROW_PX)
+                item.setToolTip(literal(chapter.name))
+            return
+        hits = self._manual.search(words)
+        for hit in hits:
+            self._item(hit_words(hit), Place(hit.document, hit.anchor), _HIT_PX)
+        if hits:
+            self.list.setCurrentRow(0)
+        else:
+            self._heading(tr("Nothing found: try fewer words, or only their beginnings"))
+
+    def _heading(self, text: str) -> None:
+        item = QListWidgetItem(text, self.list)
+        item.setFlags(Qt.ItemFlag.NoItemFlags)
+        item.setFont(text_font(14, bold=True))
+        item.setSizeHint(QSize(_SIDE_PX - 30, _ROW_PX if len(text) < 40 else 2 * _ROW_PX))
+
+    def _item(self, text: str, place: Place, height: int) -> QListWidgetItem:
+        item = QListWidgetItem(text, self.list)
+        item.setData(_PLACE, str(place))
+        lines = self.list.fontMetrics().horizontalAdvance(text) // (_SIDE_PX - 50) + 1
+        item.setSizeHint(
+            QSize(_SIDE_PX - 30, max(height, _ROW_PX + 18 * (lines - 1) if "\n" not in text else 0))
+        )
+        item.setToolTip(literal(text))
+        return item
+
+    def _open_item(self, item: QListWidgetItem) -> None:
+        reference = item.data(_PLACE)
+        if reference:
+            words = tuple(self.field.text().split())
+            self._go(_Read(Place.of(reference), words))
+
+    def _take_first(self) -> None:
+        item = self.list.currentItem()
+        if self.field.text().strip() and item is not None:
+            self._open_item(item)
+
+    def _move(self, step: int) -> None:
+        count = self.list.count()
+        if count:
+            self.list.setCurrentRow((self.list.currentRow() + step) % count)
+
+    def _select(self, place: Place) -> None:
+        for row in range(self.list.count()):
+            reference = self.list.item(row).data(_PLACE)
+            if reference and Place.of(reference).document == place.document:
+                self.list.setCurrentRow(row)
+                return
+
+    def _search(self) -> None:
+        self.field.setFocus()
+        self.field.selectAll()
+
+    def _show_chapters(self) -> None:
+        self.field.clear()
+        place = self.place()
+        if place is not None:
+            self._select(place)
+        self.list.setFocus()
+
+    def _zooms(self) -> None:
+        for steps, keys in ((1, ("Ctrl++", "Ctrl+=")), (-1, ("Ctrl+-",))):
+            action = QAction(self)
+            action.setShortcuts([QKeySequence(one) for one in keys])
+            action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+            action.triggered.connect(lambda _checked, steps=steps: self._zoom(steps))
+            self.addAction(action)
+
+    def _zoom(self, steps: int) -> None:
+        if self.text is not None:
+            self.text.zoom(steps)
+
+
+def hit_words(hit: ManualHit) -> str:
+    """Return a hit as it stands in the list: where, and the words around it."""
+    where = hit.title if hit.title == hit.chapter else f"{hit.chapter}: {hit.title}"
+    return f"{where}\n{hit.excerpt}" if hit.excerpt else where
+
+
+class _SearchField(FormField):
+    """Up and Down move in what was found."""
+
+    moved = Signal(int)
+
+    @classmethod
+    def of(cls, name: str, tip: str) -> _SearchField:
+        """Return the field with its names."""
+        field = cls("")
+        field.setAccessibleName(name)
+        field.setToolTip(literal(tip))
+        field.setPlaceholderText(tip)
+        field.setFont(text_font(15))
+        return field
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Move in the list, or type."""
+        step = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}.get(Qt.Key(event.key()), 0)
+        if step:
+            self.moved.emit(step)
+            return
+        super().keyPressEvent(event)
