@@ -247,9 +247,11 @@ class ManualSheet(Sheet):
         self.list.setFocus()
 
     def _zooms(self) -> None:
-        for steps, keys in ((1, ("Ctrl++", "Ctrl+=")), (-1, ("Ctrl+-",))):
+        for steps, key in (
+            (1, QKeySequence.StandardKey.ZoomIn), (-1, QKeySequence.StandardKey.ZoomOut),
+        ):  # fmt: skip
             action = QAction(self)
-            action.setShortcuts([QKeySequence(one) for one in keys])
+            action.setShortcuts(key)
             action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
             action.triggered.connect(lambda _checked, steps=steps: self._zoom(steps))
             self.addAction(action)
