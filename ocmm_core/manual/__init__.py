@@ -5,7 +5,7 @@ sections by their anchors, and what a search finds, best first.
 
 Read `_document` first (a document in sections, and the names of these), then `_manual` (all of them
 together, and where a link leads) and `_search` (words to sections).
-It shows nothing; the window and `ocmm manual` do.
+It shows nothing; the window does.
 """
 
 from __future__ import annotations

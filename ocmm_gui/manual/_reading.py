@@ -221,7 +221,7 @@ class Reading(QTextBrowser):
     def _mark(self) -> None:
         """Mark the words of a search wherever they begin a word of the text."""
         words = search_words(" ".join(self._words))
-        marks = []
+        marks: list[QTextEdit.ExtraSelection] = []
         style = QTextCharFormat()
         style.setBackground(QColor(self._theme.zone_warn))
         style.setForeground(QColor(self._theme.text))

@@ -47,11 +47,10 @@ def _place(item: ReportedResult) -> tuple[float, float] | None:
 def _paint_deviation(
     painter: QPainter, box: QRectF, *, item: ReportedResult, canvas: Canvas
 ) -> None:
-    found = _place(item)
-    if found is None:
+    found, result = _place(item), item.result
+    if found is None or result.deviation is None:
         return
     where, u = found
-    result = item.result
     paint_text(
         painter, QRectF(box.left(), box.top(), _NAME, box.height()), result.name, Style(28.0),
         Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,

@@ -41,7 +41,7 @@ _NOT_SHOWN = frozenset(
 """A literal that is given to one of these is nothing that the window shows."""
 
 _KEY = re.compile(
-    r"(Shift\+|Ctrl\+)?(F\d+|[A-Z]|Space|Backspace|Return|Enter|PgUp|PgDown|Home|Del|Ins|Esc|Tab|Backtab|[,+=0-])"
+    r"(Shift\+|Ctrl\+|Alt\+)?(F\d+|[A-Z]|Space|Backspace|Return|Enter|PgUp|PgDown|Home|Del|Ins|Esc|Tab|Backtab|Left|Right|[,+=0-])"
 )
 """Keys, as `QKeySequence` reads them."""
 
@@ -50,8 +50,8 @@ _KNOWN = {
         "All points taken are saved in the job file.": "part of an error",
         "DISPLAY": "environment", "WAYLAND_DISPLAY": "environment",
         "QT_QPA_PLATFORM": "environment", "Fusion": "style of Qt",
-        "The picture … cannot be written.\n": "on the terminal",
     },
+    "_showing.py": {"The picture … cannot be written.\n": "on the terminal"},
     "access/_touch.py": {"*": "names of Qt, and what a test says"},
     "access/_zoom.py": {"*": "names of Qt"},
     "acceptance/_desk.py": {"INTERIM": "name of a procedure"},

@@ -123,7 +123,7 @@ def test_a_workbook_is_in_the_unit_of_the_paper_and_says_it_for_every_number(
     heads = [cell.value for cell in book["Points"][2]]
     assert heads[1:4] == [f"X, {word}", f"Y, {word}", f"Z, {word}"]
     place = report.features[0].seen.points[0].surface_world
-    row = next(book["Points"].iter_rows(min_row=3, max_row=3))
+    cells = next(book["Points"].iter_rows(min_row=3, max_row=3))
     expected = report.frame.apply(place)
-    for cell, value in zip(row[1:4], expected, strict=True):
+    for cell, value in zip(cells[1:4], expected, strict=True):
         assert cell.value == pytest.approx(float(value) / scale, rel=1e-12, abs=1e-12)
