@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QScrollArea, QScroller, QStackedWidget, QWidget
 
@@ -36,17 +36,32 @@ class PageStack(QStackedWidget):
 class _Holder(QWidget):
     """Holds the whole of a window, and asks for what that needs at least.
 
-    An area that scrolls a layout directly gives it the height that its words would like.
+    An area that scrolls a layout directly gives it the height that its words would like. Every page
+    was tried at the smallest size: there it gives up what is least missed, and asks for no more
+    than that, unless its buttons are made for gloves.
     """
 
     def __init__(self, whole: QWidget) -> None:
         super().__init__()
+        self._gives_up = True
         self._whole = whole
         whole.setParent(self)
 
     def minimumSizeHint(self) -> QSize:
         """Return what is needed at least."""
-        return self._whole.minimumSizeHint().expandedTo(self._whole.minimumSize())
+        needed = self._whole.minimumSizeHint().expandedTo(self._whole.minimumSize())
+        return needed.boundedTo(TRIED) if self._gives_up else needed
+
+    def give_up(self, *, wanted: bool) -> None:
+        """Let pages give up what is least missed where they were tried without it, or do not."""
+        self._gives_up = wanted
+        self.updateGeometry()
+
+    def event(self, event: QEvent) -> bool:
+        """Pass on that the whole needs more or less than it did: without a layout nobody does."""
+        if event.type() is QEvent.Type.LayoutRequest:
+            self.updateGeometry()
+        return super().event(event)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give it all the room."""
@@ -72,6 +87,7 @@ class ZoomArea(QScrollArea):
 
     def use_bars(self, target_px: int) -> None:
         """Have bars for gloves, and pages that a finger pulls; zero for a mouse."""
+        self._whole.give_up(wanted=not target_px)
         wide = target_px // 2
         upright, lying = self.verticalScrollBar(), self.horizontalScrollBar()
         for bar, side in ((upright, "width"), (lying, "height")):

@@ -47,7 +47,7 @@ from ocmm_gui.operator._readout import Readout
 from ocmm_gui.operator._status_strip import StatusStrip
 from ocmm_gui.views import CameraViews, PointView, StepPicture
 
-_PAGES = ("start", "job", "plan", "alignment", "results", "keys")
+_PAGES = ("start", "job", "plan", "alignment", "results", "manual")
 _TOOLS = ("part_mode", "fit", "closeup", "export", "view", "mode")
 _STEPS = (("flip", "skip", "repeat"), ("order", "side", "pause"), ("reopen",))
 _PART_PX = 190
@@ -257,7 +257,7 @@ def _animated() -> bool:
 
 def _tool_row(actions: dict[str, QAction]) -> QHBoxLayout:
     row = QHBoxLayout()
-    row.setSpacing(6)
+    row.setSpacing(5)
     for key in _PAGES:
         row.addWidget(_tool(actions[key]))
     row.addStretch(1)
