@@ -29,8 +29,8 @@ _FIELDS = (
     ("revision", later("Revision"), later("Revision of the drawing")),
     ("place", later("Place"), later("Where it was measured")),
     ("received", later("Received"), later("Date and condition")),
-    ("room", later("Room, °C"), later("Temperature of the room, a number or a range")),
-    ("humidity", later("Humidity, %"), later("Of the air, a number or a range")),
+    ("room", later("Room, °C"), later("A number or a range")),
+    ("humidity", later("Humidity, %"), later("A number or a range")),
     ("pressure", later("Pressure, hPa"), later("Of the air, where it matters")),
     ("deviations", later("Deviations"), later("Parted by semicolons")),
 )

@@ -5912,12 +5912,8 @@ Startet: {source}</translation>
         <translation>Datum und Zustand</translation>
     </message>
     <message>
-        <source>Temperature of the room, a number or a range</source>
-        <translation>Temperatur des Raums, Zahl oder Bereich</translation>
-    </message>
-    <message>
-        <source>Of the air, a number or a range</source>
-        <translation>Der Luft, Zahl oder Bereich</translation>
+        <source>A number or a range</source>
+        <translation>Eine Zahl oder ein Bereich</translation>
     </message>
     <message>
         <source>Of the air, where it matters</source>

@@ -8,12 +8,13 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QWidget
+from PySide6.QtWidgets import QApplication, QMainWindow, QWidget
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.manual import Place, load_manual
 from ocmm_core.settings import RecentPlaces, SettingsFile, SettingsStore
+from ocmm_gui.access import PageStack
 from ocmm_gui.home import StartWindow
 from ocmm_gui.kit import THEMES, NoticeCentre, dress
 from ocmm_gui.manual import PLACES, ManualSheet, place_of
@@ -39,13 +40,9 @@ def sheet(qtbot: QtBot, qapp: QApplication) -> ManualSheet:
     return sheet
 
 
-def _stack(window: QMainWindow) -> QStackedWidget:
+def _stack(window: QMainWindow) -> PageStack:
     """Return what holds the pages of a window."""
-    return next(
-        one
-        for one in window.findChildren(QStackedWidget)
-        if one.parentWidget() is window.centralWidget()
-    )
+    return window.findChildren(PageStack)[0]
 
 
 def _reading(sheet: ManualSheet) -> Reading:

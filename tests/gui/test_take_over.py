@@ -183,13 +183,22 @@ def test_a_probe_that_is_tilted_out_of_sight_says_so(qtbot: QtBot, open_window: 
     def is_ready() -> bool:
         return looks.live().status is StatusWord.READY
 
+    reasons: list[str] = []
+
     def leant(key: Qt.Key) -> bool:
-        """Lean it by 60° that way; return whether it is out of sight before 4 s of the bus."""
+        """Lean it by 60° that way; return whether it was out of sight before 4 s of the bus."""
         for _ in range(_STEPS):
             QTest.keyClick(mouse.view, key)
         end_s = looks.live().time_s + 4.0
-        qtbot.waitUntil(lambda: not is_ready() or looks.live().time_s > end_s, timeout=PATIENCE_MS)
-        return not is_ready()
+
+        def told() -> bool:
+            live = looks.live()
+            if live.status is not StatusWord.READY:
+                reasons.append(live.reason)
+            return bool(reasons) or live.time_s > end_s
+
+        qtbot.waitUntil(told, timeout=PATIENCE_MS)
+        return bool(reasons)
 
     qtbot.waitUntil(is_ready, timeout=PATIENCE_MS)
     # Which way leads out of sight depends on where the view, which may still move, lets the mouse
@@ -198,7 +207,7 @@ def test_a_probe_that_is_tilted_out_of_sight_says_so(qtbot: QtBot, open_window: 
         if leant(key):
             break
         leant(back)
-    assert not is_ready()
+    assert reasons[0]
     for _ in range(_STEPS):
         QTest.keyClick(mouse.view, back)
     qtbot.waitUntil(is_ready, timeout=PATIENCE_MS)

@@ -88,7 +88,7 @@ def test_a_key_opens_a_wizard_and_esc_leaves_it(
     qtbot.waitUntil(window.maintenance.wizard.isVisible, timeout=PATIENCE_MS)
     assert window.mode() is Mode.MAINTAIN
     enabled = {info.key for info in ACTIONS if window.actions_by_key[info.key].isEnabled()}
-    assert enabled == {"theme", "log"}
+    assert enabled == {"theme", "log", "manual", "gloves", "zoom_in", "zoom_out", "zoom_reset"}
     _press(Qt.Key.Key_Escape)
     qtbot.waitUntil(window.maintenance.view.isVisible, timeout=PATIENCE_MS)
     assert window.actions_by_key["mode"].isEnabled()

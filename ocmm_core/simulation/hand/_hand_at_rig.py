@@ -108,6 +108,9 @@ class HandAtRig:
         with self._lock:
             turn = self._turn + np.array([right_rad, back_rad])
             self._turn = np.clip(turn, -_MOST_RAD, _MOST_RAD)
+            if self._ray is None and self._taken and self._hand is not None:
+                # The mouse has not moved since it was taken over.
+                self._hand.lead(self._hand.wish_here(self._turn))
             self._lead()
 
     def touch_at(self, origin_world: Float, toward_world: Float) -> bool:

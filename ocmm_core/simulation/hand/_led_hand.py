@@ -172,10 +172,13 @@ class MouseHand:
                 clear = min(clear, _FREE_SHARE * free)
             return Wish(place, normal, clear, turn)
         # Over nothing: in the plane through the ball, square to the eye.
-        with self._lock:
-            now = self._state[kernel.PLACE : kernel.PLACE + 3].copy()
+        now = self._ball_part()
         along = float((now - start) @ toward)
         return Wish(start + along * toward, np.zeros(3), 0.0, turn)
+
+    def wish_here(self, turn: Float) -> Wish:
+        """Return the wish to hold the ball where it is, leaned by ``turn`` (see `Wish`)."""
+        return Wish(self._ball_part(), np.zeros(3), 0.0, turn)
 
     def lead(self, wish: Wish) -> None:
         """Put a wish into the box; the oldest is forgotten where it is full."""
@@ -256,6 +259,10 @@ class MouseHand:
         tip_world = self._pose.apply(tips) + share * waves[:, 1]
         rotation = _rotations(turns + waves[:, 0])
         return Motion(rotation, tip_world, button, contact)
+
+    def _ball_part(self) -> Float:
+        with self._lock:
+            return self._state[kernel.PLACE : kernel.PLACE + 3].copy()
 
     def _march(
         self, start: Float, toward: Float, reach: float, place: Float, normal: Float
