@@ -177,7 +177,7 @@ def test_a_copy_that_fails_or_takes_too_long_sends_nothing() -> None:
     aside.end()
 
 
-_PARENT = """
+_PARENT_OF_COPY = """
 import os, sys, time
 from ocmm_core.processes import Aside
 def work(send):
@@ -192,7 +192,9 @@ time.sleep(1000.0)
 
 def test_a_copy_ends_with_the_process_that_was_killed() -> None:
     needs_copies()
-    parent = subprocess.Popen([sys.executable, "-c", _PARENT], stdout=subprocess.PIPE, text=True)
+    parent = subprocess.Popen(
+        [sys.executable, "-c", _PARENT_OF_COPY], stdout=subprocess.PIPE, text=True
+    )
     assert parent.stdout is not None
     try:
         copy = int(parent.stdout.readline())

@@ -119,7 +119,7 @@ def test_only_modules_of_qt_under_the_lgpl_are_used() -> None:
             elif isinstance(node, ast.Import):
                 names = [one.name for one in node.names]
             used |= {name for name in names if name.split(".")[0] == "PySide6"}
-    assert used <= {"PySide6.QtCore", "PySide6.QtGui", "PySide6.QtWidgets"}
+    assert used <= {"PySide6", "PySide6.QtCore", "PySide6.QtGui", "PySide6.QtWidgets"}
     assert used
 
 
