@@ -133,13 +133,15 @@ class Kernel:
             fit = [*map(_fitted, args, words, listed)] if len(listed) == len(args) else [None]
             made = self._compiled(listed)
             if made is not None and all(one is not None for one in fit):
+                copies = [
+                    (one, copy, copy.tobytes())
+                    for one, copy in zip(args, fit, strict=True)
+                    if copy is not one and isinstance(one, sys.modules["numpy"].ndarray)
+                ]
                 answer = made(*fit)
-                for one, copy in zip(args, fit, strict=True):
-                    if (
-                        copy is not one
-                        and isinstance(one, sys.modules["numpy"].ndarray)
-                        and one.flags.writeable
-                    ):
+                for one, copy, before in copies:
+                    # What was only read may overlap what was written, and stays as that left it.
+                    if one.flags.writeable and copy.tobytes() != before:
                         one[...] = copy
                 return answer
         from ocmm_core.errors import InternalError

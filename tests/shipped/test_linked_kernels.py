@@ -78,6 +78,9 @@ a = g.normal(size=(9, 9))
 for name, order, factor in (("c", "C", 1.5), ("fortran", "F", 1.5), ("whole", "C", 3)):
     out = np.array(g.normal(size=a.shape), order=order)
     told[name] = kernel.fill(a, factor, out).hex(), hashlib.sha256(out.tobytes("C")).hexdigest()
+both = np.asfortranarray(g.normal(size=a.shape))
+said = kernel.fill(both, 1.5, both).hex()
+told["in place"] = said, hashlib.sha256(both.tobytes("C")).hexdigest()
 told["named"] = kernel.total(a=np.arange(33.0)).hex()
 fixed = a[0].copy()
 fixed.flags.writeable = False
