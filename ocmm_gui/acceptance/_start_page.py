@@ -54,12 +54,12 @@ _COLUMNS = (
 _FIELDS = (
     ("who", later("Done by"), later("Your name, for the record")),
     ("temperature", later("Room, °C"), later("Temperature of the room, as measured")),
-    ("place", later("Place"), later("Where the test is made; may be empty")),
-    ("customer", later("Customer"), later("For whom; empty for the laboratory itself")),
+    ("place", later("Place"), later("Where; may be empty")),
+    ("customer", later("Customer"), later("For whom; may be empty")),
 )
 _AIR = (
-    ("humidity", later("Humidity, %"), later("Of the air; may be empty")),
-    ("pressure", later("Pressure, hPa"), later("Of the air; may be empty")),
+    ("humidity", later("Humidity, %"), later("optional")),
+    ("pressure", later("Pressure, hPa"), later("optional")),
 )
 _CONDITIONS = (
     (later("as found"), "as found"),

@@ -50,6 +50,8 @@ class HandsAndEyes(QObject):
         self.touch = TouchTargets(window)
         self._settings: Settings | None = None
         self._far = False
+        # It was said in pixels of the usual size.
+        window.setMinimumSize(window.minimumSize() / self.zoom.factor())
         self.zoom.changed.connect(self._on_zoomed)
 
     def calls(self) -> dict[str, Callable[[], None]]:

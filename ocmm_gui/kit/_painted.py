@@ -53,9 +53,13 @@ class Painted(QWidget):
         return painter
 
     def _paint_panel(self, painter: QPainter) -> QRectF:
-        """Paint the frame of a panel and return it."""
+        """Paint the frame of a panel and return it; where the keyboard is, it stands out."""
         frame = QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5)
-        painter.setPen(QPen(QColor(self._theme.border), self._theme.border_px))
+        theme = self._theme
+        pen = QPen(QColor(theme.border), theme.border_px)
+        if self.hasFocus():
+            pen = QPen(QColor(theme.accent), theme.border_px + 1)
+        painter.setPen(pen)
         painter.setBrush(QColor(self._theme.panel))
         painter.drawRoundedRect(frame, 6, 6)
         return frame

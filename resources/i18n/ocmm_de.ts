@@ -430,24 +430,24 @@
         <translation>Ort</translation>
     </message>
     <message>
-        <source>Where the test is made; may be empty</source>
-        <translation>Ort der Prüfung; darf leer bleiben</translation>
-    </message>
-    <message>
         <source>Customer</source>
         <translation>Kunde</translation>
-    </message>
-    <message>
-        <source>For whom; empty for the laboratory itself</source>
-        <translation>Für wen; leer für das eigene Labor</translation>
     </message>
     <message>
         <source>Humidity, %</source>
         <translation>Feuchte, %</translation>
     </message>
     <message>
-        <source>Of the air; may be empty</source>
-        <translation>Der Luft; darf leer bleiben</translation>
+        <source>Where; may be empty</source>
+        <translation>Wo; darf leer sein</translation>
+    </message>
+    <message>
+        <source>For whom; may be empty</source>
+        <translation>Für wen; darf leer sein</translation>
+    </message>
+    <message>
+        <source>optional</source>
+        <translation>optional</translation>
     </message>
     <message>
         <source>Pressure, hPa</source>

@@ -29,8 +29,11 @@ INCH_MM = 25.4
 
 @pytest.fixture(autouse=True)
 def usual_size(qapp: QApplication) -> Iterator[None]:
-    """Leave the application as large as it was."""
+    """Leave the application as large as it was, and nothing of it remembered."""
     yield
+    store = SettingsStore.of_this_user()
+    for file in (store.user, store.station):
+        file.path.unlink(missing_ok=True)
     for zoom in qapp.findChildren(Zoom):
         zoom.use(100)
 

@@ -6,7 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QGridLayout, QLineEdit, QTableWidget, QWidget
+from PySide6.QtWidgets import (
+    QAbstractItemDelegate,
+    QGridLayout,
+    QLineEdit,
+    QTableWidget,
+    QWidget,
+)
 
 from ocmm_core.camera import MAX_LEDS, Vector3
 from ocmm_core.errors import InputError
@@ -64,7 +70,22 @@ class LedTable(NumberTable):
         self.setFont(digit_font(14, bold=False))
         self.setEditTriggers(QTableWidget.EditTrigger.AllEditTriggers)
         self.setSelectionBehavior(QTableWidget.SelectionBehavior.SelectItems)
+        self.setTabKeyNavigation(False)
         self.verticalHeader().setDefaultSectionSize(40)
+
+    def closeEditor(self, editor: QWidget, hint: QAbstractItemDelegate.EndEditHint) -> None:
+        """Go on to the next cell with Tab, and from the last one out of the table."""
+        hints = QAbstractItemDelegate.EndEditHint
+        here = (self.currentRow(), self.currentColumn())
+        last = (self.rowCount() - 1, self.columnCount() - 1)
+        if hint == hints.EditNextItem and here == last:
+            super().closeEditor(editor, hints.NoHint)
+            self.focusNextChild()
+        elif hint == hints.EditPreviousItem and here <= (0, 1):
+            super().closeEditor(editor, hints.NoHint)
+            self.focusPreviousChild()
+        else:
+            super().closeEditor(editor, hint)
 
     def show_leds(self, leds: Sequence[LedEntry]) -> None:
         """Show LEDs instead of those that are there."""
