@@ -136,7 +136,7 @@ class Kernel:
                 copies = [
                     (one, copy, copy.tobytes())
                     for one, copy in zip(args, fit, strict=True)
-                    if copy is not one and isinstance(one, sys.modules["numpy"].ndarray)
+                    if copy is not None and copy is not one and hasattr(copy, "tobytes")
                 ]
                 answer = made(*fit)
                 for one, copy, before in copies:
