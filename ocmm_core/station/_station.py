@@ -199,6 +199,8 @@ class MeasuringStation:
                 # The points come before the recording: the job is closed all the same.
                 self.faults.note(error, "The recording")
         self._current.now.file.close()
+        if self.history is not None:
+            self.history.clear()
 
     def wait_finished(self, timeout_s: float) -> bool:
         """Wait until the source has ended and all its frames are measured; say whether so."""

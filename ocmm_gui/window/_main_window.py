@@ -214,14 +214,15 @@ class MainWindow(QMainWindow):
     def _connect(self, bridge: StationBridge) -> None:
         self.desk.plan.feature_chosen.connect(bridge.choice.select)
         self.sheets.wanted.connect(self._leave_keys_to)
-        self.sheets.left.connect(lambda: self.show_mode(Mode.INSPECT))
+        # Methods, which Qt holds weakly: a lambda with the window in it would keep it for ever.
+        self.sheets.left.connect(self._to_inspect)
         self.sheets.settings_changed.connect(self._on_settings)
-        self.sheets.reopen_wanted.connect(lambda: self._close_for(REOPEN))
+        self.sheets.reopen_wanted.connect(self._reopen)
         self.search.closed.connect(self._to_page)
         self.sheets.left_manual.connect(self._leave_manual)
-        self.sheets.left_to_maintain.connect(lambda: self.show_mode(Mode.MAINTAIN))
+        self.sheets.left_to_maintain.connect(self._to_maintain)
         self.maintenance.wanted.connect(self._leave_keys_to)
-        self.maintenance.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
+        self.maintenance.left.connect(self._to_maintain)
         self.tip_line.turned.connect(self._on_tip_turned)
         self._notices.posted.connect(self.banner.show_notice, Qt.ConnectionType.QueuedConnection)
         bridge.failed.connect(self._notices.error)
@@ -235,6 +236,15 @@ class MainWindow(QMainWindow):
             bridge.coach_changed.connect(view.show_coach)
             bridge.point_refused.connect(view.show_refusal)
             bridge.point_taken.connect(lambda _point, view=view: view.forget_refusal())
+
+    def _to_inspect(self) -> None:
+        self.show_mode(Mode.INSPECT)
+
+    def _to_maintain(self) -> None:
+        self.show_mode(Mode.MAINTAIN)
+
+    def _reopen(self) -> None:
+        self._close_for(REOPEN)
 
     def _add(self, view: QWidget) -> None:
         """Take a view into the stack that was made because it is wanted."""

@@ -26,6 +26,9 @@ def test_closing_while_measuring_takes_less_than_two_seconds_and_loses_no_point(
     bench.window.close()
     assert time.monotonic() - begun < BUSY * 2.0
     assert not bench.window.isVisible()
+    history = bench.built.station.history
+    assert history is not None
+    assert history.size_bytes == 0, "a window that somebody keeps keeps no frames"
     with JobFile.open(bench.built.job_path) as job:
         assert len(job.points()) >= seen
 

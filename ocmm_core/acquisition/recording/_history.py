@@ -65,6 +65,12 @@ class FrameHistory:
             ):
                 self._bytes -= self._blocks.popleft()[1]
 
+    def clear(self) -> None:
+        """Forget all: who keeps this object keeps no frames any more."""
+        with self._lock:
+            self._blocks.clear()
+            self._bytes = 0
+
     @property
     def seconds(self) -> float:
         """Return how long a time is kept now, s."""
