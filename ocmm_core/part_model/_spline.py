@@ -227,7 +227,7 @@ def _summed(poles: Float, by_u: Float, by_v: Float) -> Float:
     As products of matrices: they take half the time of one sum over all indices.
     """
     m, p, q, _ = poles.shape
-    rows = (by_u @ poles.reshape(m, p, 4 * q)).reshape(m, -1, q, 4)
+    rows = (by_u @ poles.reshape(m, p, 4 * q)).reshape(m, by_u.shape[1], q, 4)
     found: Float = by_v[:, None] @ rows
     return found
 

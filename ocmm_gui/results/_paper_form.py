@@ -22,8 +22,8 @@ from ocmm_core.export.report import (
 from ocmm_gui.kit import caption, form_field, later, said, sentence_label, tr
 
 _FIELDS = (
-    ("template", later("Template"), later("TOML; empty: the station's")),
-    ("customer", later("Customer"), later("For whom it was measured")),
+    ("template", later("Template"), later("TOML")),
+    ("customer", later("Customer"), later("optional")),
     ("order", later("Order no."), later("Where the job has none")),
     ("drawing", later("Drawing"), later("Drawing of the part")),
     ("revision", later("Revision"), later("Revision of the drawing")),
@@ -31,7 +31,7 @@ _FIELDS = (
     ("received", later("Received"), later("Date and condition")),
     ("room", later("Room, °C"), later("A number or a range")),
     ("humidity", later("Humidity, %"), later("A number or a range")),
-    ("pressure", later("Pressure, hPa"), later("Of the air, where it matters")),
+    ("pressure", later("Pressure, hPa"), later("optional")),
     ("deviations", later("Deviations"), later("Parted by semicolons")),
 )
 _SEPARATOR = ";"

@@ -5872,12 +5872,8 @@ Startet: {source}</translation>
         <translation>Vorlage</translation>
     </message>
     <message>
-        <source>For whom it was measured</source>
-        <translation>Für wen gemessen wurde</translation>
-    </message>
-    <message>
-        <source>TOML; empty: the station&apos;s</source>
-        <translation>TOML; leer: die der Station</translation>
+        <source>TOML</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Where the job has none</source>
@@ -5914,10 +5910,6 @@ Startet: {source}</translation>
     <message>
         <source>A number or a range</source>
         <translation>Eine Zahl oder ein Bereich</translation>
-    </message>
-    <message>
-        <source>Of the air, where it matters</source>
-        <translation>Der Luft, wo es darauf ankommt</translation>
     </message>
     <message>
         <source>Deviations</source>
