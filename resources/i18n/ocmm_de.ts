@@ -5873,7 +5873,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>TOML</source>
-        <translation type="unfinished"></translation>
+        <translation>TOML</translation>
     </message>
     <message>
         <source>Where the job has none</source>

@@ -69,7 +69,7 @@ def computing(command: Callable[..., None]) -> Callable[..., None]:
 
     @functools.wraps(command)
     def run(**given: object) -> None:
-        where = {name: given.pop(name) for name in ours}
+        where = {name: given.pop(name) for name in ours if name in given}
         command(**given, site=_options(**where))  # type: ignore[arg-type]
 
     parameters: list[inspect.Parameter] = []
