@@ -71,12 +71,6 @@ class Hint:
         """Return it as a rotation (3, 3) of the world about the ball."""
         return _rotation(self.turns, stance)
 
-    @property
-    def words(self) -> str:
-        """Return it as a sentence, in English."""
-        what = ", ".join(turn.words for turn in self.turns)
-        return f"{what}: U {1e3 * self.now_mm:.0f} → {1e3 * self.then_mm:.0f} µm"
-
 
 @dataclass(frozen=True, slots=True)
 class Advice:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
 from ocmm_core.camera import Rig
 from ocmm_core.coach._prediction import Bool
 from ocmm_core.coach._stance import stance_at
 from ocmm_core.coach._turns import Turn
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, unit
 from ocmm_core.tracking import ProbeBody
 
 
@@ -97,14 +98,12 @@ def picture_of(
 def upright_rotation(rig: Rig, body: ProbeBody) -> Float:
     """Return the attitude (3, 3), rig from probe, upright with the LEDs to the cameras."""
     stance = stance_at(rig)
-    handle = body.leds_probe.mean(axis=0) - body.tip_probe
-    handle = handle / np.linalg.norm(handle)
+    handle = unit(body.leds_probe.mean(axis=0) - body.tip_probe)
     looks = body.led_directions_probe.mean(axis=0)
     looks = looks - (looks @ handle) * handle
-    size = float(np.linalg.norm(looks))
-    if size < 1e-6:
+    if np.linalg.norm(looks) < 1e-6:
         return np.eye(3)
-    looks = looks / size
+    looks = unit(looks)
     own = np.array([np.cross(looks, handle), looks, handle])
     world = np.array([stance.right, stance.away, stance.up])
     found: Float = world.T @ own
@@ -112,22 +111,8 @@ def upright_rotation(rig: Rig, body: ProbeBody) -> Float:
 
 
 def _hull(points: Float) -> Float:
-    """Return the convex hull of points (n, 2), anticlockwise (Andrew's monotone chain)."""
-    ordered = sorted(map(tuple, points.tolist()))
-    if len(ordered) < 3:
+    """Return the convex hull of points (n, 2), anticlockwise; all of them where they are flat."""
+    try:
+        return points[ConvexHull(points).vertices]
+    except (QhullError, ValueError):
         return points
-
-    def chain(row: list[tuple[float, ...]]) -> list[tuple[float, ...]]:
-        kept: list[tuple[float, ...]] = []
-        for point in row:
-            while len(kept) > 1 and _cross(kept[-2], kept[-1], point) <= 0.0:
-                kept.pop()
-            kept.append(point)
-        return kept
-
-    lower, upper = chain(ordered), chain(ordered[::-1])
-    return np.array(lower[:-1] + upper[:-1])
-
-
-def _cross(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

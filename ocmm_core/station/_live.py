@@ -10,6 +10,7 @@ import numpy as np
 
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, FrameBlock, StopReason
 from ocmm_core.camera import USUAL_SLOTS, Rig
+from ocmm_core.coach import Sensitivities
 from ocmm_core.errors import TrackingError
 from ocmm_core.fieldbus.report import BusPhase, trouble_words
 from ocmm_core.geometry import Float, Int
@@ -17,7 +18,7 @@ from ocmm_core.inspection.evaluation import LiveView, ReferenceView, StatusWord
 from ocmm_core.measuring import PointOptions, explain, point_uncertainty
 from ocmm_core.station._bus_watch import SILENCE_S, BusWatch
 from ocmm_core.station._reference_watch import judge_reference, reference_view
-from ocmm_core.station.coaching import ProbeNow
+from ocmm_core.station.coaching import LastPose, ProbeNow
 from ocmm_core.tracking import (
     FrameStatus,
     ProbeBody,
@@ -27,8 +28,7 @@ from ocmm_core.tracking import (
     TrackingPipeline,
     in_rig,
     relative_sensitivities,
-    relative_sensitivity,
-    tip_sensitivity,
+    tip_sensitivities,
 )
 
 _STALE_S = 0.3
@@ -172,31 +172,18 @@ class LiveState:
         named = status is not FrameStatus.UNIDENTIFIED
         lost = status is FrameStatus.LOST or not named
         if latest is None:
-            return ProbeNow(False, lost, named, seen, None, None, None)
+            return ProbeNow(False, lost, named, seen, None)
         good, frame = latest
         own = in_rig(good)
         spots = good.uv[frame]
-        sensitivities = None
-        reference, rig, body = good.reference, self._rig, self._body
-        if self._reference is not None and reference is not None and reference.home is not None:
-            home, about, leds = reference.home, self._reference, reference.body.uv[frame]
-
-            def relative(uv: Float) -> tuple[TipSensitivity, ...]:
-                there = np.repeat(leds[None], len(uv), axis=0)
-                return relative_sensitivities(uv, there, home, rig, body, about)
-
-            sensitivities = relative
         is_good = status is FrameStatus.OK
-        return ProbeNow(
-            is_good,
-            lost,
-            named,
-            np.isfinite(spots[..., 0]) if is_good else seen,
-            own.rotation_world_from_probe[frame],
-            own.tip_world[frame],
-            spots,
-            sensitivities,
-        )
+        last = LastPose(
+            own.rotation_world_from_probe[frame], own.tip_world[frame], spots,
+            self._sensitivities_at(good, frame),
+        )  # fmt: skip
+        if is_good:
+            seen = np.isfinite(spots[..., 0])
+        return ProbeNow(is_good, lost, named, seen, last)
 
     def failed(
         self, acquisition: AcquisitionStatus, reason: str, faults: tuple[str, ...] = ()
@@ -295,17 +282,24 @@ class LiveState:
             self._uncertainty_lock.release()
 
     def _uncertainty_of(self, track: TrackBlock, frame: int) -> float | None:
-        seen, spots = track.reference, track.uv[frame]
         try:
-            if self._reference is None or seen is None or seen.home is None:
-                sensitivity = tip_sensitivity(spots, self._rig, self._body)
-            else:
-                sensitivity = relative_sensitivity(
-                    spots, seen.body.uv[frame], seen.home, self._rig, self._body, self._reference
-                )
+            (sensitivity,) = self._sensitivities_at(track, frame)(track.uv[frame][None])
         except TrackingError:
             return None
         return point_uncertainty(sensitivity, self._rig, self._body)
+
+    def _sensitivities_at(self, track: TrackBlock, frame: int) -> Sensitivities:
+        """Return how the ball answers to spots: by the reference body as it is seen in a frame."""
+        rig, body, about, seen = self._rig, self._body, self._reference, track.reference
+        if about is None or seen is None or seen.home is None:
+            return lambda spots: tip_sensitivities(spots, rig, body)
+        home, leds = seen.home, seen.body.uv[frame]
+
+        def relative(spots: Float) -> tuple[TipSensitivity, ...]:
+            there = np.repeat(leds[None], len(spots), axis=0)
+            return relative_sensitivities(spots, there, home, rig, body, about)
+
+        return relative
 
 
 def _frames_per_second(rate: list[tuple[int, int]]) -> float:

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.station.coaching._view import NOTHING, CoachView, ProbeNow
+    from ocmm_core.station.coaching._view import NOTHING, CoachView, LastPose, ProbeNow
     from ocmm_core.station.coaching._watch import CoachWatch
 else:
-    __getattr__ = door(__name__, _view="CoachView NOTHING ProbeNow", _watch="CoachWatch")
+    __getattr__ = door(__name__, _view="CoachView LastPose NOTHING ProbeNow", _watch="CoachWatch")
 
-__all__ = ["NOTHING", "CoachView", "CoachWatch", "ProbeNow"]
+__all__ = ["NOTHING", "CoachView", "CoachWatch", "LastPose", "ProbeNow"]

@@ -16,6 +16,26 @@ _ALIKE_RAD = float(np.radians(6.0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class LastPose:
+    """The latest pose of the probe.
+
+    Attributes
+    ----------
+    rotation, tip_rig
+        (3, 3) and (3,), mm, frame of the rig.
+    spots
+        (C, L, 2), px, of that frame.
+    sensitivities
+        How the ball answers to spots.
+    """
+
+    rotation: Float
+    tip_rig: Float
+    spots: Float
+    sensitivities: Sensitivities
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class ProbeNow:
     """The probe as it was seen last.
 
@@ -29,22 +49,15 @@ class ProbeNow:
         They can be told apart.
     seen
         (C, L): which camera sees which LED now.
-    rotation, tip_rig
-        (3, 3) and (3,), mm, frame of the rig: of the last good frame; None before the first.
-    spots
-        (C, L, 2), px, of that frame.
-    sensitivities
-        How the ball answers to spots; None where no reference body is used.
+    last
+        Of the last good frame; None before the first.
     """
 
     good: bool
     lost: bool
     named: bool
     seen: NDArray[np.bool_]
-    rotation: Float | None
-    tip_rig: Float | None
-    spots: Float | None
-    sensitivities: Sensitivities | None = None
+    last: LastPose | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -22,7 +22,7 @@ from ocmm_core.coach import (
 )
 from ocmm_core.errors import TrackingError
 from ocmm_core.station.coaching._view import NOTHING, CoachView, ProbeNow
-from ocmm_core.tracking import ProbeBody, tip_sensitivity
+from ocmm_core.tracking import ProbeBody
 
 LOOK_S = 0.3
 """Between two looks: a hand turns the probe in a second, and the frames need the processor more."""
@@ -85,29 +85,25 @@ class CoachWatch:
         if now is None:
             self._steady.feed(None, time_s)
             return NOTHING
-        if not now.good or now.rotation is None or now.tip_rig is None or now.spots is None:
+        rig, body, last = self._rig, self._body, now.last
+        if last is None or not now.good:
             self._steady.feed(None, time_s)
             if not now.lost:
                 return NOTHING
-            found = help_when_lost(
-                self._rig, self._body, now.rotation, now.tip_rig, now.seen,
-                named=now.named,
-            )  # fmt: skip
+            rotation, tip_rig = (None, None) if last is None else (last.rotation, last.tip_rig)
+            found = help_when_lost(rig, body, rotation, tip_rig, now.seen, named=now.named)
             return CoachView(remedy=found.remedy, picture=found.picture)
-        held = Held(now.rotation, now.tip_rig, now.seen)
-        advice = advise(self._rig, self._body, held, now.sensitivities)
+        held = Held(last.rotation, last.tip_rig, now.seen)
+        advice = advise(rig, body, held, last.sensitivities)
         hint = self._steady.feed(advice, time_s)
         turn = None if hint is None else hint.turns[0]
-        picture = picture_of(self._rig, self._body, now.rotation, now.seen, turn)
+        picture = picture_of(rig, body, last.rotation, now.seen, turn)
         try:
-            if now.sensitivities is None:
-                answer = tip_sensitivity(now.spots, self._rig, self._body)
-            else:
-                answer = now.sensitivities(now.spots[None])[0]
+            (answer,) = last.sensitivities(last.spots[None])
         except TrackingError:
             return CoachView(picture=picture)
-        covariance = covariance_of(answer, self._rig, self._body)
-        return CoachView(ellipsoid_of(covariance, stance_at(self._rig)), hint, "", picture)
+        covariance = covariance_of(answer, rig, body)
+        return CoachView(ellipsoid_of(covariance, stance_at(rig)), hint, "", picture)
 
     def _run(self) -> None:
         try:
