@@ -3,10 +3,11 @@
 In: an archive and an outbox by the settings. Out: answers as a table and a chart, exported files.
 
 Read `_archive_sheet` (the page), `_asking` (what the process beside the window does),
-`_answer_table` (a table of any columns); then `_recall_panel`, `_recalling` and `_recall_table` (a
-recall of all archived jobs), `_labelled` and `_sheet_texts` (fields and words). The window
-computes nothing: questions are those of `ocmm_core.archive`, recalls those of `ocmm_core.recalls`.
-It must not know results, operator or Maintain.
+`_answer_table` (a table of any columns); then `_recall_panel`, `_recalling` (a recall of all
+archived jobs), `_recall_result` and `_recall_table` (what any recall found), `_labelled` and
+`_sheet_texts` (fields and words). The window computes nothing: questions are those of
+`ocmm_core.archive`, recalls those of `ocmm_core.recalls`. It must not know results, operator or
+Maintain.
 """
 
 from __future__ import annotations
@@ -18,13 +19,13 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_gui.archive._archive_sheet import ArchiveSheet
     from ocmm_gui.archive._asking import Asking
-    from ocmm_gui.archive._recall_table import RecallTable, mark_of
+    from ocmm_gui.archive._recall_result import RecallResult, WritingRecall
 else:
     __getattr__ = door(
         __name__,
         _archive_sheet="ArchiveSheet",
         _asking="Asking",
-        _recall_table="RecallTable mark_of",
+        _recall_result="RecallResult WritingRecall",
     )
 
-__all__ = ["ArchiveSheet", "Asking", "RecallTable", "mark_of"]
+__all__ = ["ArchiveSheet", "Asking", "RecallResult", "WritingRecall"]

@@ -12,13 +12,13 @@ from PySide6.QtWidgets import QCompleter, QHBoxLayout, QVBoxLayout, QWidget
 from ocmm_core.archive.outbox import ArchivePlace, HandOver
 from ocmm_core.archive.questions import QUESTIONS, ArchiveAnswer, Asked, export_answer
 from ocmm_core.archive.records import USES
-from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import RecallRecord
 from ocmm_gui.archive._answer_table import AnswerTable
 from ocmm_gui.archive._asking import Answered, Asking
 from ocmm_gui.archive._labelled import labelled
 from ocmm_gui.archive._recall_panel import RecallPanel
-from ocmm_gui.archive._sheet_texts import FIELDS, KEYS, TITLES
+from ocmm_gui.archive._sheet_texts import FIELDS, KEYS, TITLES, read_day
 from ocmm_gui.charts import TrendChart
 from ocmm_gui.kit import (
     ChoiceBox,
@@ -144,10 +144,10 @@ class ArchiveSheet(WorkSheet):
     def export(self) -> None:
         """Ask where the table, or the recall, that is shown goes."""
         if self._recalls():
-            if self.recall.record is None:
+            if self.recall.result.record is None:
                 self.say(tr("Recall first (F8): there are no pages yet."))
                 return
-            day = self.recall.record.made_utc[:10]
+            day = self.recall.result.record.made_utc[:10]
             self.target.ask(self._proposed() / f"recall-{day}.pdf")
             return
         if self._answer is None:
@@ -271,13 +271,4 @@ class ArchiveSheet(WorkSheet):
 
 
 def _day(text: str) -> date | None:
-    if not text:
-        return None
-    try:
-        return date.fromisoformat(text)
-    except ValueError:
-        raise InputError(
-            "archive.day",
-            tr("{text} is no day.").format(text=text),
-            tr("Write it like 2026-11-26."),
-        ) from None
+    return read_day(text, date.fromisoformat) if text else None

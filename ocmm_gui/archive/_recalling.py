@@ -1,17 +1,14 @@
-"""What the process beside the window does for a recall: compute it, store it, write its pages."""
+"""What the process beside the window does for a recall: compute it, and store it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
 
 from ocmm_core.archive.stores import open_archive
-from ocmm_core.export import write_together
 from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.recalls import ArchiveFinding, ShopPlaces, decide_archived, recall_archive
 from ocmm_gui.kit import Teller, later
-from ocmm_gui.reports import drawing, pdf_bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,20 +37,3 @@ class Storing:
         with open_archive(self.places.address, password=self.places.password) as archive:
             tell.commit()
             return decide_archived(archive, self.record, self.who, datetime.now(UTC))[0]
-
-
-@dataclass(frozen=True, slots=True)
-class WritingRecall:
-    """Write the pages of a recall."""
-
-    record: RecallRecord
-    path: Path
-
-    def __call__(self, tell: Teller) -> Path:
-        """Return where they are."""
-        tell(later("Creating the pages"), 0.3)
-        with drawing():
-            content = pdf_bytes(self.record)
-        tell.commit()
-        write_together({self.path: content})
-        return self.path

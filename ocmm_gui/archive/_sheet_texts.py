@@ -1,8 +1,14 @@
-"""Keys, questions and fields of the Archive page, in words."""
+"""Keys, questions and fields of the Archive page, in words, and a day as it is typed."""
 
 from __future__ import annotations
 
-from ocmm_gui.kit import ActionInfo, later
+from collections.abc import Callable
+from typing import TypeVar
+
+from ocmm_core.errors import InputError
+from ocmm_gui.kit import ActionInfo, later, tr
+
+D = TypeVar("D")
 
 KEYS = (
     ActionInfo("ask", later("Ask"), later("Ask the archive"), ("F8",)),
@@ -38,3 +44,15 @@ FIELDS = (
     ("first", later("From"), later("day, e.g. 2026-11-26; empty: today")),
     ("last", later("To"), later("day; empty: the same")),
 )
+
+
+def read_day(text: str, read: Callable[[str], D]) -> D:
+    """Return a day as it was typed; InputError where it is none."""
+    try:
+        return read(text)
+    except ValueError:
+        raise InputError(
+            "archive.day",
+            tr("{text} is no day.").format(text=text),
+            tr("Write it like 2026-11-26."),
+        ) from None

@@ -8,34 +8,22 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from ocmm_core.errors import InputError
-from ocmm_core.export import write_together
 from ocmm_core.inspection.archive import (
     KeptPlaces,
     RecallRecord,
-    checked,
     decide,
-    decided,
-    headline,
-    not_judged,
     recall,
-    totals,
 )
-from ocmm_gui.archive import RecallTable, mark_of
+from ocmm_gui.archive import RecallResult, WritingRecall
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
     ActionInfo,
-    FitText,
     PathPanel,
     Teller,
     Theme,
     WorkSheet,
     later,
-    mark_colour,
-    sentence_label,
     tr,
 )
-from ocmm_gui.reports import drawing, pdf_bytes
 
 _KEYS = (
     ActionInfo(
@@ -50,10 +38,6 @@ _KEYS = (
         ("F8",),
     ),
 )  # fmt: skip
-
-
-_MOST_LINES = 3
-"""Of jobs that were not judged: the table below needs the room."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,20 +58,6 @@ class _Deciding:
         tell(later("Storing the recall"), 0.5)
         tell.commit()
         return decide(self.record, self.places, self.who, datetime.now(UTC))
-
-
-@dataclass(frozen=True, slots=True)
-class _Writing:
-    record: RecallRecord
-    path: Path
-
-    def __call__(self, tell: Teller) -> Path:
-        tell(later("Creating the pages"), 0.3)
-        with drawing():
-            content = pdf_bytes(self.record)
-        tell.commit()
-        write_together({self.path: content})
-        return self.path
 
 
 class RecallSheet(WorkSheet):
@@ -113,29 +83,20 @@ class RecallSheet(WorkSheet):
         super().__init__(tr("Recall"), _KEYS, tr("Recalculating the jobs"))
         self._proposed, self._calibrations, self._probes = folder, calibrations, probes
         self._who = who
-        self._theme = THEMES[DEFAULT_THEME]
         self._asked: KeptPlaces | None = None
         self._places: KeptPlaces | None = None  # those of the record that is shown
-        self._record: RecallRecord | None = None
         self.file = PathPanel(
             tr("Recall the jobs from the folder"), tr("Folder of the jobs"), tr("Recall")
         )
         self.pages = PathPanel(
             tr("Write the recall into the file"), tr("File of the recall"), tr("Write")
         )
-        self._headline = FitText(tr("Result of the recall"), limit=26)
-        self._headline.setFixedHeight(40)
-        self.totals = sentence_label(tr("Findings of the recall"), 15)
-        self.table = RecallTable()
-        self.about_job = sentence_label(tr("Evidence for the selected verdict"), 14)
-        self.about_job.setProperty("role", "muted")
-        for widget in (self.file, self.pages, self.working, self._headline, self.totals):
+        self.result = RecallResult()
+        for widget in (self.file, self.pages, self.working):
             self.body.addWidget(widget)
-        self.body.addWidget(self.table, 1)
-        self.body.addWidget(self.about_job)
+        self.body.addWidget(self.result, 1)
         self.file.given.connect(self.read)
         self.pages.given.connect(self.write)
-        self.table.itemSelectionChanged.connect(lambda: self.about_job.setText(self.table.line()))
         self.use_keys(
             {
                 "folder": lambda: self.file.ask(self._folder()),
@@ -149,9 +110,9 @@ class RecallSheet(WorkSheet):
 
     def open(self) -> None:
         """Recall the jobs of the folder where they are kept, unless some are shown already."""
-        if self._record is None and not self._work.is_running():
+        if self.result.record is None and not self._work.is_running():
             self.read(self._proposed())
-        self.table.setFocus()
+        self.result.table.setFocus()
 
     def read(self, folder: Path) -> None:
         """Recall the jobs of a folder; the window stays free."""
@@ -160,7 +121,7 @@ class RecallSheet(WorkSheet):
         self.say(
             tr("Checks the jobs in {folder}. Job files are not changed.").format(folder=folder)
         )
-        self.table.setFocus()
+        self.result.table.setFocus()
 
     def release(self) -> None:
         """Let the points count again whose verdicts hold, in the name of the operator."""
@@ -180,18 +141,11 @@ class RecallSheet(WorkSheet):
         """Write the recall as pages."""
         record, _ = self._shown()
         if record is not None:
-            self._begin(tr("Creating the pages"), _Writing(record, path))
-
-    def headline(self) -> str:
-        """Return the totals in large words; for tests."""
-        return self._headline.text()
+            self._begin(tr("Creating the pages"), WritingRecall(record, path))
 
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""
-        self._theme = theme
-        self.table.set_theme(theme)
-        if self._record is not None:
-            self._show_words(self._record)
+        self.result.set_theme(theme)
 
     def _folder(self) -> Path:
         return self._places.jobs[0] if self._places is not None else self._proposed()
@@ -207,30 +161,21 @@ class RecallSheet(WorkSheet):
                 )
             )
             return None, None
-        if self._record is None:
+        if self.result.record is None:
             self.failed.emit(
                 InputError(
                     "recall.nothing", "No recall is shown yet.", "Recall a folder first (F7)."
                 )
             )
             return None, None
-        return self._record, self._places
+        return self.result.record, self._places
 
     def _show(self, answer: object) -> None:
         if isinstance(answer, Path):
             self.pages.hide()
             self.told.emit(tr("Recall written to {path}.").format(path=answer))
         elif isinstance(answer, RecallRecord):
-            self._record, self._places = answer, self._asked
+            self._places = self._asked
             self.file.hide()
-            self.say(checked(answer))
-            self._show_words(answer)
-            self.table.show_record(answer)
-            self.about_job.setText(self.table.line())
-            self.table.setFocus()
-
-    def _show_words(self, record: RecallRecord) -> None:
-        mark = mark_of(record)
-        self._headline.show_text(headline(record), mark_colour(self._theme, mark), mark)
-        said = (*totals(record), decided(record)) if record.jobs else ()
-        self.totals.setText("\n".join((*said, *not_judged(record, _MOST_LINES))))
+            self.say(self.result.show_record(answer))
+            self.result.table.setFocus()

@@ -155,13 +155,13 @@ def test_a_recall_is_computed_shown_stored_and_printed(
     sheet.keys["ask"].trigger()
     done()
     assert not told
-    assert sheet.recall.table.rowCount() >= 2
-    record = sheet.recall.record
+    assert sheet.recall.result.table.rowCount() >= 2
+    record = sheet.recall.result.record
     assert record is not None
     assert {job.serial: job.outcome for job in record.jobs} == {
         "before": Outcome.HOLDS, "large": Outcome.CHANGES,
     }  # fmt: skip
-    assert sheet.recall.headline() == headline(record)
+    assert sheet.recall.result.headline() == headline(record)
     # Nobody is named: the core says so.
     sheet.keys["store"].trigger()
     done()
@@ -174,7 +174,7 @@ def test_a_recall_is_computed_shown_stored_and_printed(
     sheet.keys["store"].trigger()
     done()
     assert not told
-    assert "Anna" in sheet.recall.totals.text()
+    assert "Anna" in sheet.recall.result.totals.text()
     with open_archive(place.address) as archive:
         rows = archive.ask("SELECT serial, held FROM archived_job ORDER BY serial").rows
         assert rows == (("before", 0), ("large", 1))
@@ -194,7 +194,7 @@ def test_a_recall_is_computed_shown_stored_and_printed(
 def test_everything_has_an_accessible_name(sheet: ArchiveSheet) -> None:
     for widget in (
         sheet.question, sheet.kind, sheet.table, sheet.notes, sheet.standing,
-        *sheet.fields.values(), sheet.recall.finding, sheet.recall.table, sheet.recall.totals,
-        *sheet.recall.fields.values(),
+        *sheet.fields.values(), sheet.recall.finding, *sheet.recall.fields.values(),
+        sheet.recall.result.table, sheet.recall.result.totals,
     ):  # fmt: skip
         assert widget.accessibleName()

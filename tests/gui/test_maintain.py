@@ -87,9 +87,9 @@ def test_the_recall_is_a_key_away_and_leads_back(bench: BusBench) -> None:
     QTest.keyClick(window, Qt.Key.Key_F12)
     assert recall.isVisible()
     assert recall.is_working()
-    QTest.keyClick(recall.table, Qt.Key.Key_F9)
+    QTest.keyClick(recall.result.table, Qt.Key.Key_F9)
     assert not recall.is_working()
-    QTest.keyClick(recall.table, Qt.Key.Key_Escape)
+    QTest.keyClick(recall.result.table, Qt.Key.Key_Escape)
     assert not recall.isVisible()
     assert window.mode() is Mode.MAINTAIN
 

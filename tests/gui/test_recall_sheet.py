@@ -56,13 +56,13 @@ def test_totals_table_and_decision(
     assert "F9 stops." in sheet.working.words()
     qtbot.waitUntil(lambda: not sheet.is_working(), timeout=HANG_MS)
     assert sheet.working.words() == ""
-    assert sheet.headline() == "0 CANNOT BE KNOWN   1 CHANGES   1 HOLDS"
+    assert sheet.result.headline() == "0 CANNOT BE KNOWN   1 CHANGES   1 HOLDS"
     # What needs somebody stands first.
-    assert sheet.table.rowCount() == 4
-    assert sheet.table.words(0)[:2] == ("large", "Ball diameter")
-    assert sheet.table.words(0)[4] == "CHANGES"
-    assert "SHA-256" in sheet.about_job.text()
-    assert "Not decided" in sheet.totals.text()
+    assert sheet.result.table.rowCount() == 4
+    assert sheet.result.table.words(0)[:2] == ("large", "Ball diameter")
+    assert sheet.result.table.words(0)[4] == "CHANGES"
+    assert "SHA-256" in sheet.result.about_job.text()
+    assert "Not decided" in sheet.result.totals.text()
     # Another folder that is given up leaves the decision about this one to this one.
     sheet.read(tmp_path / "elsewhere")
     assert str(tmp_path / "elsewhere") in sheet.about()
@@ -70,7 +70,7 @@ def test_totals_table_and_decision(
     assert errors[-1].code == "recall.busy"
     sheet.keys["stop"].trigger()
     sheet.keys["decide"].trigger()
-    qtbot.waitUntil(lambda: "Decided by Ada" in sheet.totals.text(), timeout=HANG_MS)
+    qtbot.waitUntil(lambda: "Decided by Ada" in sheet.result.totals.text(), timeout=HANG_MS)
     world.store.refresh()
     assert world.store.events[-1].kind is EventKind.RECALLED
     assert world.store.events[-1].who == "Ada"
