@@ -52,7 +52,7 @@ class HandsAndEyes(QObject):
         self._far = False
         # It was said in pixels of the usual size.
         window.setMinimumSize(window.minimumSize() / self.zoom.factor())
-        self.zoom.changed.connect(self._on_zoomed)
+        self.zoom.changed.connect(self._fit)
 
     def calls(self) -> dict[str, Callable[[], None]]:
         """Return what the keys do."""
@@ -112,9 +112,6 @@ class HandsAndEyes(QObject):
         chosen: dict[str, Any] = {key.replace(".", "_"): new for key, new in changes.items()}
         self.use(replace(self._store.load().settings, **chosen))
         self.kept.emit()
-
-    def _on_zoomed(self) -> None:
-        self._fit()
 
     def _fit(self) -> None:
         settings = self._settings

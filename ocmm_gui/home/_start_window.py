@@ -16,7 +16,6 @@ from PySide6.QtGui import (
     QDropEvent,
     QKeyEvent,
     QKeySequence,
-    QShortcut,
 )
 from PySide6.QtWidgets import QApplication, QMainWindow, QVBoxLayout, QWidget
 
@@ -148,7 +147,6 @@ class StartWindow(QMainWindow):
         self.browser.chosen.connect(self.take_file)
         self._archive_sheet: ArchiveSheet | None = None
         self.manual: ManualSheet | None = None
-        self._before_manual: QWidget = self.page
         self._stack = PageStack()
         for page in (self.page, self.settings, self.plans, self.browser):
             self._stack.addWidget(page)
@@ -161,16 +159,16 @@ class StartWindow(QMainWindow):
         self.eyes = HandsAndEyes(self, area, store, notices)
         self._stack.currentChanged.connect(lambda _page: self.eyes.show_far(False))
         self.eyes.kept.connect(self.settings.read_again)
-        self._bind_keys()
+        self._keys = self._make_keys()
         notices.posted.connect(self.banner.show_notice)
         for note in self.loaded.notes:
             notices.warn(note.what, note.remedy)
         # The Start page has it among its own keys; here it is that of all other pages.
-        self._help = QShortcut(QKeySequence("F1"), self, self._open_manual)
+        manual = self._keys["manual"]
         self._stack.currentChanged.connect(
-            lambda _page: self._help.setEnabled(self._stack.currentWidget() is not self.page)
+            lambda _page: manual.setEnabled(self._stack.currentWidget() is not self.page)
         )
-        self._help.setEnabled(False)
+        manual.setEnabled(False)
         self._dress()
         self.eyes.use(self.loaded.settings)
         self.page.setFocus()
@@ -287,14 +285,15 @@ class StartWindow(QMainWindow):
             self._stack.addWidget(sheet)
             self.manual = sheet
             dress(sheet, THEMES[self.loaded.settings.window_theme])
-        if shown is not None and shown is not self.manual:
-            self._before_manual = shown
+        self.manual.come_from(shown)
         self._stack.setCurrentWidget(self.manual)
         self.manual.open(place_of(shown))
 
     def _leave_manual(self) -> None:
-        self._stack.setCurrentWidget(self._before_manual)
-        self._before_manual.setFocus()
+        before = None if self.manual is None else self.manual.came_from()[0]
+        page = before or self.page
+        self._stack.setCurrentWidget(page)
+        page.setFocus()
 
     def show_settings(self, section: str = "") -> None:
         """Show the settings, at one of their sections."""
@@ -314,9 +313,11 @@ class StartWindow(QMainWindow):
         if before.settings != loaded.settings:
             self.read()
 
-    def _bind_keys(self) -> None:
-        """Let size and gloves have their keys on all pages, without buttons."""
-        calls, changed = self.eyes.calls(), usable_keys(self.loaded.settings.window_keys)
+    def _make_keys(self) -> dict[str, QAction]:
+        """Let size, gloves and manual have their keys on all pages, without buttons."""
+        calls = {**self.eyes.calls(), "manual": self._open_manual}
+        changed = usable_keys(self.loaded.settings.window_keys)
+        made: dict[str, QAction] = {}
         for info in ACTIONS:
             if info.key in calls:
                 action = QAction(tr(info.text), self)
@@ -325,6 +326,8 @@ class StartWindow(QMainWindow):
                 action.setAutoRepeat(False)
                 action.triggered.connect(lambda _checked, call=calls[info.key]: call())
                 self.addAction(action)
+                made[info.key] = action
+        return made
 
     def _next_theme(self) -> None:
         names = list(THEMES)

@@ -6,7 +6,15 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import QHBoxLayout, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QHBoxLayout,
+    QListWidget,
+    QListWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+from shiboken6 import isValid
 
 from ocmm_core.manual import Chapter, Manual, ManualHit, Part, Place, load_manual
 from ocmm_gui.kit import ActionInfo, FormField, Sheet, later, literal, text_font, tr
@@ -63,6 +71,7 @@ class ManualSheet(Sheet):
         self._manual = manual or self.attempt(load_manual)
         self._read: list[_Read] = []
         self._now = -1
+        self._came_from: tuple[QWidget | None, QWidget | None] = (None, None)
         self.field = _SearchField.of(tr("Search the manual"), tr("Words to search for"))
         self.list = QListWidget()
         self.list.setAccessibleName(tr("Chapters and what was found"))
@@ -106,6 +115,16 @@ class ManualSheet(Sheet):
         self._go(_Read(Place.of(reference or FIRST)))
         if self.text is not None:
             self.text.setFocus()
+
+    def come_from(self, page: QWidget | None) -> None:
+        """Remember the page that is shown before the manual is, and what has the keyboard there."""
+        if page is not self:
+            self._came_from = (page, QApplication.focusWidget())
+
+    def came_from(self) -> tuple[QWidget | None, QWidget | None]:
+        """Return that page, and what had the keyboard, where it is still there."""
+        page, focus = self._came_from
+        return page, focus if focus is not None and isValid(focus) else None
 
     def place(self) -> Place | None:
         """Return where the manual is open; None where there is no manual."""

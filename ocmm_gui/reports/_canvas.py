@@ -169,14 +169,7 @@ class Canvas:
 
 def whole_words(text: str, style: Style, width: float) -> Style:
     """Return a style, if need be a smaller one, in which each word stands on one line."""
-    smaller = style
-    longest = max(text.split(), key=len, default="")
-    while smaller.size > _LEAST * style.size:
-        _, metrics = _face(smaller.size, smaller.bold)
-        if metrics.horizontalAdvance(longest) <= width:
-            break
-        smaller = replace(smaller, size=0.95 * smaller.size)
-    return smaller
+    return on_one_line(max(text.split(), key=len, default=""), style, width)
 
 
 def on_one_line(text: str, style: Style, width: float) -> Style:

@@ -18,7 +18,6 @@ from PySide6.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
-from shiboken6 import isValid
 
 from ocmm_core.calibration.records import ProbeView
 from ocmm_core.errors import OcmmError
@@ -131,7 +130,6 @@ class MainWindow(QMainWindow):
         self._notices = notices
         self._job: JobView | None = None
         self._live: LiveView | None = None
-        self._before_manual: tuple[QWidget | None, QWidget | None] = (None, None)
         self.close_seconds = 0.0
         self.actions_by_key = make_actions(self)
         self.desk = DeskView(
@@ -492,15 +490,12 @@ class MainWindow(QMainWindow):
         self.search.ask({**own, **self.actions_by_key})
 
     def _open_manual(self) -> None:
-        """Open the manual at the section of the page one is on, and remember where that was."""
-        shown = self._stack.currentWidget()
-        if not (self.sheets.is_made("manual") and shown is self.sheets.manual):
-            self._before_manual = (shown, QApplication.focusWidget())
-        self.sheets.open_manual(shown)
+        """Open the manual at the section of the page one is on."""
+        self.sheets.open_manual(self._stack.currentWidget())
 
     def _leave_manual(self) -> None:
         """Show what was shown before, with the keyboard where it was."""
-        page, focus = self._before_manual
+        page, focus = self.sheets.manual.came_from()
         if page is None or page in (self.desk, self.far):
             self.show_mode(Mode.INSPECT)
         elif self.maintenance.is_made("view") and page is self.maintenance.view:
@@ -508,7 +503,7 @@ class MainWindow(QMainWindow):
         else:
             self._leave_keys_to(page)
             page.setFocus()
-        if focus is not None and isValid(focus) and focus.isVisible():
+        if focus is not None and focus.isVisible():
             focus.setFocus()
 
     def _to_desk(self) -> None:

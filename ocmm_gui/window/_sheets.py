@@ -257,6 +257,7 @@ class Sheets(MadeLate):
         """Show the section of the manual that explains a page."""
         from ocmm_gui.manual import place_of
 
+        self.manual.come_from(page)
         self.wanted.emit(self.manual)
         self.manual.open(place_of(page))
 

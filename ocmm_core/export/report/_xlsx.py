@@ -310,7 +310,7 @@ def _for_paper(table: Table, units: Units) -> Table:
     chosen = table.chosen((*printed, *(name for name in table.columns if name not in printed)))
     if "Unit" in chosen.columns:
         return chosen
-    unit = "in" if units.lengths == "inch" else "mm"
+    unit = PaperLengths(units.lengths).word
     heads = tuple(f"{name}, {unit}" if name in _LENGTHS else name for name in chosen.columns)
     return replace(chosen, columns=heads)
 

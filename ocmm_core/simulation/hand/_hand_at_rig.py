@@ -108,9 +108,6 @@ class HandAtRig:
         with self._lock:
             turn = self._turn + np.array([right_rad, back_rad])
             self._turn = np.clip(turn, -_MOST_RAD, _MOST_RAD)
-            if self._ray is None and self._taken and self._hand is not None:
-                # The mouse has not moved since it was taken over.
-                self._hand.lead(self._hand.wish_here(self._turn))
             self._lead()
 
     def touch_at(self, origin_world: Float, toward_world: Float) -> bool:
@@ -120,7 +117,7 @@ class HandAtRig:
                 return False
             self._clear = CLEAR_MM
             self._ray = (np.array(origin_world), np.array(toward_world))
-            return self._hand.touch(self._wish(self._hand, self._ray))
+            return self._hand.touch(self._wish(self._hand))
 
     def press(self) -> None:
         """Press the button of the probe where the ball is now."""
@@ -147,8 +144,11 @@ class HandAtRig:
         return self._hand
 
     def _lead(self) -> None:
-        if self._taken and self._hand is not None and self._ray is not None:
-            self._hand.lead(self._wish(self._hand, self._ray))
+        if self._taken and self._hand is not None:
+            self._hand.lead(self._wish(self._hand))
 
-    def _wish(self, hand: MouseHand, ray: tuple[Float, Float]) -> Wish:
-        return hand.wish_at(*ray, self._clear, self._turn)
+    def _wish(self, hand: MouseHand) -> Wish:
+        if self._ray is None:
+            # The mouse has not moved since it was taken over.
+            return hand.wish_here(self._turn)
+        return hand.wish_at(*self._ray, self._clear, self._turn)
