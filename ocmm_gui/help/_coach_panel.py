@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QRectF, Qt, QTimer
+from PySide6.QtCore import QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent
 
 from ocmm_core.coach import Hint
@@ -22,7 +22,7 @@ from ocmm_gui.kit import (
 )
 
 REFUSED_MS = 4000
-"""So long the picture of a refused touch stays."""
+"""So long a refused touch stays on the screen."""
 _LINE_PX = 15
 _HARD_BLANK = "\u00a0"
 _LOW, _PICTURE_SHARE, _WORDS_SHARE = 1.1, 0.5, 0.4
@@ -38,6 +38,9 @@ class CoachPanel(Painted):
         It is looked at from three metres: no words that would be too small, they stand elsewhere.
     """
 
+    refusal_over = Signal()
+    """A refusal has been shown for its while."""
+
     def __init__(self, *, far: bool = False) -> None:
         super().__init__(tr("Coach"), (160, 150), (130, 90))
         self._far = far
@@ -46,7 +49,7 @@ class CoachPanel(Painted):
         self._end = QTimer(self)
         self._end.setSingleShot(True)
         self._end.setInterval(REFUSED_MS)
-        self._end.timeout.connect(self.forget_refusal)
+        self._end.timeout.connect(self._on_end)
 
     def show_coach(self, view: CoachView) -> None:
         """Show what the coach says now."""
@@ -64,6 +67,10 @@ class CoachPanel(Painted):
         self._refusal = None
         self._end.stop()
         self._tell()
+
+    def _on_end(self) -> None:
+        self.forget_refusal()
+        self.refusal_over.emit()
 
     def shows_probe(self) -> bool:
         """Return whether the probe is shown, and not the ellipse."""

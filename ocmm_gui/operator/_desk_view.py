@@ -79,6 +79,7 @@ class DeskView(QWidget):
         self.points = PointView(rig, body, animated=_animated())
         self.readout = Readout()
         self.coach = CoachPanel()
+        self.coach.refusal_over.connect(self.forget_refusal)
         self.feature = FeaturePanel()
         self.guidance = Guidance(15)
         self.picture = StepPicture()

@@ -103,6 +103,7 @@ class FarView(QWidget):
         self._coverage = CoverageView()
         self._ring = TargetRing()
         self.coach = CoachPanel(far=True)
+        self.coach.refusal_over.connect(self.forget_refusal)
         self.coach.hide()
         self._values = {
             key: FitText(tr(name), limit=_DIGITS_PX, align=right, digits=True, reserve=reserve)
@@ -314,9 +315,6 @@ class FarView(QWidget):
         )
 
     def _show_ring(self) -> None:
-        if self.coach.isHidden() == self.coach.shows_probe():
-            # The time of a refusal is over.
-            self._show_pictures()
         target = None if self._job is None else self._job.target
         self._ring.show_target(target, None if self._live is None else self._live.tip_world)
 

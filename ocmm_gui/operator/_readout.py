@@ -31,8 +31,6 @@ DIGITS_HZ = 12
 """Digits that change faster cannot be read."""
 
 FLASH_MS = 450
-REFUSED_MS = 4000
-"""So long a refusal stands in place of the digits."""
 _RESERVE = "+0000.000"
 _CAPTION_SHARE = 0.08
 _REASON_LIMIT_PX, _REASON_SHARE = 100, 100.0 / 1080.0
@@ -57,10 +55,6 @@ class Readout(QWidget):
         self._end_of_flash.timeout.connect(self._stop_flash)
         self._remedy = ""
         self._refusal: tuple[str, str] | None = None
-        self._end_of_refusal = QTimer(self)
-        self._end_of_refusal.setSingleShot(True)
-        self._end_of_refusal.setInterval(REFUSED_MS)
-        self._end_of_refusal.timeout.connect(self.forget_refusal)
         self.setAccessibleName(tr("Readout"))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
@@ -95,15 +89,13 @@ class Readout(QWidget):
             self.update()
 
     def show_refusal(self, what: str, remedy: str) -> None:
-        """Show for a while why a touch gave no point, and in large type what to do."""
+        """Show why a touch gave no point, and in large type what to do, until it is forgotten."""
         self._refusal = (what, remedy)
-        self._end_of_refusal.start()
         self.update()
 
     def forget_refusal(self) -> None:
         """Show the digits again."""
         self._refusal = None
-        self._end_of_refusal.stop()
         self.update()
 
     def trouble(self) -> tuple[str, str]:
