@@ -8,7 +8,7 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent
 from PySide6.QtWidgets import QFrame, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
-from ocmm_gui.kit import OwnKeysField, key_words, literal, text_font, tr
+from ocmm_gui.kit import OwnKeysField, key_words, list_step, literal, text_font, tr
 
 _ROW_PX = 42
 _SHOWN = 8
@@ -125,9 +125,7 @@ class _Field(OwnKeysField):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Move in the list, or type."""
-        steps = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}
-        step = steps.get(Qt.Key(event.key()), 0)
-        if step:
+        if step := list_step(event):
             self.moved.emit(step)
             return
         super().keyPressEvent(event)

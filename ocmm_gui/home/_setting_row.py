@@ -32,6 +32,7 @@ from ocmm_gui.kit import (
     text_font,
     tr,
     tr_all,
+    use_role,
 )
 
 HIGH_PX = 57
@@ -213,11 +214,7 @@ class SettingRow(QObject):
         self.committed.emit(self.spec.key, value)
 
     def _say(self, text: str, *, fault: bool) -> None:
-        role = "bad" if fault else "muted"
-        if self.told.property("role") != role:
-            self.told.setProperty("role", role)
-            self.told.style().unpolish(self.told)
-            self.told.style().polish(self.told)
+        use_role(self.told, "bad" if fault else "muted")
         self.told.setText(text)
         self.told.setToolTip(literal(text))
 

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings import Settings
-from ocmm_gui.kit import PlainLabel, SideProcess, Teller, later, said, sentence_label, tr
+from ocmm_gui.kit import PlainLabel, SideProcess, Teller, later, said, sentence_label, tr, use_role
 
 _LEAST_PX, _MOST_PX = 300, 1240
 _A4 = 297.0 / 210.0
@@ -110,8 +110,8 @@ class TemplatePreview(QWidget):
             return
         self._watch(self._settings.report_template)
         self._width = self._room()
-        self.words.setProperty("role", "muted")
-        self._say(tr("Drawing the first page"))
+        use_role(self.words, "muted")
+        self.words.setText(tr("Drawing the first page"))
         self._work.start(HeadPage(self._settings, self._width))
 
     def _watch(self, template: Path | None) -> None:
@@ -129,17 +129,13 @@ class TemplatePreview(QWidget):
             width, height, content = answer
             image = QImage(content, width, height, QImage.Format.Format_RGB32)
             self.page.setPixmap(QPixmap.fromImage(image))
-            self._say(tr("First page of a report, nothing measured. It follows the settings."))
+            self.words.setText(
+                tr("First page of a report, nothing measured. It follows the settings.")
+            )
 
     def _fail(self, error: object) -> None:
         if isinstance(error, OcmmError):
             # A page of before would look as if it were that of this template.
             self.page.clear()
-            self.words.setProperty("role", "warn")
-            self._say("▲ " + said(f"{error.what} {error.remedy}"))
-
-    def _say(self, text: str) -> None:
-        self.words.setText(text)
-        style = self.words.style()
-        style.unpolish(self.words)
-        style.polish(self.words)
+            use_role(self.words, "warn")
+            self.words.setText("▲ " + said(f"{error.what} {error.remedy}"))

@@ -120,7 +120,7 @@ if TYPE_CHECKING:
         stacked,
         value_label,
     )
-    from ocmm_gui.kit._path_panel import OwnKeysField, PathPanel, dropped_file
+    from ocmm_gui.kit._path_panel import OwnKeysField, PathPanel, dropped_file, list_step
     from ocmm_gui.kit._reason_panel import ReasonPanel
     from ocmm_gui.kit._sheet import ChoiceBox, FormField, Sheet, caption, form_field
     from ocmm_gui.kit._side_process import SideProcess, Tell, Teller, Work
@@ -149,6 +149,7 @@ if TYPE_CHECKING:
         fitted,
         status_colour,
         text_font,
+        use_role,
         verdict_colour,
         wrapped_pixels,
     )
@@ -186,7 +187,7 @@ else:
         ),
         _painted="Painted SCENE_LEAST SCENE_SIZE",
         _parts="ColouredRow DataTable NumberTable panel sentence_label stacked value_label",
-        _path_panel="OwnKeysField PathPanel dropped_file",
+        _path_panel="OwnKeysField PathPanel dropped_file list_step",
         _reason_panel="ReasonPanel",
         _sheet="ChoiceBox FormField Sheet caption form_field",
         _side_process="SideProcess Tell Teller Work",
@@ -194,7 +195,7 @@ else:
         _texts=("PlainLabel later literal said said_word tr tr_all with_unit"),
         _theme=(
             "CAP_HEIGHT DEFAULT_THEME THEMES Theme Themed WRAPPED apply_theme digit_font dress "
-            "far_type fitted status_colour text_font verdict_colour wrapped_pixels"
+            "far_type fitted status_colour text_font use_role verdict_colour wrapped_pixels"
         ),
         _verification_messages="session_of",
         _work_line="WorkLine",
@@ -295,6 +296,7 @@ __all__ = [
     "length_of_field",
     "length_words",
     "limit_words",
+    "list_step",
     "literal",
     "localised",
     "make_actions",
@@ -340,6 +342,7 @@ __all__ = [
     "usable_keys",
     "use_language",
     "use_numbers",
+    "use_role",
     "use_shortcuts",
     "value_label",
     "verdict_colour",

@@ -129,6 +129,11 @@ class OwnKeysField(HintField):
 _ZOOMS = (Qt.Key.Key_Plus, Qt.Key.Key_Equal, Qt.Key.Key_Minus, Qt.Key.Key_0)
 
 
+def list_step(event: QKeyEvent) -> int:
+    """Return how a key of a field moves in the list that belongs to it: down, up, or not at all."""
+    return {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}.get(Qt.Key(event.key()), 0)
+
+
 def is_zoom(event: QKeyEvent) -> bool:
     """Return whether a key changes the size of the window: nobody types it."""
     held = event.modifiers() & Qt.KeyboardModifier.ControlModifier

@@ -256,3 +256,11 @@ def dress(whole: QWidget, theme: Theme) -> None:
     for widget in (whole, *whole.findChildren(QWidget)):
         if isinstance(widget, Themed):
             widget.set_theme(theme)
+
+
+def use_role(widget: QWidget, role: str) -> None:
+    """Dress a widget that stands there already as another role of the style sheet."""
+    if widget.property("role") != role:
+        widget.setProperty("role", role)
+        widget.style().unpolish(widget)
+        widget.style().polish(widget)

@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 from shiboken6 import isValid
 
 from ocmm_core.manual import Chapter, Manual, ManualHit, Part, Place, load_manual
-from ocmm_gui.kit import ActionInfo, FormField, Sheet, later, literal, text_font, tr
+from ocmm_gui.kit import ActionInfo, FormField, Sheet, later, list_step, literal, text_font, tr
 from ocmm_gui.manual._places import FIRST
 from ocmm_gui.manual._reading import Reading
 
@@ -303,8 +303,7 @@ class _SearchField(FormField):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Move in the list, or type."""
-        step = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}.get(Qt.Key(event.key()), 0)
-        if step:
+        if step := list_step(event):
             self.moved.emit(step)
             return
         super().keyPressEvent(event)

@@ -31,6 +31,7 @@ from ocmm_gui.kit import (
     sentence_label,
     text_font,
     tr,
+    use_role,
 )
 from ocmm_gui.wizards._site import Offer
 from ocmm_gui.wizards.parts import Field, practice_title
@@ -192,9 +193,7 @@ class StartPage(QWidget):
         self._note.setText("" if offer is None else said(offer.blocker) or tr("Nothing was lost."))
         new = offer is None or bool(offer.blocker)
         for button, primary in ((self.begin_button, new), (self.resume_button, not new)):
-            button.setProperty("role", "primary" if primary else "plain")
-            button.style().unpolish(button)
-            button.style().polish(button)
+            use_role(button, "primary" if primary else "plain")
         self._paint()
 
     def _offer(self) -> Offer | None:

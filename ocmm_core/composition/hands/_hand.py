@@ -12,6 +12,11 @@ from ocmm_core.failure import contained
 
 Watcher = Callable[[FrameBlock], None]
 
+BLOCK = 80
+"""So many frames are shown at once: 10 ms at 8 kHz."""
+IDLE_S = 0.002
+"""How often a hand looks whether what it shows was taken."""
+
 
 class Hand(ABC):
     """Who touches where it is wanted, on a thread of its own, and waits until that counts.

@@ -8,11 +8,9 @@ from typing import Any, Protocol
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import ProcedureDecision
-from ocmm_core.composition.hands._hand import Hand, Watcher
+from ocmm_core.composition.hands._hand import BLOCK, IDLE_S, Hand, Watcher
 from ocmm_core.errors import OcmmError
 
-_BLOCK = 80
-_IDLE_S = 0.002
 _WAIT_S = 0.05
 
 
@@ -79,14 +77,14 @@ class PracticeHand(Hand):
         if rig is None:
             return
         due = time.monotonic()
-        for first in range(0, rig.n_frames, _BLOCK):
+        for first in range(0, rig.n_frames, BLOCK):
             if self._stop.is_set() or not self._is_wanted(step):
                 return
-            block = rig.frames(first, min(_BLOCK, rig.n_frames - first))
+            block = rig.frames(first, min(BLOCK, rig.n_frames - first))
             watcher(block)
             # It stays where it is until somebody has taken it.
             while self._procedure.base.live.ready and self._is_wanted(step):
-                if self._stop.wait(_IDLE_S):
+                if self._stop.wait(IDLE_S):
                     return
                 due = time.monotonic()
             if self._speed:

@@ -9,11 +9,8 @@ import numpy as np
 
 from ocmm_core.acceptance import AcceptanceProcedure
 from ocmm_core.acquisition.frames import AcquisitionState, FrameBlock, FrameRing, read_status
-from ocmm_core.composition.hands._hand import Hand, Watcher
+from ocmm_core.composition.hands._hand import BLOCK, IDLE_S, Hand, Watcher
 from ocmm_core.errors import CalibrationError, OcmmError
-
-_BATCH = 80
-_IDLE_S = 0.002
 
 
 class Starting(Protocol):
@@ -69,7 +66,7 @@ class TestHand(Hand):
     ) -> None:
         super().__init__(
             failed, thread="ocmm-hand-of-a-test", safe="All points so far are stored.",
-            idle_s=_IDLE_S,
+            idle_s=IDLE_S,
         )  # fmt: skip
         self._make, self._procedure = make, procedure
         self.shown_s = 0.0
@@ -80,17 +77,17 @@ class TestHand(Hand):
         plan, seen = len(self._procedure.view.test.positions), 0
         while not self._stop.is_set() and seen < frames and self._wanted():
             stopped = read_status(source.ring).state is AcquisitionState.STOPPED
-            block = source.ring.read(_BATCH)
+            block = source.ring.read(BLOCK)
             if block is None:
                 if stopped:
                     return True
-                self._stop.wait(_IDLE_S)
+                self._stop.wait(IDLE_S)
                 continue
             seen += len(block)
             self.shown_s += len(block) / _rate_hz(block)
             watcher(block)
             # The wire waits for nobody.
-            while not source.live and self._procedure.ready and not self._stop.wait(_IDLE_S):
+            while not source.live and self._procedure.ready and not self._stop.wait(IDLE_S):
                 pass
             if len(self._procedure.view.test.positions) != plan:
                 break
