@@ -54,18 +54,21 @@ class Reader:
 
         self._asked: list[str] = []  # names whose values are being looked for
 
-    def sentences(self, *, all_of_it: bool) -> Iterator[tuple[str, str]]:
-        """Return sentences with the code that stands beside them, or nothing for it."""
+    def sentences(self, *, all_of_it: bool) -> Iterator[tuple[str, str, bool]]:
+        """Return sentences with the code that stands beside them, or nothing for it.
+
+        The last says whether it is a remedy: what stands behind code and sentence.
+        """
         for node in ast.walk(self._tree):
             if not isinstance(node, ast.expr) or not _is_text(node) or self._is_inner(node):
                 continue
-            code = self._code(node)
+            code, is_remedy = self._code(node)
             if not (code or all_of_it) or (not code and self._is_silent(node)):
                 continue
             for form in self._forms(node):
                 sentence = named(form).strip()
                 if sentence and _is_said(sentence, coded=bool(code)):
-                    yield sentence, code
+                    yield sentence, code, is_remedy
 
     def words(self, *, single: bool) -> Iterator[str]:
         """Return members of enumerations, words of registries and, if asked for, single words."""
@@ -96,24 +99,24 @@ class Reader:
             return True
         return isinstance(parent, ast.BinOp) and isinstance(parent.op, ast.Add) and _is_text(parent)
 
-    def _code(self, node: ast.AST) -> str:
-        """Return the code of the error whose sentence this is."""
+    def _code(self, node: ast.AST) -> tuple[str, bool]:
+        """Return the code of the error whose sentence this is, and whether it is its remedy."""
         while (parent := self._parents.get(node)) is not None:
             if isinstance(parent, ast.Call) and node is not parent.func:
-                for value in parent.args[:3]:
+                for place, value in enumerate(parent.args[:3]):
                     if (
                         value is not node
                         and isinstance(value, ast.Constant)
                         and isinstance(value.value, str)
                         and _CODE.fullmatch(value.value)
                     ):
-                        return value.value
+                        return value.value, node in parent.args[place + 2 :]
                 if not isinstance(node, ast.expr):
-                    return ""
+                    return "", False
             if isinstance(parent, ast.stmt):
-                return ""
+                return "", False
             node = parent
-        return ""
+        return "", False
 
     def _is_silent(self, node: ast.AST) -> bool:
         """Return whether a text is a docstring, a key, a pattern, or for a log."""

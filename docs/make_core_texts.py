@@ -66,29 +66,36 @@ class Texts:
         Each with the codes of the errors that say it.
     words
         Members of enumerations, names of kinds and shapes; they are filled into sentences.
+    remedies
+        Those of the sentences that say what to do about an error.
     """
 
     sentences: dict[str, list[str]]
     words: list[str]
+    remedies: list[str]
 
 
 def collect(root: Path = ROOT) -> Texts:
     """Read the sources."""
     found: dict[str, set[str]] = {sentence: set() for sentence in COMPOSED}
     words: set[str] = set()
+    remedies: set[str] = set()
     for path in sorted(p for room in (ROOMS[0], "ocmm_gui") for p in (root / room).rglob("*.py")):
         name = path.relative_to(root).as_posix()
         if name.startswith(LEFT_OUT):
             continue
         all_of_it = name.startswith(ROOMS[1]) or not name.startswith(ERRORS_ONLY)
         reader = Reader(path.read_text(encoding="utf-8"))
-        for sentence, code in reader.sentences(all_of_it=all_of_it):
+        for sentence, code, is_remedy in reader.sentences(all_of_it=all_of_it):
             codes = found.setdefault(sentence, set())
             if code:
                 codes.add(code)
+            if is_remedy:
+                remedies.add(sentence)
         if name.startswith(ROOMS[0]) and not name.startswith(ERRORS_ONLY):
             words.update(reader.words(single=bool(WORD_FILES.search(name))))
-    return Texts({sentence: sorted(found[sentence]) for sentence in sorted(found)}, sorted(words))
+    sentences = {sentence: sorted(found[sentence]) for sentence in sorted(found)}
+    return Texts(sentences, sorted(words), sorted(remedies))
 
 
 def faults(texts: Texts, shown: Shown) -> list[str]:
@@ -135,16 +142,18 @@ def renewed(texts: Texts, shown: Shown) -> Shown:
     )
 
 
-def catalogue(sentences: object, words: object) -> str:
+def catalogue(sentences: object, words: object, **more: object) -> str:
     """Return a catalogue as it is stored: one line a sentence, so that changes can be read."""
-    stored = {"sentences": sentences, "words": words}
+    stored = {"sentences": sentences, "words": words, **more}
     return json.dumps(stored, ensure_ascii=False, indent=0) + "\n"
 
 
 def main() -> None:
     """Renew the catalogues; the end is 1 where a language lacks something."""
     texts = collect()
-    (TEXTS / "core.json").write_text(catalogue(texts.sentences, texts.words), encoding="utf-8")
+    (TEXTS / "core.json").write_text(
+        catalogue(texts.sentences, texts.words, remedies=texts.remedies), encoding="utf-8"
+    )
     sys.stdout.write(f"{len(texts.sentences)} sentences, {len(texts.words)} words\n")
     left = 0
     for language in LANGUAGES[1:]:

@@ -27,114 +27,6 @@ from ocmm_gui.kit import (
 
 _KEYS = (ActionInfo("support", later("Support bundle"), later("Pack what support needs"), ("F6",)),)
 _MOST_CODES = 60
-_IMPERATIVES = frozenset(
-    [
-        "add",
-        "adjust",
-        "allow",
-        "ask",
-        "assign",
-        "avoid",
-        "calibrate",
-        "change",
-        "check",
-        "choose",
-        "clean",
-        "clear",
-        "close",
-        "complete",
-        "connect",
-        "continue",
-        "convert",
-        "copy",
-        "correct",
-        "cover",
-        "create",
-        "define",
-        "delete",
-        "do",
-        "drag",
-        "enter",
-        "export",
-        "fit",
-        "free",
-        "get",
-        "give",
-        "go",
-        "hold",
-        "import",
-        "increase",
-        "install",
-        "join",
-        "keep",
-        "leave",
-        "let",
-        "load",
-        "log",
-        "look",
-        "lower",
-        "make",
-        "measure",
-        "mount",
-        "move",
-        "name",
-        "open",
-        "pause",
-        "place",
-        "plug",
-        "point",
-        "press",
-        "probe",
-        "put",
-        "qualify",
-        "re-probe",
-        "read",
-        "reboot",
-        "recalculate",
-        "reconnect",
-        "record",
-        "reduce",
-        "register",
-        "relocate",
-        "remove",
-        "rename",
-        "repair",
-        "repeat",
-        "replace",
-        "restart",
-        "restore",
-        "resume",
-        "retake",
-        "run",
-        "save",
-        "see",
-        "select",
-        "send",
-        "set",
-        "shorten",
-        "show",
-        "sign",
-        "start",
-        "state",
-        "stop",
-        "support",
-        "sweep",
-        "switch",
-        "take",
-        "touch",
-        "try",
-        "turn",
-        "type",
-        "undo",
-        "update",
-        "use",
-        "verify",
-        "wait",
-        "warm",
-        "write",
-    ]
-)
-"""First words of remedies: the catalogue does not tell them from what they remedy."""
 _LEAST = 2
 _LARGEST = 16 << 20
 
@@ -148,20 +40,33 @@ class Answer:
     codes: str
 
 
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What the core says with a code: a sentence, and whether it says what to do."""
+
+    sentence: str
+    is_remedy: bool
+
+
 class _Catalogue(msgspec.Struct, frozen=True):
     sentences: dict[str, list[str]]
+    remedies: frozenset[str]
 
 
 @cache
-def error_sentences() -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """Return what the core says with a code: sentence and remedy, in the order of the file."""
+def told_by_code() -> dict[str, tuple[Told, ...]]:
+    """Return what the core says with each code, in the order of the codes and of the file."""
     try:
         content = resource("i18n", "core.json").read_bytes()[:_LARGEST]
-        found = msgspec.json.decode(content, type=_Catalogue).sentences
+        found = msgspec.json.decode(content, type=_Catalogue)
     except (OSError, msgspec.MsgspecError, OcmmError):
         # The page has its symptoms without it.
-        return ()
-    return tuple((sentence, tuple(codes)) for sentence, codes in found.items() if codes)
+        return {}
+    by_code: dict[str, list[Told]] = {}
+    for sentence, codes in found.sentences.items():
+        for code in codes:
+            by_code.setdefault(code, []).append(Told(sentence, sentence in found.remedies))
+    return {code: tuple(by_code[code]) for code in sorted(by_code)}
 
 
 def answers(wanted: str) -> tuple[Answer, ...]:
@@ -178,14 +83,10 @@ def answers(wanted: str) -> tuple[Answer, ...]:
     ]
     if len("".join(words)) < _LEAST:
         return tuple(found)
-    by_code: dict[str, list[str]] = {}
-    for sentence, codes in error_sentences():
-        for code in codes:
-            by_code.setdefault(code, []).append(sentence)
-    for code, sentences in sorted(by_code.items()):
-        if _has(f"{code} {' '.join(map(said, sentences))}", words):
-            what = [said(one) for one in sentences if one.split(" ")[0].lower() not in _IMPERATIVES]
-            steps = [said(one) for one in sentences if one.split(" ")[0].lower() in _IMPERATIVES]
+    for code, told in told_by_code().items():
+        if _has(f"{code} {' '.join(said(one.sentence) for one in told)}", words):
+            what = [said(one.sentence) for one in told if not one.is_remedy]
+            steps = [said(one.sentence) for one in told if one.is_remedy]
             found.append(Answer(_blank(" ".join(what)), _blank(" ".join(steps)), code))
         if len(found) >= _MOST_CODES:
             break

@@ -16,7 +16,7 @@ from ocmm_core.measuring import Refusal, RefusalCode
 from ocmm_core.simulation.scene import ScriptedOcclusion, WorldOptions
 from ocmm_core.station.coaching import NOTHING, CoachView
 from ocmm_gui.help import answers
-from ocmm_gui.help._what_to_do import error_sentences
+from ocmm_gui.help._what_to_do import told_by_code
 from ocmm_gui.kit import DASHES
 from tests.host import HANG_MS
 
@@ -96,10 +96,19 @@ def test_symptoms_and_codes_are_found() -> None:
     assert answers("probe moved")[0].codes.startswith("moving")
     assert answers("BUS.open")
     assert not answers("zzzz nothing of the kind")
-    codes = {code for _, codes in error_sentences() for code in codes}
+    codes = set(told_by_code())
     assert len(codes) > 500
     unknown = [code for code in sorted(codes) if not answers(code)]
     assert not unknown
+
+
+def test_what_is_wrong_and_what_to_do_are_told_apart_by_the_sources() -> None:
+    told = [one for said in told_by_code().values() for one in said]
+    remedies = {one.sentence for one in told if one.is_remedy}
+    others = {one.sentence for one in told if not one.is_remedy}
+    # By its first word each would be taken for the other one.
+    assert "Point {number} was not deleted, or is already restored." in others - remedies
+    assert "Recalculate." in remedies - others
 
 
 def test_the_support_page_shows_what_it_writes(

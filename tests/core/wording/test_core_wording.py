@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from docs.make_core_texts import Texts, collect, faults, load_shown
+from docs.make_core_texts import TEXTS, Texts, catalogue, collect, faults, load_shown
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.wording import (
     ENGLISH,
@@ -33,6 +33,8 @@ def texts() -> Texts:
 def test_the_catalogue_is_what_the_sources_say(texts: Texts) -> None:
     stored = load_shown("de").sentences.keys()
     assert stored == texts.sentences.keys(), COMMAND
+    english = catalogue(texts.sentences, texts.words, remedies=texts.remedies)
+    assert (TEXTS / "core.json").read_text(encoding="utf-8") == english, COMMAND
 
 
 @pytest.mark.parametrize("language", LANGUAGES[1:])
