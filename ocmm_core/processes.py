@@ -129,15 +129,14 @@ class Aside:
         if not HOST.can_copy_process():
             return
         ours, theirs = multiprocessing.Pipe(duplex=False)
-        parent = os.getpid()
         try:
-            self._pid = os.fork()
+            self._pid = HOST.copy_process()
         except OSError:
             ours.close()
             theirs.close()
             return
         if not self._pid:
-            _work_aside(work, theirs, parent)
+            _work_aside(work, theirs)
         theirs.close()
         self._pipe = ours
 
@@ -168,19 +167,12 @@ class Aside:
             return
         self._pipe.close()
         self._pipe = None
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(self._pid, signal.SIGKILL)
-        os.waitpid(self._pid, 0)
+        HOST.end_copy(self._pid)
 
 
-def _work_aside(
-    work: Callable[[Callable[[bytes], None]], None], pipe: Connection, parent: int
-) -> NoReturn:
+def _work_aside(work: Callable[[Callable[[bytes], None]], None], pipe: Connection) -> NoReturn:
     """Work in the copy, and never come back to what the other process does."""
     try:
-        HOST.end_with_parent()
-        if os.getppid() != parent:
-            os._exit(1)
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         # Who reads from the other process must see its pipes end with it.
         os.closerange(3, pipe.fileno())

@@ -122,8 +122,20 @@ class Host(ABC):
         """Return whether this process can go on as two, with all that it holds."""
 
     @abstractmethod
-    def end_with_parent(self) -> None:
-        """Let the system end this process when the one that it is a copy of ends."""
+    def copy_process(self) -> int:
+        """Go on as two processes: return 0 in the copy, its number in the other.
+
+        The system ends the copy when the other ends.
+
+        Raises
+        ------
+        OSError
+            There is no copy.
+        """
+
+    @abstractmethod
+    def end_copy(self, pid: int) -> None:
+        """End a copy of this process, whatever it does."""
 
     @abstractmethod
     def reader_has_left(self, descriptor: int) -> bool:

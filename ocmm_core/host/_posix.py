@@ -146,8 +146,20 @@ class PosixHost(Host):
         # Elsewhere nobody ends the copy of a process that was killed.
         return sys.platform == "linux" and self.processors() > 1
 
-    def end_with_parent(self) -> None:
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+    def copy_process(self) -> int:
+        parent = os.getpid()
+        pid = os.fork()
+        if not pid:
+            ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+            if os.getppid() != parent:
+                # It ended before it could be watched.
+                os._exit(1)
+        return pid
+
+    def end_copy(self, pid: int) -> None:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+        os.waitpid(pid, 0)
 
     def reader_has_left(self, descriptor: int) -> bool:
         looking = select.poll()

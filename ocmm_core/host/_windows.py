@@ -119,8 +119,11 @@ class WindowsHost(Host):
     def can_copy_process(self) -> bool:
         return False
 
-    def end_with_parent(self) -> None:
-        return
+    def copy_process(self) -> int:
+        raise OSError(errno.ENOSYS, os.strerror(errno.ENOSYS))
+
+    def end_copy(self, pid: int) -> None:
+        del pid
 
     def reader_has_left(self, descriptor: int) -> bool:
         # A pipe whose reader has left says so when it is written to, and not before.

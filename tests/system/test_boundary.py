@@ -89,7 +89,7 @@ PLACES = (
     Place("ocmm_core.tracking._pipeline.TrackingPipeline.process", ValueError),
     Place("ocmm_core.tracking._body_tracker.solve_leds", ZeroDivisionError),
     Place("ocmm_core.tracking._pipeline.TrackingPipeline.slot_leds", RuntimeError),
-    Place("ocmm_core.station._live.tip_sensitivity", FloatingPointError),
+    Place("ocmm_core.station._live.tip_sensitivities", FloatingPointError),
     Place("ocmm_core.station._live.LiveState._judge_tip", TypeError),
     # Trigger and point.
     Place("ocmm_core.measuring._trigger.TouchCollector.feed", IndexError),

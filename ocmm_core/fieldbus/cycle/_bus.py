@@ -233,6 +233,7 @@ class CameraBus:
             link="" if passage.whole else self.link_trouble(),
             silent_cycles=self._silent,
             late=self._cycles - self._late_at < _LATE_CYCLES,
+            untaken=passage.untaken,
         )
 
     def _lift(self) -> None:

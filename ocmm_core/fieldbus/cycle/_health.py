@@ -137,6 +137,8 @@ class CycleAnswer(NamedTuple):
         Over how many cycles nothing at all has come, this one included.
     late
         Answers have come too late recently.
+    untaken
+        All answers came, and this computer did not take all of them.
     """
 
     whole: bool
@@ -150,6 +152,7 @@ class CycleAnswer(NamedTuple):
     link: str = ""
     silent_cycles: int = 0
     late: bool = False
+    untaken: bool = False
 
 
 def judge(
@@ -241,6 +244,9 @@ def _port_words(view: WatchView, names: Sequence[str]) -> tuple[str, str]:
 
 
 def _no_answer(answer: CycleAnswer, names: Sequence[str]) -> CycleFault:
+    if answer.untaken:
+        reason = "The computer was busy and did not take an answer of the cameras that had come."
+        return CycleFault(Trouble.LOST, Alarm.HOST_BUSY, reason)
     if answer.link:
         return CycleFault(Trouble.LOST, Alarm.LINK_DOWN, f"The interface of the bus {answer.link}.")
     if answer.silent_cycles >= _SILENT_CYCLES:

@@ -42,6 +42,9 @@ class Passage(NamedTuple):
     sent_ns, answered_ns
         Host times of the first frame going out and of the process data being complete, or of
         the end of the wait.
+    untaken
+        All answers came, but the master library did not take all of them: this computer gave it
+        no time.
     """
 
     working_counter: int
@@ -49,6 +52,7 @@ class Passage(NamedTuple):
     any_came: bool
     sent_ns: int
     answered_ns: int
+    untaken: bool = False
 
 
 class Port:

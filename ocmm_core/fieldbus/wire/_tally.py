@@ -12,6 +12,8 @@ from ocmm_core.fieldbus.device import OUTPUT_DTYPE
 N_INDICES = 16
 """Of the master library; frames with others are not its own."""
 _INDEX_AT = 17
+_LENGTH_AT = 22
+_LENGTH_BITS = 0x07FF
 _DATA_AT = 26
 _FIELDS = OUTPUT_DTYPE.fields
 OWN_TOKEN = (0 if _FIELDS is None else int(_FIELDS["heartbeat"][1]), 4)
@@ -35,6 +37,8 @@ class AnswerTally:
         Answers that were late, came twice or out of order.
     late
         Those of them that belong to the cycle before, or came after one of a later frame.
+    working_counter
+        What the answers that were waited for count in this cycle, in their first datagrams.
     """
 
     def __init__(self, token: tuple[int, int] = OWN_TOKEN) -> None:
@@ -43,6 +47,7 @@ class AnswerTally:
         self.frames = 0
         self.stray = 0
         self.late = 0
+        self.working_counter = 0
         self._next = 0
         self._expected: list[int] = []
         self._before: list[int] = []
@@ -81,7 +86,7 @@ class AnswerTally:
         number = token % (1 << 8 * self._token_bytes)
         self._token = number.to_bytes(self._token_bytes, "little")
         self._first = self._expected[0] if self._expected else -1
-        self._count = 0
+        self._count = self.working_counter = 0
 
     def take(self, frame: bytes) -> bool:
         """Note an answer with an index of the master library; say whether it was waited for."""
@@ -96,6 +101,7 @@ class AnswerTally:
             self.late += 1
         self._expected.remove(index)
         self._count += 1
+        self.working_counter += _working_counter(frame)
         return True
 
     def _is_first(self, frame: bytes) -> bool:
@@ -119,3 +125,10 @@ class AnswerTally:
         if frame[_INDEX_AT] in self._before:
             self._before.remove(frame[_INDEX_AT])
             self.late += 1
+
+
+def _working_counter(frame: bytes) -> int:
+    """Return the count of the first datagram, which is behind its data; ETG.1000.4, 5.4."""
+    length = int.from_bytes(frame[_LENGTH_AT : _LENGTH_AT + 2], "little") & _LENGTH_BITS
+    end = _DATA_AT + length
+    return int.from_bytes(frame[end : end + 2], "little")

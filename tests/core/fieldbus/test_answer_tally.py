@@ -8,11 +8,11 @@ from ocmm_core.fieldbus.device import OUTPUT_STRUCT
 from ocmm_core.fieldbus.wire._tally import N_INDICES, AnswerTally
 
 
-def answer(index: int, token: int, *, first: bool = True) -> bytes:
+def answer(index: int, token: int, *, first: bool = True, count: int = 0) -> bytes:
     """Return an answer whose first datagram brings back outputs (or inputs of a camera)."""
     data = OUTPUT_STRUCT.pack(1, 0, 77, token) if first else b"\xaa" * OUTPUT_STRUCT.size
     head = struct.pack("<BBHHHH", 12, index, 0, 0, len(data), 0)
-    return b"\xff" * 12 + b"\x88\xa4" + bytes(2) + head + data + bytes(2)
+    return b"\xff" * 12 + b"\x88\xa4" + bytes(2) + head + data + struct.pack("<H", count)
 
 
 def cycle(tally: AnswerTally, token: int, start: int) -> None:
@@ -79,3 +79,16 @@ def test_answers_of_one_cycle_may_come_in_another_order() -> None:
     assert tally.take(answer(5, 1))
     assert tally.missing == 0
     assert tally.stray == 1
+
+
+def test_the_counts_of_what_came_add_up_and_begin_anew() -> None:
+    tally = learnt()
+    tally.begin(1)
+    assert tally.take(answer(5, 1, count=5))
+    assert tally.working_counter == 5
+    # Nobody waits for it, and it counts nothing.
+    assert not tally.take(answer(5, 1, count=5))
+    assert tally.take(answer(6, 1, first=False, count=1))
+    assert tally.working_counter == 6
+    tally.begin(2)
+    assert tally.working_counter == 0

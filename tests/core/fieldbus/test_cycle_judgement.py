@@ -99,6 +99,16 @@ def test_a_healthy_cycle_is_accepted_and_moves_the_record_on() -> None:
     )
 
 
+def test_an_answer_that_came_and_was_not_taken_is_the_computers_and_no_cameras() -> None:
+    given = answer(header(100), header(100))._replace(
+        whole=False, working_counter=0, untaken=True, late=True
+    )
+    fault = judge(given, records(100), SCHEDULE)
+    assert fault is not None
+    assert (fault.trouble, fault.alarm, fault.camera) == (Trouble.LOST, Alarm.HOST_BUSY, "")
+    assert "busy" in fault.reason
+
+
 def test_frames_sent_again_are_accepted_and_do_not_move_it_back() -> None:
     again = header(90)
     assert judge(answer(again, header(100)), records(100), SCHEDULE) is None
