@@ -80,7 +80,8 @@ def parameters_on(curve: Any, along: Float) -> Float:
         radius, frame = ring.Radius(), ring.Position()
         # A ring that runs the other way has its y the other way.
         x, y = radius * _pair(frame.XDirection()), radius * _pair(frame.YDirection())
-        return _pair(ring.Location()) + np.cos(along)[:, None] * x + np.sin(along)[:, None] * y
+        turned: Float = np.cos(along)[:, None] * x + np.sin(along)[:, None] * y
+        return _pair(ring.Location()) + turned
     return np.array([(p.X(), p.Y()) for p in map(curve.Value, along.tolist())])
 
 

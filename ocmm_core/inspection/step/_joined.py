@@ -6,6 +6,7 @@ Two bores on one axis stay two; two halves of one bore become one. Needs no OCP.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -149,7 +150,8 @@ def _hollow_rims(faces: Sequence[RawFace], groups: Sequence[Sequence[int]]) -> l
     if not owners:
         return [[none, none] for _ in faces]
     marks = _marks([rim for _, rim in owners])
-    for number, near in enumerate(cKDTree(marks).query_ball_point(marks, _SAME_MM)):
+    same: Any = cKDTree(marks).query_ball_point(marks, _SAME_MM)
+    for number, near in enumerate(same):
         index, rim = owners[number]
         beyond = [other for other in near if other != number]
         if any(group_of[owners[other][0]] == group_of[index] for other in beyond):
