@@ -9,6 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
+    QBoxLayout,
     QFrame,
     QGridLayout,
     QHBoxLayout,
@@ -60,7 +61,9 @@ _PANEL_PX = 410
 _PANEL_SHARE = 0.214
 """Least width of the panel, and of a wide screen the share: its digits grow with it."""
 _READOUT_SHARE = 70
-"""Of the width, in hundredths; the coach, which is read from near, has the rest."""
+"""In hundredths; the coach, which is read from near, has the rest."""
+_HIGH_PX = 850
+"""From this height of the view on the coach is below the readout, not beside it."""
 
 
 class DeskView(QWidget):
@@ -111,6 +114,8 @@ class DeskView(QWidget):
         centre.setSpacing(8)
         centre.addWidget(self.part)
         centre.addWidget(self.points, 1)
+        # Below the picture that is worked in: beside it the digits need the height.
+        centre.addWidget(self._guided())
         work = QWidget()
         beside = QHBoxLayout(work)
         beside.setContentsMargins(0, 0, 0, 0)
@@ -127,8 +132,6 @@ class DeskView(QWidget):
         left = QVBoxLayout()
         left.setSpacing(4)
         left.addWidget(self._split, 1)
-        # Below the picture that is worked in: beside it the digits need the height.
-        left.addWidget(self._guided())
         left.addWidget(self.camera_bar)
         middle = QHBoxLayout()
         middle.setSpacing(8)
@@ -194,7 +197,10 @@ class DeskView(QWidget):
         self.guidance.show_job(job)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Let the panel have its share of a wide screen."""
+        """Let the panel have its share of a wide screen, and the digits its width on a high one."""
+        high = self.height() >= _HIGH_PX
+        below = QBoxLayout.Direction.TopToBottom
+        self._above.setDirection(below if high else QBoxLayout.Direction.LeftToRight)
         self._side.setFixedWidth(max(_PANEL_PX, round(_PANEL_SHARE * self.width())))
         super().resizeEvent(event)
 
@@ -243,7 +249,7 @@ class DeskView(QWidget):
         layout = QVBoxLayout(side)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(6)
-        above = QHBoxLayout()
+        above = self._above = QHBoxLayout()
         above.setSpacing(6)
         above.addWidget(self.readout, _READOUT_SHARE)
         above.addWidget(self.coach, 100 - _READOUT_SHARE)

@@ -39,8 +39,9 @@ def language(environment: Mapping[str, str]) -> str:
 
 
 def say(text: str) -> str:
-    """Return sentences of the program in the language; English where one of them is not known."""
-    return _translation().of(text)
+    """Return what the program says in the language; English where a sentence is not known."""
+    found = _translation().of(text)
+    return _translation().word(text) if found == text else found
 
 
 def say_word(text: str) -> str:

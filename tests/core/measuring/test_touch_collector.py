@@ -224,7 +224,7 @@ def test_no_way_no_direction() -> None:
 
 
 def test_what_was_not_seen_just_before_the_contact_is_no_direction() -> None:
-    # Down beside a wall and then to it: hidden for the last 3.5 mm it seems to have come from above.
+    # Down beside a wall, then to it: hidden for the last 3.5 mm it seems to come from above.
     down = np.stack([np.full(13, 3.5), np.zeros(13), np.linspace(6.0, 0.0, 13)], axis=1)
     rest = np.array([[0.05, 0.0, 0.0]])
     assert approach_direction(np.concatenate([down[:6], rest]), np.zeros(3), 2.0) is None
