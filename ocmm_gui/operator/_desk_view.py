@@ -253,8 +253,8 @@ class DeskView(QWidget):
         above.setSpacing(6)
         above.addWidget(self.readout, _READOUT_SHARE)
         above.addWidget(self.coach, 100 - _READOUT_SHARE)
-        layout.addLayout(above, 2)
-        layout.addWidget(self.feature, 3)
+        layout.addLayout(above, 1)
+        layout.addWidget(self.feature, 1)
         row = QHBoxLayout()
         row.setSpacing(8)
         for key in ("take", "undo", "finish"):
