@@ -9,7 +9,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
-    QBoxLayout,
     QFrame,
     QGridLayout,
     QHBoxLayout,
@@ -62,8 +61,6 @@ _PANEL_SHARE = 0.214
 """Least width of the panel, and of a wide screen the share: its digits grow with it."""
 _READOUT_SHARE = 70
 """In hundredths; the coach, which is read from near, has the rest."""
-_HIGH_PX = 850
-"""From this height of the view on the coach is below the readout, not beside it."""
 
 
 class DeskView(QWidget):
@@ -197,10 +194,7 @@ class DeskView(QWidget):
         self.guidance.show_job(job)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Let the panel have its share of a wide screen, and the digits its width on a high one."""
-        high = self.height() >= _HIGH_PX
-        below = QBoxLayout.Direction.TopToBottom
-        self._above.setDirection(below if high else QBoxLayout.Direction.LeftToRight)
+        """Let the panel have its share of a wide screen."""
         self._side.setFixedWidth(max(_PANEL_PX, round(_PANEL_SHARE * self.width())))
         super().resizeEvent(event)
 
@@ -249,12 +243,12 @@ class DeskView(QWidget):
         layout = QVBoxLayout(side)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(6)
-        above = self._above = QHBoxLayout()
+        above = QHBoxLayout()
         above.setSpacing(6)
         above.addWidget(self.readout, _READOUT_SHARE)
         above.addWidget(self.coach, 100 - _READOUT_SHARE)
-        layout.addLayout(above, 1)
-        layout.addWidget(self.feature, 1)
+        layout.addLayout(above, 2)
+        layout.addWidget(self.feature, 3)
         row = QHBoxLayout()
         row.setSpacing(8)
         for key in ("take", "undo", "finish"):
