@@ -63,11 +63,12 @@ class Reader:
             if not isinstance(node, ast.expr) or not _is_text(node) or self._is_inner(node):
                 continue
             code, is_remedy = self._code(node)
-            if not (code or all_of_it) or (not code and self._is_silent(node)):
+            spoken = self._is_spoken(node)
+            if not (code or all_of_it or spoken) or (not code and self._is_silent(node)):
                 continue
             for form in self._forms(node):
                 sentence = named(form).strip()
-                if sentence and _is_said(sentence, coded=bool(code)):
+                if sentence and _is_said(sentence, coded=bool(code) or spoken):
                     yield sentence, code, is_remedy
 
     def words(self, *, single: bool) -> Iterator[str]:
@@ -117,6 +118,11 @@ class Reader:
                 return "", False
             node = parent
         return "", False
+
+    def _is_spoken(self, node: ast.AST) -> bool:
+        """Return whether a command says it in the language of the terminal."""
+        parent = self._parents.get(node)
+        return isinstance(parent, ast.Call) and getattr(parent.func, "id", "") == "say"
 
     def _is_silent(self, node: ast.AST) -> bool:
         """Return whether a text is a docstring, a key, a pattern, or for a log."""

@@ -24,7 +24,8 @@ TEXTS = ROOT / "resources" / "i18n"
 ROOMS = ("ocmm_core", "ocmm_gui/reports")
 """All that is said there is collected."""
 ERRORS_ONLY = ("ocmm_gui", "ocmm_core/cli", "ocmm_core/simulation")
-"""Only what is raised with a code: sentences of the window have `tr`, help stays English."""
+"""Only what is raised with a code, and what a command says by `say`: sentences of the window have
+`tr`, help stays English."""
 LEFT_OUT = (
     # Words that other programs read.
     "ocmm_core/export/qif", "ocmm_core/export/aqdef", "ocmm_core/export/certificate/_dcc.py",

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import os
+from typing import Annotated, Literal
 
 import typer
 
@@ -44,6 +45,8 @@ from ocmm_core.cli.study import (
     verify_fits_command,
 )
 
+Language = Literal["en", "de"]
+"""Of `ocmm_core.wording.LANGUAGES`."""
 app = typer.Typer(
     name="ocmm",
     invoke_without_command=True,
@@ -105,7 +108,17 @@ def _options(
         bool,
         typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
     ] = False,
+    language: Annotated[
+        Language | None,
+        typer.Option(
+            "--language",
+            help="In which language it speaks; default: that of the window, or the system's.",
+        ),
+    ] = None,
 ) -> None:
+    if language is not None:
+        # A window or a report that the command starts speaks it, too.
+        os.environ["OCMM_LANGUAGE"] = language
     if context.invoked_subcommand is not None:
         return
     if has_display():

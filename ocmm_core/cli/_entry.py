@@ -100,9 +100,10 @@ def _tell(error: OcmmError) -> None:
 def _in_language(error: OcmmError) -> tuple[str, str]:
     """Return the error as whoever reads the terminal wants it; English whatever is wrong there."""
     try:
-        from ocmm_core.wording import in_language, language_of
+        from ocmm_core.cli.terminal import language
+        from ocmm_core.wording import in_language
 
-        return in_language(error, language_of(os.environ))
+        return in_language(error, language(os.environ))
     except OcmmError:
         return error.what, error.remedy
 

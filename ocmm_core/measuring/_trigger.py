@@ -215,7 +215,8 @@ def approach_direction(trail_world: Float, contact_world: Float, distance: float
 
     It is the mean direction of the last straight part of the way, the far places weighing more, so
     that the trembling of the hand averages out. None where that part is shorter than ``distance``:
-    the ball came round a corner just before the contact, or was not followed on its last way.
+    the ball came round a corner just before the contact, or was not followed on its last way: a
+    step longer than ``distance`` is a piece that nobody saw, and may hide the corner.
 
     Parameters
     ----------
@@ -226,13 +227,16 @@ def approach_direction(trail_world: Float, contact_world: Float, distance: float
     distance
         Length of the straight part that is needed, mm; up to four times as much is used.
     """
+    before = np.zeros(3)
     away = trail_world[::-1] - contact_world
     lengths = np.linalg.norm(away, axis=1)
     total = np.zeros(3)
     reached = 0.0
     for vector, length in zip(away, lengths, strict=True):
-        if length > _APPROACH_REACH * distance:
+        unseen = float(np.linalg.norm(vector - before)) > distance
+        if length > _APPROACH_REACH * distance or unseen:
             break
+        before = vector
         if length < _NEAR_MM:
             continue
         size = float(np.linalg.norm(total))

@@ -94,18 +94,27 @@ class BundleDraft:
                 archive.writestr(item.name, item.content)
         return stream.getvalue()
 
-    def contents(self, without: Collection[str] = ()) -> str:
-        """Return the list of what is in it, and of what is not."""
+    def contents(
+        self, without: Collection[str] = (), say: Callable[[str], str] = lambda text: text
+    ) -> str:
+        """Return the list of what is in it, and of what is not.
+
+        Parameters
+        ----------
+        say
+            Gives a sentence in the language of whoever reads it; the list in the archive is
+            English, for support.
+        """
         lines = [
-            f"OCMM support bundle, {datetime.now(UTC).isoformat(timespec='seconds')}",
-            "Passwords, tokens and private keys were taken out.",
-            "Names of people were masked." if self.masked else "Names of people were kept.",
+            say(f"OCMM support bundle, {datetime.now(UTC).isoformat(timespec='seconds')}"),
+            say("Passwords, tokens and private keys were taken out."),
+            say("Names of people were masked." if self.masked else "Names of people were kept."),
             "",
         ]
         for spec in PARTS:
             items = () if spec.name in without else self.of(spec.name)
             why = "Left out." if spec.name in without else self.missing.get(spec.name, "")
-            lines.append(f"{spec.title}: {spec.about}. {why}".rstrip())
+            lines.append(f"{say(spec.title)}: {say(spec.about)}. {say(why)}".rstrip())
             lines += [f"  {item.name}  {len(item.content)} bytes" for item in items]
         return "\n".join(lines) + "\n"
 

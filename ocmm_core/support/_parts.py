@@ -195,22 +195,25 @@ def _end_of(path: Path, most: int) -> bytes:
 
 PARTS = (
     PartSpec(
-        "versions", "Versions", "OCMM, Python, system and packages, without names of computers",
-        _versions,
+        "versions", title="Versions",
+        about="OCMM, Python, system and packages, without names of computers", take=_versions,
     ),
     PartSpec(
-        "settings", "Settings",
-        "all settings; of passwords, tokens and keys only whether they are set",
-        _settings,
+        "settings", title="Settings",
+        about="all settings; of passwords, tokens and keys only whether they are set",
+        take=_settings,
     ),
-    PartSpec("doctor", "Doctor", "what the doctor says of this computer", _doctor),
-    PartSpec("logs", "Logs", "messages of the window and logs of failures", _logs),
+    PartSpec("doctor", title="Doctor", about="what the doctor says of this computer", take=_doctor),
     PartSpec(
-        "records", "Record heads",
-        "of calibrations and tips: dates, identities, states; no coordinates", _records,
+        "logs", title="Logs", about="messages of the window and logs of failures", take=_logs,
     ),
     PartSpec(
-        "recording", "Last 30 seconds", "raw spots of the cameras, no pictures", _recording,
+        "records", title="Record heads",
+        about="of calibrations and tips: dates, identities, states; no coordinates", take=_records,
+    ),
+    PartSpec(
+        "recording", title="Last 30 seconds", about="raw spots of the cameras, no pictures",
+        take=_recording,
     ),
 )  # fmt: skip
 """In the order of the page."""

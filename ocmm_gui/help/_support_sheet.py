@@ -35,6 +35,7 @@ from ocmm_gui.kit import (
     literal,
     localised,
     said,
+    said_word,
     text_font,
     tr,
 )
@@ -47,14 +48,6 @@ _KEYS = (
     ActionInfo("part", later("Leave out"), later("Leave the selected part out, or not"), ("F7",)),
     ActionInfo("again", later("Gather again"), later("Look again at everything"), ("F9",)),
 )
-_TITLES = {
-    "versions": later("Versions"),
-    "settings": later("Settings"),
-    "doctor": later("Doctor"),
-    "logs": later("Logs"),
-    "records": later("Record heads"),
-    "recording": later("Last 30 seconds"),
-}
 _CLOSE_S = 1.0
 _SHOWN = 200_000
 """Characters of a preview; the end of a longer file is in the bundle, too, and the list says it."""
@@ -81,7 +74,7 @@ class SupportSheet(Sheet):
         side = QVBoxLayout()
         side.setSpacing(4)
         for spec in PARTS:
-            box = QCheckBox(tr(_TITLES[spec.name]))
+            box = QCheckBox(said_word(spec.title))
             box.setChecked(True)
             box.setFont(text_font(15))
             box.setToolTip(literal(said(spec.about)))

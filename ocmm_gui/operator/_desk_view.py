@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
     QFrame,
@@ -57,8 +57,10 @@ _PICTURE_PX = (96, 190)
 """Least and greatest height of the picture of the step."""
 _SIDE_PX = 250
 _PANEL_PX = 410
-_READOUT_SHARE = 56
-"""Of the width, in hundredths; the coach has the rest."""
+_PANEL_SHARE = 0.214
+"""Least width of the panel, and of a wide screen the share: its digits grow with it."""
+_READOUT_SHARE = 70
+"""In hundredths; the coach, which is read from near, has the rest."""
 
 
 class DeskView(QWidget):
@@ -109,6 +111,8 @@ class DeskView(QWidget):
         centre.setSpacing(8)
         centre.addWidget(self.part)
         centre.addWidget(self.points, 1)
+        # Below the picture that is worked in: beside it the digits need the height.
+        centre.addWidget(self._guided())
         work = QWidget()
         beside = QHBoxLayout(work)
         beside.setContentsMargins(0, 0, 0, 0)
@@ -129,7 +133,8 @@ class DeskView(QWidget):
         middle = QHBoxLayout()
         middle.setSpacing(8)
         middle.addLayout(left, 1)
-        middle.addWidget(self._right(actions))
+        self._side = self._right(actions)
+        middle.addWidget(self._side)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(10, 8, 10, 8)
         layout.setSpacing(8)
@@ -188,6 +193,11 @@ class DeskView(QWidget):
         self.feature.show_job(job)
         self.guidance.show_job(job)
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Let the panel have its share of a wide screen."""
+        self._side.setFixedWidth(max(_PANEL_PX, round(_PANEL_SHARE * self.width())))
+        super().resizeEvent(event)
+
     def toggle_cameras(self) -> None:
         """Show or hide the camera images."""
         self.cameras.setVisible(self.cameras.isHidden())
@@ -220,9 +230,16 @@ class DeskView(QWidget):
         layout.addWidget(self._climate)
         return side
 
+    def _guided(self) -> QWidget:
+        box = QFrame()
+        box.setProperty("role", "panel")
+        inner = QVBoxLayout(box)
+        inner.setContentsMargins(12, 6, 12, 6)
+        inner.addWidget(self.guidance)
+        return box
+
     def _right(self, actions: dict[str, QAction]) -> QWidget:
         side = QWidget()
-        side.setFixedWidth(_PANEL_PX)
         layout = QVBoxLayout(side)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(6)
@@ -230,14 +247,8 @@ class DeskView(QWidget):
         above.setSpacing(6)
         above.addWidget(self.readout, _READOUT_SHARE)
         above.addWidget(self.coach, 100 - _READOUT_SHARE)
-        layout.addLayout(above, 1)
+        layout.addLayout(above, 2)
         layout.addWidget(self.feature, 3)
-        box = QFrame()
-        box.setProperty("role", "panel")
-        inner = QVBoxLayout(box)
-        inner.setContentsMargins(12, 8, 12, 8)
-        inner.addWidget(self.guidance)
-        layout.addWidget(box)
         row = QHBoxLayout()
         row.setSpacing(8)
         for key in ("take", "undo", "finish"):

@@ -135,8 +135,8 @@ class Readout(QWidget):
         return QSize(300, 150)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the size below which the digits cannot be read at a desk."""
-        return QSize(180, 90)
+        """Return the size below which the digits cannot be read from some steps away."""
+        return QSize(180, 150)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the rows, the caption and, for a moment, the border."""

@@ -1569,28 +1569,8 @@ Startet: {source}</translation>
         <translation>Alles neu zusammenstellen</translation>
     </message>
     <message>
-        <source>Versions</source>
-        <translation>Versionen</translation>
-    </message>
-    <message>
         <source>Settings</source>
         <translation>Einstellungen</translation>
-    </message>
-    <message>
-        <source>Doctor</source>
-        <translation>Rechnerprüfung</translation>
-    </message>
-    <message>
-        <source>Logs</source>
-        <translation>Protokolle</translation>
-    </message>
-    <message>
-        <source>Record heads</source>
-        <translation>Köpfe der Aufzeichnungen</translation>
-    </message>
-    <message>
-        <source>Last 30 seconds</source>
-        <translation>Letzte 30 Sekunden</translation>
     </message>
     <message>
         <source>Support bundle</source>

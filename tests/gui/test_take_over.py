@@ -15,15 +15,14 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.acquisition.frames import FrameFlag
 from ocmm_core.composition import true_values
-from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import StatusWord
-from ocmm_core.simulation.hand import HandAtRig, MouseHand
 from ocmm_core.simulation.scene import sample
 from ocmm_gui.led import TOUR
+from tests.gui.mouse_at_part import Mouse
 from tests.host import HANG_MS
 
 if TYPE_CHECKING:
-    from tests.gui.conftest import Bench, OpenWindow
+    from tests.gui.conftest import OpenWindow
 
 PATIENCE_MS = HANG_MS
 _STEPS = 12
@@ -32,53 +31,7 @@ _UP, _DOWN, _LEFT, _RIGHT = Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_Left, Qt.
 _WAYS = ((_UP, _DOWN), (_DOWN, _UP), (_LEFT, _RIGHT), (_RIGHT, _LEFT))
 
 
-class _Mouse:
-    """Somebody at the mouse of a window that leads the probe."""
-
-    def __init__(self, qtbot: QtBot, bench: Bench) -> None:
-        assert bench.built.hand is not None
-        assert bench.built.virtual is not None
-        self.qtbot, self.bench = qtbot, bench
-        self.hand: HandAtRig = bench.built.hand
-        self.part = bench.built.virtual.part
-        self.view = bench.window.desk.points
-        self.wanted = 0
-        # Another one at the same part: what would be meant, without leading.
-        self.other = MouseHand(bench.built.virtual)
-
-    def take_over(self) -> None:
-        """Press the key."""
-        QTest.keyClick(self.bench.window, Qt.Key.Key_T, Qt.KeyboardModifier.ControlModifier)
-        self.qtbot.waitUntil(lambda: self.hand.taken, timeout=PATIENCE_MS)
-        self.wanted = self.points()
-
-    def points(self) -> int:
-        """Return how many points the job has."""
-        return sum(len(one.points) for one in self.bench.bridge.shown.job.features)
-
-    def at(self, place_part: Float) -> QPoint:
-        """Return where a place of the part is seen."""
-        world = self.part.T_world_from_part.apply(np.array(place_part)[None])
-        x, y = self.view.projected(world)[0]
-        return QPoint(round(float(x)), round(float(y)))
-
-    def sees(self, place: Float, normal: Float) -> bool:
-        """Return whether the mouse over the ball there means the place itself."""
-        ball = place + 3.0 * normal
-        origin, toward = self.view.ray_at(QPointF(self.at(ball)))
-        wish = self.other.wish_at(origin, toward, 12.0, np.zeros(2))
-        # A pixel is 0.7 mm of the part; what lies before it is farther off than this.
-        return bool(np.linalg.norm(wish.contact_part - ball) < 2.0)
-
-    def click(self, place: Float, normal: Float) -> None:
-        """Click where the ball is to touch, and wait for the point."""
-        self.wanted += 1
-        self.qtbot.waitUntil(lambda: not self.hand.view().hand.busy, timeout=PATIENCE_MS)
-        QTest.mouseClick(self.view, Qt.MouseButton.LeftButton, pos=self.at(place + 3.0 * normal))
-        self.qtbot.waitUntil(lambda: self.points() >= self.wanted, timeout=PATIENCE_MS)
-
-
-def _touch_all(mouse: _Mouse) -> None:
+def _touch_all(mouse: Mouse) -> None:
     """Touch the active feature where it can be seen, until the job is complete."""
     job = mouse.bench.built.station.job
     while not job.view().complete:
@@ -103,7 +56,7 @@ def test_what_the_mouse_touches_is_measured_to_its_uncertainty(
     qtbot: QtBot, open_window: OpenWindow
 ) -> None:
     bench = open_window(speed=5.0, stay=True, plan="quick.toml", start=False, led=True)
-    mouse = _Mouse(qtbot, bench)
+    mouse = Mouse(qtbot, bench)
     mouse.take_over()
     bench.bridge.start()
     _touch_all(mouse)
@@ -125,7 +78,7 @@ def test_the_probes_button_goes_the_whole_way_from_space(
     qtbot: QtBot, open_window: OpenWindow
 ) -> None:
     bench = open_window(speed=2.0, stay=True, start=False, led=True)
-    mouse = _Mouse(qtbot, bench)
+    mouse = Mouse(qtbot, bench)
     mouse.take_over()
     flags: list[int] = []
     changes = bench.built.station.events.button
@@ -156,7 +109,7 @@ def test_handed_back_the_robot_measures_what_is_missing(
     qtbot: QtBot, open_window: OpenWindow
 ) -> None:
     bench = open_window(speed=10.0, stay=True, start=False, led=True)
-    mouse = _Mouse(qtbot, bench)
+    mouse = Mouse(qtbot, bench)
     window = bench.window
     window.show_far(True)
     assert "robot hand" in window.hand.strip.text.text()
@@ -174,7 +127,7 @@ def test_handed_back_the_robot_measures_what_is_missing(
 
 def test_a_probe_that_is_tilted_out_of_sight_says_so(qtbot: QtBot, open_window: OpenWindow) -> None:
     bench = open_window(speed=2.0, stay=True, start=False, led=True)
-    mouse = _Mouse(qtbot, bench)
+    mouse = Mouse(qtbot, bench)
     mouse.take_over()
     bench.bridge.start()
     QTest.mouseMove(mouse.view, mouse.at(np.array([-72.0, 0.0, 20.0])))
@@ -215,7 +168,7 @@ def test_a_probe_that_is_tilted_out_of_sight_says_so(qtbot: QtBot, open_window: 
 
 def test_the_tour_sees_what_is_done_and_ends(qtbot: QtBot, open_window: OpenWindow) -> None:
     bench = open_window(speed=2.0, stay=True, start=False, led=True)
-    mouse, window = _Mouse(qtbot, bench), bench.window
+    mouse, window = Mouse(qtbot, bench), bench.window
     tour = window.hand.tour
     bench.bridge.start()
     QTest.keyClick(window, Qt.Key.Key_G, Qt.KeyboardModifier.ControlModifier)
@@ -279,7 +232,7 @@ def test_where_the_probe_is_real_nobody_takes_it_over(
         assert "virtual rig" in bench.notices.kept()[-1].what
 
 
-def _wheel(mouse: _Mouse, delta: int) -> None:
+def _wheel(mouse: Mouse, delta: int) -> None:
     place = QPointF(mouse.at(np.array([-72.0, 0.0, 20.342])))
     event = QWheelEvent(
         place, mouse.view.mapToGlobal(place), QPoint(), QPoint(0, delta), Qt.MouseButton.NoButton,

@@ -82,6 +82,21 @@ def test_nothing_is_cut_off_in_a_longer_language_anywhere(
     assert not found, "\n".join(found)
 
 
+@pytest.mark.parametrize(
+    ("size", "least"), [((1280, 720), 24.0), ((1920, 1080), 25.0), ((3840, 2160), 50.0)]
+)
+def test_the_digits_beside_the_coach_are_read_from_some_steps_away(
+    size: tuple[int, int], least: float, open_window: OpenWindow, qapp: QApplication
+) -> None:
+    # A capital of 7 mm on a 24-inch screen; what is read at three metres is in the far view.
+    window = open_window(speed=0.1, led=True).window
+    window.resize(*size)
+    for _ in range(4):
+        qapp.processEvents()
+    assert window.desk.coach.isVisible()
+    assert window.desk.readout.cap_height() >= least
+
+
 def test_the_far_view_is_read_at_three_metres(open_window: OpenWindow, qapp: QApplication) -> None:
     window = open_window(speed=0.1).window
     window.show_far(True)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ocmm_core.cli.terminal import told
 from ocmm_core.errors import OcmmError
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ def verify(
         try:
             found = audit(path, line)
         except OcmmError as error:
-            typer.echo(f"{error.what} {error.remedy}", err=True)
+            typer.echo(told(error), err=True)
             worst = 2
             continue
         _print(found, everything=everything)
@@ -78,7 +79,7 @@ def adopt(
             with JobFile.open(path) as job:
                 job.adopt(who, reason)
         except OcmmError as error:
-            typer.echo(f"{error.what} {error.remedy}", err=True)
+            typer.echo(told(error), err=True)
             worst = 2
         else:
             typer.echo(f"{path}: taken over by {who}.")

@@ -12,7 +12,7 @@ from rich.table import Table
 from ocmm_core.cli.bus._camera import black_app, history, intrinsics_app, snapshot
 from ocmm_core.cli.bus._options import BusOption, CameraArgument, write_bytes
 from ocmm_core.cli.bus._record import record
-from ocmm_core.cli.terminal import BusProcessorOption, ForceOption, RigOption, make_console
+from ocmm_core.cli.terminal import BusProcessorOption, ForceOption, RigOption, make_console, told
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import BusError, InputError
 
@@ -70,7 +70,7 @@ def scan_command(
     try:
         assign([scanned.device for scanned in devices], expected)
     except BusError as error:
-        console.print(f"{error.what} {error.remedy}", highlight=False)
+        console.print(told(error), highlight=False)
         raise typer.Exit(1) from error
     console.print("These are the cameras of the rig.")
 

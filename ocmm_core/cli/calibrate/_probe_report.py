@@ -12,6 +12,7 @@ from rich.table import Table
 from ocmm_core.calibration.pivot import PivotCalibration
 from ocmm_core.calibration.records import ProbeStore
 from ocmm_core.calibration.sweeping import PivotOutcome
+from ocmm_core.cli.terminal import told
 from ocmm_core.geometry import Float
 
 
@@ -23,7 +24,7 @@ def print_probe(console: Console, outcome: PivotOutcome) -> None:
         _print_sweep(console, name, found)
     _print_validation(console, outcome)
     for finding in outcome.findings:
-        console.print(f"{finding.what} {finding.remedy}", style="yellow", highlight=False)
+        console.print(told(finding), style="yellow", highlight=False)
     _print_change(console, outcome)
 
 

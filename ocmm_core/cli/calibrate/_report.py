@@ -28,6 +28,7 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.camera import load_rig
 from ocmm_core.cli.calibrate._tip_report import print_passed
+from ocmm_core.cli.terminal import told
 
 
 def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
@@ -60,7 +61,7 @@ def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
             f"RMS per axis.",
         )
     for warning in outcome.warnings:
-        console.print(f"{warning.what} {warning.remedy}", style="yellow", highlight=False)
+        console.print(told(warning), style="yellow", highlight=False)
     if outcome.comparison is not None:
         _print_comparison(console, outcome.comparison)
 
@@ -99,7 +100,7 @@ def print_verification(console: Console, outcome: VerificationOutcome) -> None:
     _say(console, f"Rule: {record.rule}.")
     _print_session(console, record)
     for warning in outcome.warnings:
-        console.print(f"{warning.what} {warning.remedy}", style="yellow", highlight=False)
+        console.print(told(warning), style="yellow", highlight=False)
     print_passed(console, passed=record.passed)
 
 
@@ -121,7 +122,7 @@ def _print_session(console: Console, record: VerificationRecord) -> None:
     for note in record.notes:
         _say(console, f"Note     {note}")
     for one in record.objections:
-        console.print(f"{one.what} {one.remedy}", style="bold red", highlight=False)
+        console.print(told(one), style="bold red", highlight=False)
 
 
 def print_status(console: Console, document: Path, folder: Path, now: datetime) -> bool:

@@ -12,6 +12,7 @@ from rich.text import Text
 
 from ocmm_core.calibration.records import Check
 from ocmm_core.calibration.tip import TipCheckOutcome, TipCheckView, TipOutcome, TouchView
+from ocmm_core.cli.terminal import told
 
 
 def print_sphere(console: Console, view: TouchView) -> None:
@@ -81,7 +82,7 @@ def print_qualification(console: Console, outcome: TipOutcome) -> None:
         )
     _say(console, f"Valid    until {record.valid_until_utc[:10]}")
     for warning in outcome.warnings:
-        console.print(f"{warning.what} {warning.remedy}", style="yellow", highlight=False)
+        console.print(told(warning), style="yellow", highlight=False)
     print_passed(console, passed=record.passed)
 
 
@@ -89,9 +90,9 @@ def print_check(console: Console, outcome: TipCheckOutcome) -> None:
     """Print the checks, what is the matter, and the verdict."""
     _print_checks(console, "Quick check", outcome.record.checks)
     for finding in outcome.findings:
-        console.print(f"{finding.what} {finding.remedy}", style="red", highlight=False)
+        console.print(told(finding), style="red", highlight=False)
     for warning in outcome.warnings:
-        console.print(f"{warning.what} {warning.remedy}", style="yellow", highlight=False)
+        console.print(told(warning), style="yellow", highlight=False)
     print_passed(console, passed=outcome.record.passed)
 
 

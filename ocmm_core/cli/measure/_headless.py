@@ -15,7 +15,7 @@ from rich.text import Text
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, StopReason
 from ocmm_core.calibration.records import CalibrationStatus, ProbeView
 from ocmm_core.cli.measure._pages import print_pages
-from ocmm_core.cli.terminal import _WIDE, shown
+from ocmm_core.cli.terminal import _WIDE, say, say_word, shown, told
 from ocmm_core.composition import BuiltStation
 from ocmm_core.errors import CalibrationError, MeasuringError, OcmmError
 from ocmm_core.export import DEFAULT_FORMAT, PDF, chosen_formats
@@ -76,12 +76,12 @@ def run_job(
         # It may be a part of the batch; nobody can tell.
         console.print(f"Passed over  {fault.what}", style="yellow", highlight=False)
     calibration = station.instruments.calibration()
-    console.print(f"Calibration  {calibration.label}", highlight=False)
-    console.print(f"Temperature  {station.job.view().temperature}", highlight=False)
+    console.print(f"Calibration  {say(calibration.label)}", highlight=False)
+    console.print(f"Temperature  {say(station.job.view().temperature)}", highlight=False)
     if station.instruments.reference is not None:
         console.print(f"Reference  {station.instruments.reference.label}", highlight=False)
     for warning in calibration.warnings:
-        console.print(warning, style="yellow", highlight=False)
+        console.print(say(warning), style="yellow", highlight=False)
     try:
         station.events.point_refused.connect(lambda refusal: _print_refusal(console, refusal))
         station.faults.failed.connect(lambda error: _print_error(built, console, error))
@@ -132,34 +132,38 @@ def print_table(console: Console, view: JobView, truth: Mapping[str, float] | No
     """
     wide = console.width >= _WIDE
     table = Table(title=f"{view.part}: {view.job}", title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column("Characteristic", no_wrap=True)
+    table.add_column(say_word("Characteristic"), no_wrap=True)
     names = ["Nominal", "Measured", "Deviation", "Lower", "Upper", U_LABEL, "True", "Error"]
     wanted = names if wide else ["Measured", "Deviation", U_LABEL, "Error"]
     if truth is None:
         wanted = [name for name in wanted if name not in ("True", "Error")]
     for name in wanted:
-        table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("Verdict", no_wrap=True)
+        table.add_column(say_word(name), justify="right", no_wrap=True)
+    table.add_column(say_word("Verdict"), no_wrap=True)
     for result in view.characteristics:
         cells = dict(zip(names, _cells(result, (truth or {}).get(result.name)), strict=True))
         style = _STYLE[result.verdict]
         table.add_row(
             result.name,
             *(cells[name] for name in wanted),
-            Text(result.verdict.value, style),
+            Text(say_word(result.verdict.value), style),
         )
     console.print(table)
     for result in view.characteristics:
         if result.note:
-            console.print(f"{result.name}: {result.note}", style="dim", highlight=False)
+            console.print(f"{result.name}: {say(result.note)}", style="dim", highlight=False)
     if view.unproven:
-        console.print(view.unproven, style="bold red", highlight=False)
-    console.print(f"Lengths in mm, angles in degrees. {U_WORDS}.", style="dim", highlight=False)
+        console.print(say(view.unproven), style="bold red", highlight=False)
+    console.print(
+        f"{say('Lengths in mm, angles in degrees.')} {say(U_WORDS)}.", style="dim", highlight=False
+    )
     if truth is not None:
         held, known = _held(view, truth)
         console.print(
-            f"Measured ± U holds the true value of {held} of {known} characteristics; 95 % are "
-            "expected. (Form excluded: noise can only enlarge it.)",
+            say(
+                f"Measured ± U holds the true value of {held} of {known} characteristics; 95 % are "
+                "expected. (Form excluded: noise can only enlarge it.)"
+            ),
             highlight=False,
         )
 
@@ -171,7 +175,7 @@ def print_verdict(console: Console, view: JobView) -> None:
     """
     print_states(console, view)
     for reason in view.part_verdict.reasons:
-        console.print(reason, style="bold yellow", highlight=False, markup=False)
+        console.print(say(reason), style="bold yellow", highlight=False, markup=False)
     verdict = view.part_verdict.verdict
     style = "" if verdict is None else _STYLE[verdict]
     console.print(view.part_verdict.word.value, style=style, highlight=False, markup=False)
@@ -180,14 +184,16 @@ def print_verdict(console: Console, view: JobView) -> None:
 def print_states(console: Console, view: JobView) -> None:
     """Print a line for everything that a job must not be taken for: SIMULATED, INCOMPLETE."""
     for line in state_lines(view):
-        console.print(line, style="bold yellow", highlight=False, markup=False)
+        console.print(say(line), style="bold yellow", highlight=False, markup=False)
 
 
 def print_explanations(console: Console, explained: Sequence[Explanation]) -> None:
     """Print a line for every result that is not good: by how much, and what to do."""
     for item in explained:
         console.print(
-            f"{item.characteristic}: {item.why} {item.suggestion}", highlight=False, markup=False
+            f"{item.characteristic}: {say(item.why)} {say(item.suggestion)}",
+            highlight=False,
+            markup=False,
         )
 
 
@@ -204,7 +210,7 @@ def print_counters(console: Console, status: AcquisitionStatus) -> None:
     )
     if status.mean_pace is not None:
         words = pace_words(status.mean_pace) or "The virtual bus kept pace with real time."
-        console.print(f"Pace    {status.mean_pace:.2f}: {words}", highlight=False)
+        console.print(f"Pace    {status.mean_pace:.2f}: {say(words)}", highlight=False)
 
 
 def exit_code(view: JobView) -> int:
@@ -262,9 +268,9 @@ def _wait(built: BuiltStation, console: Console) -> None:
 
 def _print_probe(console: Console, probe: ProbeView) -> None:
     # A tip that was asked for by name is mounted when the station starts.
-    console.print(f"Probe  {probe.label}", highlight=False)
+    console.print(f"Probe  {say(probe.label)}", highlight=False)
     for warning in probe.warnings:
-        console.print(warning, style="yellow", highlight=False)
+        console.print(say(warning), style="yellow", highlight=False)
 
 
 def _require_calibration(built: BuiltStation) -> None:
@@ -320,7 +326,7 @@ def _print_error(built: BuiltStation, console: Console, error: OcmmError) -> Non
 
 def _print_refusal(console: Console, refusal: Refusal) -> None:
     stamp = time.strftime("%H:%M:%S")
-    console.print(f"{stamp} point refused: {refusal.what} {refusal.remedy}", highlight=False)
+    console.print(f"{stamp} {say('Point refused:')} {told(refusal)}", highlight=False)
 
 
 def _held(view: JobView, truth: Mapping[str, float]) -> tuple[int, int]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 from rich.text import Text
 
-from ocmm_core.cli.terminal import shown
+from ocmm_core.cli.terminal import say, say_word, shown
 from ocmm_core.doctor import Light, can_undo
 
 if TYPE_CHECKING:
@@ -33,16 +33,16 @@ def print_report(report: DoctorReport, console: Console) -> None:
         table.add_column(no_wrap=True)
     table.add_column()
     for one in report.results:
-        text = Text(shown(one.what))
+        text = Text(shown(say(one.what)))
         if one.remedy:
             # In front: a command at the end of the line can be copied.
-            fix = "With --fix, or: " if one.fixable else ""
-            text.append(f"\n-> {fix}{shown(one.remedy)}", style="italic")
-        table.add_row(Text(one.light.value, style=_STYLES[one.light]), one.title, text)
+            fix = f"{say('With --fix, or:')} " if one.fixable else ""
+            text.append(f"\n-> {fix}{shown(say(one.remedy))}", style="italic")
+        table.add_row(Text(one.light.value, style=_STYLES[one.light]), say_word(one.title), text)
     console.print(table)
     counts = [(light, len(report.having(light))) for light in Light]
     console.print()
-    console.print(Text(f"This computer is {report.light.value}: ", style="bold").append(
+    console.print(Text(f"{say(f'This computer is {report.light.value}:')} ", style="bold").append(
         ", ".join(f"{count} {light.value}" for light, count in counts if count) + "."
     ))  # fmt: skip
 
@@ -51,10 +51,10 @@ def print_hint(computer: Computer, changes: Sequence[SystemChange], console: Con
     """Print what --fix and --undo would do here, where they would do anything."""
     if changes:
         console.print(
-            "--fix puts right what says so: it shows the changes, asks, and can be undone."
+            say("--fix puts right what says so: it shows the changes, asks, and can be undone.")
         )
     if can_undo(computer):
-        console.print("--undo takes back what --fix changed.")
+        console.print(say("--undo takes back what --fix changed."))
 
 
 def print_changes(changes: Sequence[SystemChange], console: Console) -> None:

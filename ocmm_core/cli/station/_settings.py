@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import msgspec
 import typer
 
-from ocmm_core.cli.terminal import make_console
+from ocmm_core.cli.terminal import make_console, told
 from ocmm_core.errors import InputError
 from ocmm_core.settings import (
     SETTINGS,
@@ -123,4 +123,4 @@ def _look(loaded: LoadedSettings) -> bool:
 def _tell(notes: tuple[Note, ...]) -> None:
     console = make_console(soft_wrap=True)
     for note in notes:
-        console.print(f"{note.what} {note.remedy}", style="yellow", highlight=False, markup=False)
+        console.print(told(note), style="yellow", highlight=False, markup=False)

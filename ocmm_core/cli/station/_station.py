@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ocmm_core.cli.terminal import make_console, progress_line
+from ocmm_core.cli.terminal import make_console, progress_line, say
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.host import require_linux
 
@@ -105,7 +105,7 @@ def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) ->
     # What is read by programs stays apart.
     console = make_console(stderr=True)
     if not changes:
-        console.print("Nothing can be put right without a technician.")
+        console.print(say("Nothing can be put right without a technician."))
         return
     if not may_mend(computer):
         raise StorageError(
@@ -113,17 +113,17 @@ def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) ->
             "This user may not change the computer; nothing was changed.",
             f"Type: sudo {Path(sys.argv[0]).absolute()} station doctor --fix",
         )
-    console.print("This would be changed:")
+    console.print(say("This would be changed:"))
     print_changes(changes, console)
     if not yes:
         if not sys.stdin.isatty():
             raise InputError(
                 "doctor.nobody_to_ask",
                 "Nobody can be asked here; nothing was changed.",
-                "Give --yes, or type it on a terminal.",
+                "Add --yes, or run it in a terminal.",
             )
-        if not typer.confirm("Change it?", err=True):
-            console.print("Nothing was changed.")
+        if not typer.confirm(say("Change it?"), err=True):
+            console.print(say("Nothing was changed."))
             return
     print_mended(mend(computer, changes), "changed", console)
     console.print(

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ocmm_core.cli.terminal import make_console, progress_line
+from ocmm_core.cli.terminal import make_console, progress_line, say
 from ocmm_core.errors import InputError
 
 support_app = typer.Typer(no_args_is_help=True, help="Help from support: what to send along.")
@@ -52,7 +52,7 @@ def bundle(
         draft = draft_bundle(site_of_this_user(), mask_names=mask_names, told=progress)
     draft.packed(left_out)
     console = make_console(soft_wrap=True, stderr=True)
-    console.print(draft.contents(left_out), highlight=False)
+    console.print(draft.contents(left_out, say), highlight=False)
     if list_only:
         return
     if not yes:
@@ -60,10 +60,12 @@ def bundle(
             raise InputError(
                 "support.nobody_to_ask",
                 "Nobody can be asked here; nothing was written.",
-                "Give --yes, or type it on a terminal.",
+                "Add --yes, or run it in a terminal.",
             )
-        if not typer.confirm(f"Write {file}?", err=True):
-            console.print("Nothing was written.")
+        if not typer.confirm(say(f"Write {file}?"), err=True):
+            console.print(say("Nothing was written."))
             return
     size = write_bundle(draft, file, left_out)
-    make_console(soft_wrap=True).print(f"{file}: {size} bytes. Nothing was sent.", highlight=False)
+    make_console(soft_wrap=True).print(
+        say(f"{file}: {size} bytes. Nothing was sent."), highlight=False
+    )

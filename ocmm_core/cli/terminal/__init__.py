@@ -2,9 +2,9 @@
 
 In: texts, tables, arrays of pixels, points. Out: a terminal that copes with pipes, PNG, PGM, SVG.
 
-Read `_console` and `_shown` (how anything is printed) and `_options` (options that several commands
-have; `_cluster_options` those that say where is computed), then `_pictures` (16 bit images), `_svg`
-and `_svg_maps` (small plots without a plotting library).
+Read `_console` and `_shown` (how anything is printed), `_speech` (in which language) and `_options`
+(options that several commands have; `_cluster_options` those that say where is computed), then
+`_pictures` (16 bit images), `_svg` and `_svg_maps` (small plots without a plotting library).
 It must not know any command.
 """
 
@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.cli.terminal._pictures import encoder_for
     from ocmm_core.cli.terminal._shown import shown
+    from ocmm_core.cli.terminal._speech import language, say, say_word, told
     from ocmm_core.cli.terminal._svg import histogram, label, nice_limit, page, points_in_space
     from ocmm_core.cli.terminal._svg_maps import bending, tip_map
 else:
@@ -73,6 +74,7 @@ else:
         ),
         _pictures="encoder_for",
         _shown="shown",
+        _speech="language say say_word told",
         _svg="histogram label nice_limit page points_in_space",
         _svg_maps="bending tip_map",
     )
@@ -114,11 +116,15 @@ __all__ = [
     "encoder_for",
     "histogram",
     "label",
+    "language",
     "make_console",
     "nice_limit",
     "page",
     "points_in_space",
     "progress_line",
+    "say",
+    "say_word",
     "shown",
     "tip_map",
+    "told",
 ]

@@ -35,7 +35,7 @@ _PRESS_MM = 1.0
 _MOST_TILT = np.radians(65.0)
 _TURN_RAD_S, _TURN_RATE = 2.5, 10.0
 """So fast a wrist turns at most, and closes in, 1/s."""
-_AT_MM, _AT_MM_S = 0.15, 4.0
+_AT_MM, _AT_MM_S, _TURNED_RAD = 0.15, 4.0, 0.05
 _SETTLE_S, _DOWN_S, _HOLD_S = 0.16, 0.05, 0.34
 """On the surface until the button, pressed, and held still after it: a window is 0.25 s."""
 _GIVE_UP_S = 4.0
@@ -293,7 +293,7 @@ class MouseHand:
             return now, TRAVEL_MM_S, self._attitude
         self._since_s += block_s
         hover = wish.contact_part + wish.clear_mm * wish.normal_part
-        self._step(now, hover)
+        self._step(now, hover, self._wanted_attitude(wish))
         pressed = wish.contact_part - _PRESS_MM * wish.normal_part
         if self._phase in (_Phase.APPROACH, _Phase.SETTLE, _Phase.DOWN, _Phase.HOLD):
             return pressed, APPROACH_MM_S, self._wanted_attitude(wish)
@@ -303,13 +303,15 @@ class MouseHand:
                 return hover, APPROACH_MM_S, self._wanted_attitude(wish)
         return self._way(now, hover), TRAVEL_MM_S, self._wanted_attitude(wish)
 
-    def _step(self, now: Float, hover: Float) -> None:
+    def _step(self, now: Float, hover: Float, attitude: Float) -> None:
         """Go on with a touch that was asked for."""
         phase, since = self._phase, self._since_s
         speed = float(np.linalg.norm(self._state[kernel.VELOCITY : kernel.VELOCITY + 3]))
         there = float(np.linalg.norm(hover - now)) < _AT_MM and speed < _AT_MM_S
+        # The wrist is turned before the ball comes near: it may be out of sight while it turns.
+        turned = float(np.linalg.norm(attitude - self._attitude)) < _TURNED_RAD
         touches = self._state[kernel.TOUCHES] > 0.0
-        if phase is _Phase.GO and (there or since > _GIVE_UP_S):
+        if phase is _Phase.GO and ((there and turned) or since > _GIVE_UP_S):
             self._enter(_Phase.APPROACH if there else _Phase.FOLLOW)
         elif phase is _Phase.APPROACH and (touches or since > _GIVE_UP_S):
             self._enter(_Phase.SETTLE if touches else _Phase.LIFT)

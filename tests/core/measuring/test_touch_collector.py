@@ -223,6 +223,18 @@ def test_no_way_no_direction() -> None:
     assert approach_direction(hidden, np.zeros(3), 2.0) is None
 
 
+def test_what_was_not_seen_just_before_the_contact_is_no_direction() -> None:
+    # Down beside a wall, then to it: hidden for the last 3.5 mm it seems to come from above.
+    down = np.stack([np.full(13, 3.5), np.zeros(13), np.linspace(6.0, 0.0, 13)], axis=1)
+    rest = np.array([[0.05, 0.0, 0.0]])
+    assert approach_direction(np.concatenate([down[:6], rest]), np.zeros(3), 2.0) is None
+    # Followed to its end, it is the way to the wall.
+    last = np.stack([np.linspace(3.5, 0.5, 7), np.zeros(7), np.zeros(7)], axis=1)
+    seen = approach_direction(np.concatenate([down, last, rest]), np.zeros(3), 2.0)
+    assert seen is not None
+    assert np.abs(seen - [1.0, 0.0, 0.0]).max() < 1e-12
+
+
 def test_a_ball_that_slid_sideways_at_last_has_no_direction() -> None:
     # A millimetre along the surface is already another way than the one from above.
     slid = np.array([[0.0, 0.0, 3.0], [0.0, 0.0, 2.0], [1.0, 0.0, 0.0]])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import tracemalloc
 import zipfile
 from pathlib import Path
@@ -18,6 +19,7 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.settings import SettingsFile, SettingsStore
 from ocmm_core.support import MASKED, PARTS, Cleaner, SupportSite, draft_bundle, write_bundle
+from ocmm_core.wording import load_translation
 
 KEY = (
     "-----BEGIN PRIVATE KEY-----\nMC4CAQAwBQYDK2VwBCIEIPlantedKeyLineNumberOne0123456789\n"
@@ -192,6 +194,24 @@ def test_the_list_says_exactly_what_is_inside(site: SupportSite, tmp_path: Path)
         assert f"  {name}  " in listed
     assert listed.count("Left out.") == 2
     assert all(spec.title in listed for spec in PARTS)
+
+
+def test_whoever_reads_the_list_gets_it_in_his_language_and_support_in_english(
+    site: SupportSite,
+) -> None:
+    draft = draft_bundle(site, mask_names=True)
+    speech = load_translation("de")
+
+    def say(text: str) -> str:
+        return speech.of(text) if speech.of(text) != text else speech.word(text)
+
+    shown = draft.contents((), say)
+    for words in ("OCMM-Supportpaket", "Kennwörter, Tokens", "Rechnerprüfung: ", "Einstellungen: "):
+        assert words in shown
+    assert not re.search(r"\b(the|and|of|names|taken)\b", shown), shown
+    with zipfile.ZipFile(io.BytesIO(draft.packed())) as archive:
+        listed = archive.read("CONTENTS.txt").decode()
+    assert "Passwords, tokens and private keys were taken out." in listed
 
 
 def test_a_part_that_cannot_be_gathered_is_told_and_the_rest_is_packed(site: SupportSite) -> None:
