@@ -130,8 +130,12 @@ class RoomAir(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     @property
     def words(self) -> tuple[str, ...]:
         """Return what was read off, with its unit."""
-        read = ((self.humidity_percent, "% humidity"), (self.pressure_hpa, "hPa"))
-        return tuple(f"{value:g} {unit}" for value, unit in read if value is not None)
+        told = []
+        if self.humidity_percent is not None:
+            told.append(f"Humidity {self.humidity_percent:g} %")
+        if self.pressure_hpa is not None:
+            told.append(f"Air pressure {self.pressure_hpa:g} hPa")
+        return tuple(told)
 
 
 def _read_off(name: str, text: str, unit: str, limits: tuple[float, float]) -> float | None:

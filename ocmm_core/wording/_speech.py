@@ -55,4 +55,4 @@ def _line(told: Translation, text: str) -> str:
         said = told.of(without)
         if said != without:
             return said if said.endswith(after) else said + after
-    return text
+    return told.word(text)

@@ -33,8 +33,11 @@ if TYPE_CHECKING:
     )
     from ocmm_core.export.certificate._dcc import dcc_bytes
     from ocmm_core.export.certificate._facts import (
+        air_said,
         certificate_facts,
+        certificate_title,
         open_certificate_clauses,
+        rule_said,
     )
     from ocmm_core.export.certificate._from_acceptance import certificate_of_acceptance
     from ocmm_core.export.certificate._from_calibration import certificate_of_calibration
@@ -57,7 +60,9 @@ else:
             "Certificate CertificateLine CertificateRun CertificateValue Conformity SIMULATED_WORDS"
         ),
         _dcc="dcc_bytes",
-        _facts="certificate_facts open_certificate_clauses",
+        _facts=(
+            "air_said certificate_facts certificate_title open_certificate_clauses rule_said"
+        ),
         _from_acceptance="certificate_of_acceptance",
         _from_calibration="certificate_of_calibration",
         _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",
@@ -77,7 +82,9 @@ __all__ = [
     "Expansion",
     "artefact_fields",
     "artefact_text",
+    "air_said",
     "certificate_facts",
+    "certificate_title",
     "certificate_of_acceptance",
     "certificate_of_calibration",
     "certificate_of_cameras",
@@ -86,6 +93,7 @@ __all__ = [
     "check_dcc_seal",
     "dcc_bytes",
     "open_certificate_clauses",
+    "rule_said",
     "read_dcc",
     "write_certificate",
     "write_certificates",
