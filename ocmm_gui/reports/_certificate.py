@@ -29,8 +29,8 @@ from ocmm_core.export.certificate import (
 )
 from ocmm_core.export.report import (
     NOT_STATED,
-    Particulars,
     PaperLengths,
+    Particulars,
     load_paper,
     template_in_use,
 )
@@ -55,13 +55,13 @@ from ocmm_gui.reports._paper_head import paper_letterhead
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 
 _COLUMNS = (
-    Column("Test", 560.0),
-    Column("Measured", 240.0, right=True, length=True),
-    Column("Certified", 240.0, right=True, length=True),
-    Column("Error", 190.0, right=True, length=True),
-    Column("U (k = 2)", 220.0, right=True, length=True),
-    Column("MPE", 160.0, right=True, length=True),
-    Column("Verdict", 200.0),
+    Column("Test", 620.0),
+    Column("Measured", 225.0, right=True, length=True),
+    Column("Certified", 225.0, right=True, length=True),
+    Column("Error", 180.0, right=True, length=True),
+    Column("U (k = 2)", 205.0, right=True, length=True),
+    Column("MPE", 150.0, right=True, length=True),
+    Column("Verdict", 195.0),
 )
 _COLOURS = {Conformity.CONFORM: INK.good, Conformity.NOT_CONFORM: INK.bad}
 _NAME = 330.0
@@ -119,7 +119,7 @@ def certificate_pdf(paper: Certificate) -> bytes:
     """Return the pages as PDF; StorageError as `written_pdf`."""
     canvas = lay_out(paper)
     # A page that was copied alone must not be taken for another one either.
-    states = (state.partition(":")[0] for state in paper.states)
+    states = (canvas.speech.say(state.partition(":")[0]) for state in paper.states)
     foot = "   ".join((paper.number, *states, f"OCMM {__version__}"))
     return written_pdf(
         canvas,

@@ -61,6 +61,9 @@ def open_certificate_clauses(paper: Certificate) -> tuple[str, ...]:
 
 def certificate_title(paper: Certificate, speech: Speech = _ENGLISH) -> str:
     """Return the title; a title that a laboratory gave to its own procedure stays as it is."""
+    whole = speech.say(paper.title)
+    if whole != paper.title:
+        return whole
     return ": ".join(map(speech.say, paper.title.split(": ")))
 
 
