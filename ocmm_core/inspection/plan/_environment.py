@@ -98,7 +98,7 @@ def environment_fault(limits: EnvironmentLimits) -> tuple[str, str] | None:
         least, most = span
         if least not in one or most not in one:
             ends = f"{one.least:g} to {one.most:g} {one.unit}"
-            return f"environment.{name}", f"is {least:g} to {most:g}, but must be within {ends}"
+            return f"environment.{name}", f"demands {least:g} to {most:g}; a room has {ends}"
         if not least < most:
             return f"environment.{name}", "has its smaller number last"
     return None

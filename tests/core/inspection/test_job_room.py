@@ -76,7 +76,8 @@ def test_a_plan_that_demands_gets_no_verdict_without_begin_and_end(
     # Read again from the file, by a session that knows nothing of the other one.
     again = session_of(bench, job)
     assert again.view.room == session.view.room
-    assert dict(again.view.room)["room"] == "20.1 °C (begin), 20.4 °C (end)"
+    told = [sentence for field, sentence in again.view.room if field == "room"]
+    assert told == ["Room 20.1 °C at the begin.", "Room 20.4 °C at the end."]
 
 
 def test_a_room_that_is_too_warm_lets_nothing_be_proven(bench: Bench, job: JobFile) -> None:
@@ -123,10 +124,13 @@ def test_what_a_plan_demands(
 
 def test_what_was_typed_before_is_told() -> None:
     words = environment_words((NotedRoom(0, 1, room="25"), BEGIN, END), 5)
-    assert words == (("room", "20.1 °C (begin; typed before: 25 °C), 20.4 °C (end)"),)
-    assert environment_words((NotedRoom(2, 3, room="20"),), 5) == (
-        ("room", "20 °C (after point 2)"),
-    )
+    assert [sentence for _, sentence in words] == [
+        "Room 20.1 °C at the begin.",
+        "25 °C was typed before.",
+        "Room 20.4 °C at the end.",
+    ]
+    later = environment_words((NotedRoom(2, 3, room="20"),), 5)
+    assert later == (("room", "Room 20 °C after point 2."),)
 
 
 @pytest.mark.parametrize(
@@ -166,7 +170,9 @@ def test_the_report_says_what_the_job_keeps_and_not_what_is_given_later(
     paper = load_paper(standard_template(), Particulars(room="23", pressure="1013"))
     data = replace(report_of_job(reopen_job(job.path)), paper=paper)
     told = {fact.name: fact.value for fact in paper_facts(data)}["Environment"]
-    assert told.startswith("Room 20.1 °C (begin). Humidity 45 % (begin). Air pressure 1013 hPa.")
+    assert told.startswith(
+        "Room 20.1 °C at the begin. Humidity 45 % at the begin. Air pressure 1013 hPa."
+    )
     assert "23" not in told
 
 
@@ -183,9 +189,9 @@ def test_the_command_keeps_what_was_read_off(bench: Bench, job: JobFile) -> None
     job.close()
     runner = CliRunner()
     done = runner.invoke(app, ["environment", str(path), "--room", "20,4", "--who", "Ada"])
-    assert (done.exit_code, "20.4 °C (end)" in done.output) == (0, True), done.output
+    assert (done.exit_code, "20.4 °C at the end" in done.output) == (0, True), done.output
     told = runner.invoke(app, ["environment", str(path)])
-    assert "20.4 °C (end)" in told.output
+    assert "20.4 °C at the end" in told.output
     wrong = runner.invoke(app, ["environment", str(path), "--room", "68 °F"])
     assert isinstance(wrong.exception, OcmmError)
     # Nothing but the reading was added, and the chain holds.
