@@ -1,5 +1,8 @@
 """Run a command as another processor would: ``python -m tests.processor avx2|generic COMMAND...``.
 
+``python -m tests.processor --others`` prints as which others the numerical tests are repeated: the
+next one below this one, and with OCMM_TEST_LONG all.
+
 Three libraries choose their instructions by the processor, each has a switch of its own, and the
 command gets all three. It also gets what else the environment holds; its exit code is returned.
 Where this processor cannot do it, that is noted as NOT RUN (`tests.gate`).
@@ -15,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.gate import FAILED, NOT_RUN, RECORD, REQUIRE_ALL, Outcome, write_record
+from tests.host import long_form
 
 GENERIC, AVX2 = "generic", "avx2"
 NAME = "OCMM_PROCESSOR"
@@ -59,8 +63,19 @@ def _dispatched() -> set[str]:
     return set(np.show_config(mode="dicts")["SIMD Extensions"].get("found", ()))
 
 
+def others(*, every: bool) -> tuple[str, ...]:
+    """Return as which processors to repeat what rounding could tip over."""
+    if every:
+        return AVX2, GENERIC
+    # With wider instructions than AVX2 this processor adds up in another order than one with it.
+    return (GENERIC,) if _dispatched() <= _UP_TO_AVX2 else (AVX2,)
+
+
 def main(processor: str, *command: str) -> int:
     """Replace this process by the command; return only where that cannot be."""
+    if (processor, *command) == ("--others",):
+        sys.stdout.write(" ".join(others(every=long_form())) + "\n")
+        return 0
     if processor not in _LIBRARIES or not command:
         sys.stderr.write(f"{__doc__}\n")
         return 2

@@ -35,6 +35,7 @@ from ocmm_gui.kit import (
     Worker,
     apply_theme,
     dress,
+    dress_application,
     dropped_file,
     shortcuts_of,
     tr,
@@ -116,6 +117,9 @@ class StartWindow(QMainWindow):
         self._recent = recent or RecentPlaces()
         self._lists = Worker("ocmm-start", self)
         self.loaded = store.load()
+        app = QApplication.instance()
+        if isinstance(app, QApplication):
+            dress_application(app, THEMES[self.loaded.settings.window_theme])
         self.banner = Banner()
         self.page = StartPage(
             {

@@ -145,6 +145,7 @@ if TYPE_CHECKING:
         apply_theme,
         digit_font,
         dress,
+        dress_application,
         far_type,
         fitted,
         status_colour,
@@ -195,7 +196,8 @@ else:
         _texts=("PlainLabel later literal said said_word tr tr_all with_unit"),
         _theme=(
             "CAP_HEIGHT DEFAULT_THEME THEMES Theme Themed WRAPPED apply_theme digit_font dress "
-            "far_type fitted status_colour text_font use_role verdict_colour wrapped_pixels"
+            "dress_application far_type fitted status_colour text_font use_role verdict_colour "
+            "wrapped_pixels"
         ),
         _verification_messages="session_of",
         _work_line="WorkLine",
@@ -273,6 +275,7 @@ __all__ = [
     "digit_font",
     "distance_words",
     "dress",
+    "dress_application",
     "dropped_file",
     "far_type",
     "feature_mark",

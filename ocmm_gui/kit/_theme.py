@@ -246,9 +246,16 @@ def make_style_sheet(theme: Theme) -> str:
 
 def apply_theme(app: QApplication, window: QWidget, theme: Theme) -> None:
     """Dress the application, and tell every widget of ``window`` that paints by itself."""
-    app.setPalette(make_palette(theme))
-    app.setStyleSheet(make_style_sheet(theme))
+    dress_application(app, theme)
     dress(window, theme)
+
+
+def dress_application(app: QApplication, theme: Theme) -> None:
+    """Dress the application; before a window is made this costs nothing, behind it a second."""
+    sheet = make_style_sheet(theme)
+    if app.styleSheet() != sheet:
+        app.setPalette(make_palette(theme))
+        app.setStyleSheet(sheet)
 
 
 def dress(whole: QWidget, theme: Theme) -> None:

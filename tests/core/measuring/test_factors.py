@@ -127,7 +127,11 @@ def test_some_of_the_points_are_those_points(recommended: Rig, standard_probe: P
     )
 
 
-def test_draws_scatter_as_the_values_do(recommended: Rig, standard_probe: ProbeBody) -> None:
+@pytest.mark.parametrize("together", [True, False], ids=["few points", "many points"])
+def test_draws_scatter_as_the_values_do(
+    recommended: Rig, standard_probe: ProbeBody, monkeypatch: pytest.MonkeyPatch, together: bool
+) -> None:
+    monkeypatch.setattr("ocmm_core.measuring._factors._DRAWN_TOGETHER", 10_000 if together else 0)
     points, found = touched(recommended, standard_probe)
     factors = joint_factors(points, found, recommended, standard_probe, None, WARM)
     gradients = np.random.default_rng().normal(size=(4, 3 * COUNT + 1))
