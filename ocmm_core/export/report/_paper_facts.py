@@ -163,7 +163,13 @@ def environment(data: ReportData) -> str:
 
 def _room(data: ReportData) -> tuple[str, ...]:
     """Return what the job keeps of the room; what is given with the report for the rest alone."""
-    rest = replace(data.paper.given, **{field: "" for field, _ in data.view.room})
+    kept, given = {field for field, _ in data.view.room}, data.paper.given
+    rest = replace(
+        given,
+        room="" if "room" in kept else given.room,
+        humidity="" if "humidity" in kept else given.humidity,
+        pressure="" if "pressure" in kept else given.pressure,
+    )
     return (*(told for _, told in data.view.room), *surroundings(rest))
 
 

@@ -147,7 +147,7 @@ def _write_front(book: xlsxwriter.Workbook, data: ReportData) -> None:
 def _job_rows(data: ReportData) -> tuple[tuple[Cell, ...], ...]:
     """Return what the front sheet says of the whole job below its verdict."""
     table, speech = head_table(data), _speech(data)
-    return tuple(said_line(*row, speech) for row in (table.columns, *table.rows))
+    return tuple(said_line(row[0], row[1], speech) for row in (table.columns, *table.rows))
 
 
 def _looks_computed(text: str) -> bool:
