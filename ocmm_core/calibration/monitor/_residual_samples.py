@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.camera import Rig, project
 from ocmm_core.geometry import Float, Pixels
@@ -168,8 +169,7 @@ def look_of(
     good = np.flatnonzero(frames.status == FrameStatus.OK)
     if len(good) < enough:
         return None
-    _, kinds, counts = np.unique(frames.seen[good], axis=0, return_inverse=True, return_counts=True)
-    used = good[kinds.ravel() == int(np.argmax(counts))]
+    used = good[_seen_most_often(frames.seen[good])]
     if len(used) < enough:
         return None
     uv = frames.uv[used]
@@ -201,6 +201,15 @@ def look_of(
         rotation_world_from_probe=rotations[middle],
         origin_world=origins[middle],
     )
+
+
+def _seen_most_often(seen: NDArray[np.uint64]) -> NDArray[np.bool_]:
+    """Return which frames saw just what most of them saw, (n,), of what they saw, (n, ...)."""
+    alike: NDArray[np.bool_] = np.all(seen == seen[0], axis=tuple(range(1, seen.ndim)))
+    if not alike.all():
+        _, kinds, counts = np.unique(seen, axis=0, return_inverse=True, return_counts=True)
+        alike = kinds.ravel() == int(np.argmax(counts))
+    return alike
 
 
 def leds_world_of(looks: Sequence[ResidualSample], body: ProbeBody) -> Float:
