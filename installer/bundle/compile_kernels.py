@@ -3,7 +3,7 @@
 ``python compile_kernels.py FOLDER`` compiles what lies in FOLDER, a copy of the sources, and leaves
 in FOLDER/kernels one library and one table for each kind of processor; `installer.bundle.linked`
 loads them. numba compiles as it does in a clone, up to the last step: LLVM then writes code that
-may lie anywhere, which the system's linker joins. A process compiles one group for one kind, and
+may lie anywhere, which the system's linker joins. A process compiles one group for all kinds, and
 all that numba counts or orders by chance is the same each time, so the results are the same, byte
 for byte.
 """
@@ -16,11 +16,16 @@ import os
 import subprocess
 import sys
 import sysconfig
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
-from itertools import product
 from pathlib import Path
 from typing import Any
+
+if __name__ == "__main__":
+    sys.path.insert(0, sys.argv[1])
+
+from installer.bundle.kinds_at_once import Another, emitted, run_nothing
 
 _HELPERS = ("NRT_", "numba_")
 """What numba's own libraries hold and do not name to a linker."""
@@ -33,19 +38,16 @@ def main(folder: Path) -> int:
     from installer.bundle.kernels import KINDS, environment
     from ocmm_core.composition import kernel_groups
 
-    def compiled(task: tuple[int, str]) -> bool:
-        number, kind = task
-        surroundings = os.environ | environment(kind)
+    def compiled(number: int) -> bool:
+        surroundings = os.environ | environment(KINDS[0])
         surroundings |= {"PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1"}
-        command = [sys.executable, __file__, str(folder), str(number), str(_objects(folder, kind))]
+        command = [sys.executable, __file__, str(folder), str(number), *KINDS]
         return subprocess.run(command, env=surroundings, check=False).returncode == 0  # noqa: S603 - this file
 
     for kind in KINDS:
         _objects(folder, kind).mkdir(parents=True, exist_ok=True)
-    # The longest come first, for all kinds.
-    tasks = list(product(range(len(kernel_groups())), KINDS))
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        if not all(list(pool.map(compiled, tasks))):
+        if not all(list(pool.map(compiled, range(len(kernel_groups()))))):
             return 1
     (folder / "kernels").mkdir(exist_ok=True)
     for kind in KINDS:
@@ -57,26 +59,31 @@ def _objects(folder: Path, kind: str) -> Path:
     return folder / "objects" / kind
 
 
-def compile_one(folder: Path, number: int, objects: Path) -> None:
-    """Compile one group for the processor that the environment names, into files of a folder."""
+def compile_one(folder: Path, number: int, kinds: Sequence[str]) -> None:
+    """Compile one group for all kinds, of which the environment names the first."""
     sys.path.insert(0, str(folder))
+    run_nothing()
     from ocmm_core.composition import kernel_groups
 
     forget_where(folder)
     # Looking for garbage takes a seventh of the time, and the process ends soon.
     gc.disable()
+    objects = _objects(folder, kinds[0])
+    others = {_objects(folder, kind): Another(kind) for kind in kinds[1:]}
     rows = [
-        compile_kernel(getattr(import_module(module), name), types, objects, f"{number}_{place}")
+        compile_kernel(
+            getattr(import_module(module), name), types, objects, f"{number}_{place}", others
+        )
         for place, (module, name, types) in enumerate(kernel_groups()[number])
     ]
-    (objects / f"{number}.json").write_text(json.dumps(rows), encoding="utf-8")
+    for one in (objects, *others):
+        (one / f"{number}.json").write_text(json.dumps(rows), encoding="utf-8")
 
 
-def compile_kernel(kernel: Any, types: Any, objects: Path, mark: str) -> list[object]:
-    """Compile a function for some types, into ``MARK.o``; return its row of the table."""
-    import llvmlite.binding as llvm
-    from numba.core import config
-    from numba.core.registry import cpu_target
+def compile_kernel(
+    kernel: Any, types: Any, objects: Path, mark: str, others: Mapping[Path, Another] | None = None
+) -> list[object]:
+    """Compile a function for some types, into ``MARK.o`` of each folder; return its row."""
     from numba.np.numpy_support import as_dtype
 
     kernel.compile(types)
@@ -84,25 +91,20 @@ def compile_kernel(kernel: Any, types: Any, objects: Path, mark: str) -> list[ob
     function = made.fndesc
     if len(types) != kernel.py_func.__code__.co_argcount:
         raise ValueError(f"{function.qualname} is listed without some of its arguments")
-    codegen = cpu_target.target_context.codegen()
-    # As numba makes its own, but for where the code may lie.
-    machine = llvm.Target.from_default_triple().create_target_machine(
-        cpu=codegen._get_host_cpu_name(),  # noqa: SLF001 - numba shows neither
-        features=codegen._tm_features,  # noqa: SLF001 - as above
-        opt=config.OPT,
-        reloc="pic",
-        codemodel="small",
-    )
-    made.library._ensure_finalized()  # noqa: SLF001 - as above
-    file = objects / f"{mark}.o"
-    file.write_bytes(machine.emit_object(made.library._final_module))  # noqa: SLF001 - as above
+    libraries = {objects: made.library}
+    libraries |= {one: other.library(made.library) for one, other in (others or {}).items()}
     # Each brings what it calls, as LLVM improved it there; none takes that of another one.
     entry, memory = f"kernel_{mark}", f"environment_{mark}"
-    _run(
-        "objcopy", "--redefine-sym", f"{function.llvm_cpython_wrapper_name}={entry}",
-        "--redefine-sym", f"{function.env_name}={memory}", str(file),
-    )  # fmt: skip
-    _run("objcopy", f"--keep-global-symbol={entry}", f"--keep-global-symbol={memory}", str(file))
+    for one, library in libraries.items():
+        file = one / f"{mark}.o"
+        file.write_bytes(emitted(library))
+        _run(
+            "objcopy", "--redefine-sym", f"{function.llvm_cpython_wrapper_name}={entry}",
+            "--redefine-sym", f"{function.env_name}={memory}", str(file),
+        )  # fmt: skip
+        _run(
+            "objcopy", f"--keep-global-symbol={entry}", f"--keep-global-symbol={memory}", str(file)
+        )
 
     def word(one: Any) -> str:
         if hasattr(one, "layout"):
@@ -238,4 +240,4 @@ if __name__ == "__main__":
     where = Path(sys.argv[1]).resolve()
     if len(sys.argv) == 2:
         sys.exit(main(where))
-    compile_one(where, int(sys.argv[2]), Path(sys.argv[3]))
+    compile_one(where, int(sys.argv[2]), sys.argv[3:])

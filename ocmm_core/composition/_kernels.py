@@ -72,11 +72,14 @@ ocmm_core.inspection.reach._tree_kernel
     grow f3 f2 i2 i1
 ocmm_core.inspection.reach._search_kernel
     search f2 f2 f f1 f4 i2 f2 f2 f2 f2 f2 f1 f3 i1 b1 f2 i2 i1 i2 f1
+ocmm_core.part_model._spline_kernel
+    to_bezier f1 i i1 f3
 ocmm_core.part_model._edge_kernel
     nearest_stretch f2 f3 f1 f2
 ocmm_core.inspection.step._place_kernel
     spread f2 i1
-    nearest f2 f3 f1
+    nearest f2 i f3 f f1
+    inside f1 f1 f3 b2
     leans_inward f1 f1 f1 f2 f1
 
 ocmm_core.tracking._reference_filter

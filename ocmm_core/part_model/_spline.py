@@ -15,6 +15,7 @@ import numpy as np
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int
+from ocmm_core.part_model import _spline_kernel as kernel
 from ocmm_core.part_model._part_model import SplineSurface
 
 _FLAT = 1e-12
@@ -208,16 +209,7 @@ def _spans(knots: Float, degree: int) -> tuple[Float, Float, Int]:
     spans = rising[(rising >= degree) & (rising < len(knots) - degree - 1)]
     breaks = np.append(knots[spans], knots[spans[-1] + 1])
     found = np.empty((len(spans), degree + 1, degree + 1))
-    for pole in range(degree + 1):
-        # The blossom: de Boor's scheme with an argument of its own in each step, of all spans.
-        values = np.tile(np.eye(degree + 1), (len(spans), 1, 1))
-        for step in range(1, degree + 1):
-            argument = knots[spans + 1] if step <= pole else knots[spans]
-            for j in range(degree, step - 1, -1):
-                low, high = knots[j + spans - degree], knots[j + 1 + spans - step]
-                share = ((argument - low) / (high - low))[:, None]
-                values[:, j] = (1.0 - share) * values[:, j - 1] + share * values[:, j]
-        found[:, pole] = values[:, degree]
+    kernel.to_bezier(np.ascontiguousarray(knots), degree, spans, found)
     return breaks, found, spans - degree
 
 

@@ -14,13 +14,16 @@ import wave
 from collections.abc import Sequence
 from enum import Enum
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QObject, QProcess, QStandardPaths, QTemporaryDir
 
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.evaluation import FAR_MM, Target, cue
 from ocmm_core.tolerances.decisions import Verdict
+
+if TYPE_CHECKING:
+    from ocmm_core.inspection.evaluation import Target
 
 RATE_HZ = 22050
 _CONCERT_HZ, _STEPS_PER_OCTAVE = 440.0, 6
@@ -218,6 +221,9 @@ class Approach:
             self._step = None
             return
         distance = target.distance(tip_world)
+        # What evaluates takes longer to load than the Start page, which plays the same sounds.
+        from ocmm_core.inspection.evaluation import FAR_MM, cue
+
         if distance > FAR_MM:
             self._step = None
             return

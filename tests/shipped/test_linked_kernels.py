@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from installer.bundle import linked
+from installer.bundle import kernels, linked
 from installer.locks import ROOT
 from tests.host import HANG_S, needs_tools, on_linux_only
 
@@ -47,19 +47,25 @@ import json, sys
 from pathlib import Path
 folder = Path(sys.argv[1])
 sys.path.insert(0, str(folder))
-from installer.bundle import compile_kernels
+from installer.bundle import compile_kernels, kinds_at_once
+kinds_at_once.run_nothing()
 compile_kernels.forget_where(folder)
 import kernel, numba
 line, plane = numba.float64[::1], numba.float64[:, ::1]
-objects = folder / "objects"
+objects, another = folder / "objects", folder / "another"
 objects.mkdir()
+another.mkdir()
+others = {another: kinds_at_once.Another(sys.argv[2])}
 rows = [
-    compile_kernels.compile_kernel(kernel.total, (line,), objects, "0_0"),
-    compile_kernels.compile_kernel(kernel.fill, (plane, numba.float64, plane), objects, "0_1"),
+    compile_kernels.compile_kernel(kernel.total, (line,), objects, "0_0", others),
+    compile_kernels.compile_kernel(
+        kernel.fill, (plane, numba.float64, plane), objects, "0_1", others
+    ),
 ]
-(objects / "0.json").write_text(json.dumps(rows))
 (folder / "kernels").mkdir()
-compile_kernels.link(objects, folder / "kernels", "some")
+for one, name in ((objects, "some"), (another, "another")):
+    (one / "0.json").write_text(json.dumps(rows))
+    compile_kernels.link(one, folder / "kernels", name)
 """
 _RUN = """
 import hashlib, json, sys
@@ -67,7 +73,7 @@ from pathlib import Path
 folder = Path(sys.argv[1])
 sys.path.insert(0, str(folder))
 if sys.argv[2] == "linked":
-    from installer.bundle import linked
+    from installer.bundle import kernels, linked
     linked.install(folder / "kernels", "some")
 import numpy as np
 import kernel
@@ -101,12 +107,12 @@ print(json.dumps(told))
 """
 
 
-def _python(code: str, *words: str) -> str:
+def _python(code: str, *words: str, kind: str = "generic") -> str:
     done = subprocess.run(
         [sys.executable, "-c", code, *words], capture_output=True, text=True, timeout=HANG_S,
         check=False,
         env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": "0",
-             "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""},
+             "NUMBA_CPU_NAME": kind, "NUMBA_CPU_FEATURES": ""},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -114,14 +120,19 @@ def _python(code: str, *words: str) -> str:
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """Return two folders with the same kernels, compiled twice."""
+    """Return folders with the same kernels: two for the same kind at first, and one for another."""
     needs_tools("as", "ld", "nm", "objcopy", "strip")
     folders = []
-    for name in ("one", "another/folder"):
+    generic, avx2 = kernels.GENERIC, kernels.AVX2
+    for name, first, second in (
+        ("one", generic, avx2),
+        ("another/folder", generic, avx2),
+        ("third", avx2, generic),
+    ):
         folder = tmp_path_factory.mktemp("kernels") / name
         folder.mkdir(parents=True)
         (folder / "kernel.py").write_text(_KERNEL, encoding="utf-8")
-        _python(_BUILD, str(folder))
+        _python(_BUILD, str(folder), second, kind=first)
         folders.append(folder)
     return folders
 
@@ -131,13 +142,23 @@ def test_kernels_hold_nothing_of_the_folder_or_the_memory_they_were_compiled_in(
 ) -> None:
     """An error names its file, and numba names an array expression by its address."""
     for name in ("some.so", "some.json"):
-        one, another = ((folder / "kernels" / name).read_bytes() for folder in built)
+        one, another = ((folder / "kernels" / name).read_bytes() for folder in built[:2])
         assert one == another
         assert str(built[0]).encode() not in one
     library = (built[0] / "kernels" / "some.so").read_bytes()
     assert b"/opt/ocmm/_internal/kernel.py" in library
     # Nothing is unpickled: what an error is stands there in words.
     assert b'{"error": "ValueError", "arguments": ["below"]' in library
+
+
+def test_a_further_kind_gets_the_bytes_of_a_process_for_it(built: list[Path]) -> None:
+    """What numba wrote once is compiled for each kind, as if numba had been told of it alone."""
+    one, _, third = built
+    for name in ("0_0.o", "0_1.o"):
+        first, second = ((one / folder / name).read_bytes() for folder in ("objects", "another"))
+        assert first == (third / "another" / name).read_bytes()
+        assert second == (third / "objects" / name).read_bytes()
+        assert first != second
 
 
 def test_linked_kernels_compute_what_numba_does(built: list[Path]) -> None:
@@ -159,7 +180,6 @@ def test_linked_kernels_compute_what_numba_does(built: list[Path]) -> None:
 
 def test_a_kernel_goes_to_another_process_by_its_name(tmp_path: Path) -> None:
     (tmp_path / "generic.json").write_text('{"helpers": [], "kernels": []}', encoding="utf-8")
-    kernels = linked.Kernels(tmp_path, "generic")
-    kernel = linked.Kernel(kernels, _python)
+    kernel = linked.Kernel(linked.Kernels(tmp_path, "generic"), _python)
     assert kernel.__reduce__() == "_python"
     assert kernel.__doc__ == _python.__doc__

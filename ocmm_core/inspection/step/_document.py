@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,6 +14,9 @@ from ocmm_core.inspection.step._solid_mesh import RawMesh
 
 _LONGEST = 200
 _LARGE_BYTES = 8_000_000
+_OUTLINES = re.compile(rb"FACE(?:_SURFACE)?\s*\(\s*'[^']*'\s*,\s*\(([#0-9,\s]*)\)")
+_MANY_OUTLINES = 200
+"""Of one face; up to so many the library is soon done with all pairs of them."""
 _NO_NAME = frozenset(("", "none", "face", "advanced_face", "shell", "solid", "compound"))
 """What exporters write where they have nothing to say."""
 
@@ -97,6 +101,9 @@ def read_document(path: str, doing: Callable[[str], None]) -> StepDocument:
     if reader.ReadFile(path) != IFSelect_RetDone:
         msg = "not a complete STEP file"
         raise ValueError(msg)
+    # Only now: to read a file sets back what is to be mended.
+    if most_outlines(Path(path).read_bytes()) > _MANY_OUTLINES:
+        _without_crossings(reader)
     doing("the shapes of the file")
     if not reader.Transfer(document):
         msg = "contains no shape"
@@ -107,6 +114,27 @@ def read_document(path: str, doing: Callable[[str], None]) -> StepDocument:
     whole = _together([static(shapes, "GetShape")(label) for label in _items(free)])
     doing("names, colours and layers")
     return StepDocument(whole, document, _all_said(document, shapes), reader)
+
+
+def most_outlines(content: bytes) -> int:
+    """Return how many outlines and holes the face with most of them has, by the text of a file."""
+    return max((found[1].count(b"#") for found in _OUTLINES.finditer(content)), default=0)
+
+
+def _without_crossings(reader: Any) -> None:
+    """Let the library not look for outlines that cross themselves or each other.
+
+    It compares each hole of a face with each other one, and copies the face for each: with
+    thousands of them that takes minutes. All else that it mends is mended as ever.
+    """
+    from OCP.DE import DE_ShapeFixParameters
+    from OCP.TCollection import TCollection_AsciiString
+
+    reader.SetShapeFixParameters(DE_ShapeFixParameters())
+    mends = reader.GetShapeFixParameters()
+    for mode in ("FixSelfIntersectionMode", "FixIntersectingWiresMode"):
+        mends.Bind(TCollection_AsciiString(f"FixShape.{mode}"), TCollection_AsciiString("0"))
+    reader.SetShapeFixParameters(mends)
 
 
 def _together(shapes: list[Any]) -> Any:

@@ -38,16 +38,52 @@ def edge_steps(edge: Any, first: float, last: float) -> Float:
     from OCP.BRep import BRep_Tool
     from OCP.BRepAdaptor import BRepAdaptor_Curve
     from OCP.GCPnts import GCPnts_TangentialDeflection
-    from OCP.GeomAbs import GeomAbs_Line
+    from OCP.GeomAbs import GeomAbs_Circle, GeomAbs_Line
 
     inner: list[float] = []
     curve = None if static(BRep_Tool, "Degenerated")(edge) else BRepAdaptor_Curve(edge)
     if curve is not None and curve.GetType() != GeomAbs_Line:
         bent = GCPnts_TangentialDeflection(curve, _BEND_RAD, _DEFLECTION_MM)
-        inner = [bent.Parameter(index) for index in range(2, bent.NbPoints())]
+        if curve.GetType() == GeomAbs_Circle:
+            ends = curve.FirstParameter(), curve.LastParameter()
+            inner = np.linspace(*ends, bent.NbPoints())[1:-1].tolist()
+        else:
+            inner = [bent.Parameter(index) for index in range(2, bent.NbPoints())]
     steps = np.array([first, *inner, last])
     if len(steps) % 2 == 0:
         # The one in the middle is needed, see Rim.
         half = len(steps) // 2
-        steps = np.insert(steps, half, 0.5 * (steps[half - 1] + steps[half]))
+        middle = 0.5 * (steps[half - 1] + steps[half])
+        steps = np.concatenate([steps[:half], [middle], steps[half:]])
     return steps
+
+
+def parameters_on(curve: Any, along: Float) -> Float:
+    """Return the parameters (n, 2) of a face at ``along`` (n,) of an edge of it.
+
+    Lines and circles, which most edges are, are written out; the library is asked for others.
+
+    Parameters
+    ----------
+    curve
+        `BRepAdaptor_Curve2d` of the edge on the face.
+    """
+    from OCP.GeomAbs import GeomAbs_Circle, GeomAbs_Line
+
+    kind = curve.GetType()
+    if kind == GeomAbs_Line:
+        line = curve.Line()
+        start, way = line.Location(), line.Direction()
+        return _pair(start) + along[:, None] * _pair(way)
+    if kind == GeomAbs_Circle:
+        ring = curve.Circle()
+        radius, frame = ring.Radius(), ring.Position()
+        # A ring that runs the other way has its y the other way.
+        x, y = radius * _pair(frame.XDirection()), radius * _pair(frame.YDirection())
+        turned: Float = np.cos(along)[:, None] * x + np.sin(along)[:, None] * y
+        return _pair(ring.Location()) + turned
+    return np.array([(p.X(), p.Y()) for p in map(curve.Value, along.tolist())])
+
+
+def _pair(point: Any) -> Float:
+    return np.array([point.X(), point.Y()])

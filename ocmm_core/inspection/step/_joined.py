@@ -19,7 +19,7 @@ from ocmm_core.inspection.reach import Reach
 from ocmm_core.inspection.step import _place_kernel as kernel
 from ocmm_core.inspection.step._answer import StepFace, StepSurface
 from ocmm_core.inspection.step._placed import placed
-from ocmm_core.inspection.step._raw_faces import RawFace, Rim
+from ocmm_core.inspection.step._raw_faces import RawFace, Rim, stretches_of
 
 _SAME_MM, _SAME_RAD = 1e-4, 1e-6
 _LEAST_TURN = np.radians(170.0)
@@ -30,10 +30,6 @@ EDGE_MM = 1.0
 _HOLLOW = -0.1
 """An edge is one that falls away where the normal beyond it leans back by more than this."""
 _SAME_AXIS, _MOST_AXES = np.cos(np.radians(1.0)), 40
-_SHORT_MM = 5.0
-"""Half the length of a stretch of an edge up to which it is found by its middle."""
-_FEW_PAIRS = 2_000_000
-"""So many places and stretches are soon tried all."""
 _SPARE = 2
 """So many times the usual points are placed, for who wants more."""
 
@@ -128,14 +124,17 @@ def _is_whole(one: RawFace, other: RawFace) -> bool:
 
 
 def _is_one_edge(one: Rim, other: Rim) -> bool:
-    return bool(np.abs(_mark(one) - _mark(other)).max() < _SAME_MM)
+    first, second = _marks((one, other))
+    return bool(np.abs(first - second).max() < _SAME_MM)
 
 
-def _mark(rim: Rim) -> Float:
-    """Return what an edge is known by, (7,), mm: its middle, that of its ends, their distance."""
-    first, last = rim.line[0], rim.line[-1]
-    middle = rim.line[len(rim.line) // 2]
-    return np.array([*middle, *(0.5 * (first + last)), np.linalg.norm(last - first)])
+def _marks(rims: Sequence[Rim]) -> Float:
+    """Return what edges are known by, (n, 7), mm: middle, that of the ends, their distance."""
+    first = np.array([rim.line[0] for rim in rims])
+    last = np.array([rim.line[-1] for rim in rims])
+    middle = np.array([rim.line[len(rim.line) // 2] for rim in rims])
+    apart = np.linalg.norm(last - first, axis=1)
+    return np.column_stack([middle, 0.5 * (first + last), apart])
 
 
 def _hollow_rims(faces: Sequence[RawFace], groups: Sequence[Sequence[int]]) -> list[list[Float]]:
@@ -150,8 +149,9 @@ def _hollow_rims(faces: Sequence[RawFace], groups: Sequence[Sequence[int]]) -> l
     kept: list[tuple[list[Float], list[Float]]] = [([none], [none]) for _ in faces]
     if not owners:
         return [[none, none] for _ in faces]
-    marks = np.array([_mark(rim) for _, rim in owners])
-    for number, near in enumerate(cKDTree(marks).query_ball_point(marks, _SAME_MM)):
+    marks = _marks([rim for _, rim in owners])
+    same: Any = cKDTree(marks).query_ball_point(marks, _SAME_MM)
+    for number, near in enumerate(same):
         index, rim = owners[number]
         beyond = [other for other in near if other != number]
         if any(group_of[owners[other][0]] == group_of[index] for other in beyond):
@@ -159,8 +159,7 @@ def _hollow_rims(faces: Sequence[RawFace], groups: Sequence[Sequence[int]]) -> l
         falls = bool(beyond) and all(
             _falls_away(faces[index], rim, owners[other][1]) for other in beyond
         )
-        stretches = np.stack([rim.line[:-1], rim.line[1:]], axis=1)
-        kept[index][0 if falls else 1].append(stretches)
+        kept[index][0 if falls else 1].append(stretches_of(rim.line))
     return [[np.concatenate(falls), np.concatenate(rises)] for falls, rises in kept]
 
 
@@ -258,9 +257,12 @@ def _turn(face: StepFace, places: Float) -> float:
     across, up = perpendicular_pair(np.array(face.direction))
     arms = places - np.array(face.point)
     angles = np.sort(np.arctan2(arms @ up, arms @ across))
-    gaps = np.diff(angles, append=angles[0] + 2.0 * np.pi)
+    gaps = np.empty(len(angles))
+    gaps[:-1], gaps[-1] = angles[1:] - angles[:-1], angles[0] + 2.0 * np.pi - angles[-1]
     # Places stand in rows along the axis, so most gaps are none at all.
-    step = float(np.median(gaps[gaps > _SAME_RAD])) if (gaps > _SAME_RAD).any() else 0.0
+    steps = np.sort(gaps[gaps > _SAME_RAD])
+    half = len(steps) // 2
+    step = 0.5 * float(steps[half] + steps[-half - 1]) if len(steps) else 0.0
     wide = gaps > max(1.5 * step, _NARROW_GAP)
     return float(gaps[~wide].sum() + step * np.count_nonzero(wide))
 
@@ -268,32 +270,16 @@ def _turn(face: StepFace, places: Float) -> float:
 def _distances(places: Float, stretches: Float, far: float) -> Float:
     """Return how far places (n, 3) are from the nearest of stretches (m, 2, 3), mm.
 
-    What is farther than ``far`` is infinitely far. Stretches are tried one by one, but short ones
-    of a face with very many of them: of those the ones whose middles a tree finds near enough.
+    What is farther than ``far`` is infinitely far. Places are sorted along the longest side of
+    their box, so that each stretch is asked of those beside it.
     """
+    if not len(places) or not len(stretches):
+        return np.full(len(places), np.inf)
+    axis = int(np.argmax(places.max(axis=0) - places.min(axis=0)))
+    order = np.argsort(places[:, axis], kind="stable")
     squares = np.full(len(places), np.inf)
-    places = np.ascontiguousarray(places)
-    halves = 0.5 * np.linalg.norm(stretches[:, 1] - stretches[:, 0], axis=1)
-    is_short = (halves <= _SHORT_MM) & (len(places) * len(stretches) > _FEW_PAIRS)
-    kernel.nearest(places, np.ascontiguousarray(stretches[~is_short]), squares)
-    nearest = np.sqrt(squares)
-    short = stretches[is_short]
-    if len(short):
-        reach = far + float(halves[is_short].max())
-        found: Any = cKDTree(short.mean(axis=1)).query_ball_point(places, reach)
-        counts = np.array([len(one) for one in found])
-        row = np.repeat(np.arange(len(places)), counts)
-        near = np.fromiter((n for one in found for n in one), np.int64, int(counts.sum()))
-        apart = _apart(places[row], short[near, 0], short[near, 1])
-        np.minimum.at(nearest, row, apart)
-    return np.where(nearest <= far, nearest, np.inf)
-
-
-def _apart(places: Float, starts: Float, ends: Float) -> Float:
-    """Return how far places are from stretches, each from its own or all from one, mm."""
-    along = ends - starts
-    squares = np.sum(along * along, axis=1)
-    arms = places - starts
-    share = np.clip(np.sum(arms * along, axis=1) / np.where(squares > 0.0, squares, np.inf), 0, 1)
-    apart: Float = np.linalg.norm(arms - share[:, None] * along, axis=1)
-    return apart
+    kernel.nearest(places[order], axis, np.ascontiguousarray(stretches), far, squares)
+    squares[squares > far * far] = np.inf
+    nearest = np.empty(len(places))
+    nearest[order] = np.sqrt(squares)
+    return nearest

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.step._document import StepDocument
-from ocmm_core.inspection.step._edge_steps import EdgeSteps
+from ocmm_core.inspection.step._edge_steps import EdgeSteps, parameters_on
 from ocmm_core.inspection.step._library import SameShape, explored, kind_of, static, vector
 from ocmm_core.inspection.step._raw_faces import UnusableModelError, faces_with_surface
 from ocmm_core.inspection.step._solid_mesh import RawMesh, motion_of, raw_mesh
@@ -334,7 +334,7 @@ def _piece(edge: Any, face: Any, steps: EdgeSteps) -> Float | None:
 
     curve = BRepAdaptor_Curve2d(edge, face)
     along = steps.of(edge, curve.FirstParameter(), curve.LastParameter())
-    line = np.array([(p.X(), p.Y()) for p in map(curve.Value, along.tolist())])
+    line = parameters_on(curve, along)
     if not np.isfinite(line).all():
         return None
     return line[::-1] if edge.Orientation() == TopAbs_REVERSED else line

@@ -7,6 +7,7 @@ would be that of its calls.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
@@ -45,22 +46,60 @@ def spread(places: Float, rows: Int) -> int:
 
 
 @compiled()
-def nearest(places: Float, stretches: Float, squares: Float) -> None:
+def nearest(places: Float, axis: int, stretches: Float, far: float, squares: Float) -> None:
     """Lower ``squares`` (n,), mm2, to those of the distances of places (n, 3) from stretches.
 
     ``stretches`` (m, 2, 3). The nearest point of one is at the share of the projection, held
-    between its ends; one without length is its start.
+    between its ends; one without length is its start. Places rise along ``axis``: those that lie
+    farther than ``far`` beyond both ends along it are not asked, and keep what they have.
     """
+    n = len(places)
     for k in range(len(stretches)):
         x, y, z = stretches[k, 0, 0], stretches[k, 0, 1], stretches[k, 0, 2]
         u, v, w = stretches[k, 1, 0] - x, stretches[k, 1, 1] - y, stretches[k, 1, 2] - z
         length2 = u * u + v * v + w * w
         inverse = 0.0 if length2 == 0.0 else 1.0 / length2
-        for i in range(len(places)):
+        low = min(stretches[k, 0, axis], stretches[k, 1, axis]) - far
+        high = max(stretches[k, 0, axis], stretches[k, 1, axis]) + far
+        first, last = 0, n
+        while first < last:
+            half = (first + last) // 2
+            if places[half, axis] < low:
+                first = half + 1
+            else:
+                last = half
+        for i in range(first, n):
+            if places[i, axis] > high:
+                break
             a, b, c = places[i, 0] - x, places[i, 1] - y, places[i, 2] - z
             share = min(max((a * u + b * v + c * w) * inverse, 0.0), 1.0)
             a, b, c = a - share * u, b - share * v, c - share * w
             squares[i] = min(squares[i], a * a + b * b + c * c)
+
+
+@compiled()
+def inside(us: Float, vs: Float, loops: Float, found: NDArray[np.bool_]) -> None:
+    """Fill in which pairs of ``us`` (r,) and ``vs`` (c,), both rising, lie inside closed loops.
+
+    ``loops`` (m, 2, 2): stretches. ``found`` (r, c) is all false before. A ray from a pair towards
+    greater u crosses the loops an odd number of times where it is inside. Each crossing is noted at
+    the last pair before it, and at last all that lie before a note are turned over: the time grows
+    with places and crossings, not with both together.
+    """
+    for k in range(len(loops)):
+        u0, v0, u1, v1 = loops[k, 0, 0], loops[k, 0, 1], loops[k, 1, 0], loops[k, 1, 1]
+        # Half open, so that a corner on the ray is crossed once.
+        low, high = min(v0, v1), max(v0, v1)
+        slope = 0.0 if v1 == v0 else (u1 - u0) / (v1 - v0)
+        for j in range(np.searchsorted(vs, low), len(vs)):
+            if vs[j] >= high:
+                break
+            before = np.searchsorted(us, u0 + slope * (vs[j] - v0)) - 1
+            if before >= 0:
+                found[before, j] = not found[before, j]
+    for i in range(len(us) - 2, -1, -1):
+        for j in range(len(vs)):
+            found[i, j] = found[i, j] != found[i + 1, j]
 
 
 @compiled()

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from ocmm_core.geometry import Float
+from ocmm_core.inspection.step import _place_kernel as kernel
 from ocmm_core.inspection.step._answer import StepFace, Triple
 from ocmm_core.inspection.step._document import read_document
-from ocmm_core.inspection.step._edge_steps import EdgeSteps
+from ocmm_core.inspection.step._edge_steps import EdgeSteps, parameters_on
 from ocmm_core.inspection.step._library import explored, kind_of, static, vector
 from ocmm_core.inspection.step._surface_places import evaluated
 
@@ -22,8 +23,6 @@ _FEW, _MORE, _MOST = 400, 3600, 14_400
 """Places that are tried on a face: more where few of them lie inside its edges."""
 _ENOUGH = 60
 _THIN = 1.0 / 40.0
-_FEW_PAIRS = 50_000
-"""So many places and stretches of edges are soon tried all."""
 
 
 class UnusableModelError(ValueError):
@@ -189,8 +188,8 @@ def _edges(
     for edge in explored(face, "EDGE"):
         curve = BRepAdaptor_Curve2d(edge, face)
         along = steps.of(edge, curve.FirstParameter(), curve.LastParameter())
-        uv = np.array([(p.X(), p.Y()) for p in map(curve.Value, along.tolist())])
-        stretches.append(np.stack([uv[:-1], uv[1:]], axis=1))
+        uv = parameters_on(curve, along)
+        stretches.append(stretches_of(uv))
         line = at(uv)
         way = line[1:] - line[:-1]
         if np.sqrt((way * way).sum(axis=1)).sum() < _DEFLECTION_MM:
@@ -208,15 +207,14 @@ def _places(surface: Any, at: Callable[[Float], Float], loops: Float) -> Float:
     low, high = loops.reshape(-1, 2).min(axis=0), loops.reshape(-1, 2).max(axis=0)
     inside = np.empty((0, 2))
     for count in (_FEW, _MORE, _MOST):
-        grid = _grid(surface, low, high, count)
-        inside = grid[_inside(grid, loops)]
+        inside = _inside(*_grid(surface, low, high, count), loops)
         if len(inside) >= _ENOUGH:
             break
     return at(inside)
 
 
-def _grid(surface: Any, low: Float, high: Float, count: int) -> Float:
-    """Return some ``count`` pairs of parameters, in space about as far apart in both directions."""
+def _grid(surface: Any, low: Float, high: Float, count: int) -> tuple[Float, Float]:
+    """Return parameters of some ``count`` pairs, in space about as far apart in both directions."""
     from OCP.gp import gp_Pnt, gp_Vec
 
     point, by_u, by_v = gp_Pnt(), gp_Vec(), gp_Vec()
@@ -228,33 +226,22 @@ def _grid(surface: Any, low: Float, high: Float, count: int) -> Float:
     columns = max(3, round(count / rows))
     u = low[0] + (high[0] - low[0]) * (np.arange(rows) + 0.5) / rows
     v = low[1] + (high[1] - low[1]) * (np.arange(columns) + 0.5) / columns
-    return np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
+    return u, v
 
 
-def _inside(grid: Float, loops: Float) -> Any:
-    """Return which pairs lie inside closed loops: a ray from there crosses them an odd time.
+def _inside(us: Float, vs: Float, loops: Float) -> Float:
+    """Return which pairs (n, 2) of parameters, each rising, lie inside closed loops (m, 2, 2)."""
+    found = np.zeros((len(us), len(vs)), dtype=np.bool_)
+    kernel.inside(us, vs, loops, found)
+    rows, columns = np.nonzero(found)
+    return np.column_stack([us[rows], vs[columns]])
 
-    The places of a grid share few heights. On each the crossings are found once and sorted, and how
-    many lie beyond a place is looked up: the time grows with places and edges, not with both
-    together.
-    """
-    (u0, v0), (u1, v1) = loops[:, 0].T, loops[:, 1].T
-    slope = (u1 - u0) / np.where(v1 != v0, v1 - v0, np.inf)
-    low, high = np.minimum(v0, v1), np.maximum(v0, v1)
-    if len(grid) * len(loops) <= _FEW_PAIRS:
-        v = grid[:, 1, None]
-        right = u0 + slope * (v - v0) > grid[:, 0, None]
-        odd: Any = ((v >= low) & (v < high) & right).sum(axis=1) % 2 == 1
-        return odd
-    heights, row_of = np.unique(grid[:, 1], return_inverse=True)
-    inside = np.zeros(len(grid), dtype=np.bool_)
-    for row, height in enumerate(heights.tolist()):
-        spans = (height >= low) & (height < high)
-        crossings = np.sort(u0[spans] + slope[spans] * (height - v0[spans]))
-        own = row_of == row
-        beyond = len(crossings) - np.searchsorted(crossings, grid[own, 0], side="right")
-        inside[own] = beyond % 2 == 1
-    return inside
+
+def stretches_of(line: Float) -> Float:
+    """Return the stretches (n - 1, 2, k) of a line (n, k)."""
+    found = np.empty((len(line) - 1, 2, line.shape[1]))
+    found[:, 0], found[:, 1] = line[:-1], line[1:]
+    return found
 
 
 def _face(surface: Any, reverse: bool) -> StepFace | None:

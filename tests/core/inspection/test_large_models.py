@@ -89,6 +89,45 @@ def test_places_on_surfaces_are_those_of_the_library() -> None:
             assert place == pytest.approx([point.X(), point.Y(), point.Z()], abs=1e-12 * 1e2)
 
 
+def test_parameters_along_edges_are_those_of_the_library() -> None:
+    needs_package("OCP", "the extra 'step'")
+    from OCP.BRepAdaptor import BRepAdaptor_Curve2d
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    from ocmm_core.inspection.step._edge_steps import EdgeSteps, parameters_on
+    from ocmm_core.inspection.step._library import explored
+
+    axes = gp_Ax2(gp_Pnt(1.0, -2.0, 3.0), gp_Dir(1.0, 2.0, 3.0))
+    kinds, asked = set(), EdgeSteps()
+    for shape in (BRepPrimAPI_MakeCylinder(axes, 7.0, 20.0).Shape(), hill()):
+        for face in explored(shape, "FACE"):
+            for edge in explored(face, "EDGE"):
+                curve = BRepAdaptor_Curve2d(edge, face)
+                along = asked.of(edge, curve.FirstParameter(), curve.LastParameter())
+                truth = [(p.X(), p.Y()) for p in map(curve.Value, along.tolist())]
+                # Some 100 mm: their last bits.
+                assert parameters_on(curve, along) == pytest.approx(np.array(truth), abs=1e-11)
+                kinds.add(str(curve.GetType()))
+    assert len(kinds) >= 2
+
+
+def test_a_face_with_very_many_holes_is_read_without_comparing_them(tmp_path: Path) -> None:
+    needs_package("OCP", "the extra 'step'")
+    from benchmarks.large_models import holed_plate
+    from ocmm_core.inspection.step._document import most_outlines
+
+    path = written(tmp_path / "holes.stp", holed_plate(15, 16))
+    assert most_outlines(path.read_bytes()) == 241
+    assert most_outlines(written(tmp_path / "block.stp", block()).read_bytes()) < 20
+    model = read_model(path)
+    bores = [one for one in model.features if one.shape.value == "Cylinder"]
+    assert len(bores) == 240
+    assert {one.diameter for one in bores} == {8.0}
+    # Both faces with the holes, and four sides.
+    assert len(model.features) + len(model.left_out) == 246
+
+
 def test_the_work_of_a_process_is_known_and_waiting_is_none() -> None:
     before = HOST.processor_seconds(os.getpid())
     assert before is not None
