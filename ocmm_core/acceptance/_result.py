@@ -15,8 +15,8 @@ from ocmm_core.acceptance._procedure import Procedure
 from ocmm_core.calibration.guided import Spots
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.camera import Vector3
-from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS
+from ocmm_core.surroundings import HUMIDITY, PRESSURE, number_of
 
 RECORD_SCHEMA = "ocmm.acceptance-record/1"
 
@@ -123,33 +123,19 @@ class RoomAir(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     def read(cls, humidity: str, pressure: str) -> RoomAir:
         """Return what was typed; InputError where it is no number of a room."""
         return cls(
-            humidity_percent=_read_off("humidity", humidity, "%", (0.0, 100.0)),
-            pressure_hpa=_read_off("pressure", pressure, "hPa", (500.0, 1100.0)),
+            humidity_percent=number_of(HUMIDITY, humidity),
+            pressure_hpa=number_of(PRESSURE, pressure),
         )
 
     @property
     def words(self) -> tuple[str, ...]:
         """Return what was read off, with its unit."""
-        read = ((self.humidity_percent, "% humidity"), (self.pressure_hpa, "hPa"))
-        return tuple(f"{value:g} {unit}" for value, unit in read if value is not None)
-
-
-def _read_off(name: str, text: str, unit: str, limits: tuple[float, float]) -> float | None:
-    typed = text.strip().removesuffix(unit).strip().replace(",", ".")
-    if not typed:
-        return None
-    try:
-        value = float(typed)
-    except ValueError:
-        value = float("nan")
-    if not limits[0] <= value <= limits[1]:
-        raise InputError(
-            "acceptance.air",
-            f"'{name}' is {text[:40]!r}, but must be a number from {limits[0]:g} to "
-            f"{limits[1]:g} {unit}.",
-            "Read it off, or leave it empty: the papers say 'not stated' then.",
-        )
-    return value
+        told = []
+        if self.humidity_percent is not None:
+            told.append(f"Humidity {self.humidity_percent:g} %")
+        if self.pressure_hpa is not None:
+            told.append(f"Air pressure {self.pressure_hpa:g} hPa")
+        return tuple(told)
 
 
 class UsedArtefact(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -31,6 +31,7 @@ from ocmm_core.cli.measure import (
     align_plan_command,
     certificate_app,
     compare_command,
+    environment_command,
     plan_app,
     recall_archived,
     recall_command,
@@ -63,6 +64,7 @@ app = typer.Typer(
 app.command(name="align")(align_command)
 app.command(name="align-plan")(align_plan_command)
 app.command(name="compare")(compare_command)
+app.command(name="environment")(environment_command)
 app.command(name="uncertainty")(uncertainty_command)
 app.command(name="report")(report_command)
 app.command(name="recall")(recall_command)

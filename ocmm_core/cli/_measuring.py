@@ -17,18 +17,21 @@ from ocmm_core.cli.terminal import (
     CompensatePartOption,
     CompensateProbeOption,
     ForceOption,
+    HumidityOption,
     IncompleteOption,
     OutOption,
     PartExpansionOption,
     PartOption,
     PartTemperatureOption,
     PlanOption,
+    PressureOption,
     ProbeDesignOption,
     ProbeOption,
     ProbesOption,
     ProbeTemperatureOption,
     ReferenceOption,
     RigOption,
+    RoomOption,
     SeedOption,
     SourceOption,
     SpeedOption,
@@ -50,6 +53,7 @@ from ocmm_core.composition import (
     STANDARD_PROBE,
 )
 from ocmm_core.errors import InputError
+from ocmm_core.surroundings import TypedRoom
 
 
 class ThemeName(StrEnum):
@@ -174,6 +178,9 @@ def measure(
     part_expansion: PartExpansionOption = None,
     compensate_part: CompensatePartOption = False,
     temperature_sigma: TemperatureSigmaOption = 0.5,
+    room: RoomOption = "",
+    humidity: HumidityOption = "",
+    pressure: PressureOption = "",
     force: ForceOption = False,
     bus_processor: BusProcessorOption = None,
     stream: StreamOption = None,
@@ -217,6 +224,8 @@ def measure(
             "--continue resumes one job, but --parts asks for several.",
             "Resume the job first, then measure the other parts.",
         )
+    read = TypedRoom(room, humidity, pressure)
+    read.check()
     request = StationRequest(
         plan=plan or DEMO_PLAN, out=out or (go_on.parent if go_on is not None else _OUT), rig=rig,
         probe=probe, part=part, source=source, seed=seed, speed=speed, operator=operator,
@@ -229,6 +238,7 @@ def measure(
             probe_design, probe_temperature, part_temperature, temperature_sigma, part_expansion,
             compensate_probe, compensate_part,
         ),
+        room=read,
         method="thesis" if thesis else "gauss-newton",
         stream=stream_options(stream, stream_host, stream_token, stream_cert, stream_key),
     )  # fmt: skip

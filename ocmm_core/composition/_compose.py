@@ -166,6 +166,10 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
     try:
         if begun is not None:
             station.job.change(lambda session: session.pausing.go_on(request.operator))
+        if not request.room.empty:
+            station.job.change(
+                lambda session: session.conditions.note_room(request.room, request.operator)
+            )
         if request.probing != station.job.view().probing:
             station.job.change(lambda session: session.steps.set_order(request.probing))
     except BaseException:

@@ -28,6 +28,7 @@ from ocmm_core.inspection.evaluation import Probing
 from ocmm_core.seals import KeyFolder, memory_folder
 from ocmm_core.simulation.scene import SimulatedSource, VirtualRig, WorldOptions
 from ocmm_core.station.stream import StreamOptions
+from ocmm_core.surroundings import TypedRoom
 from ocmm_core.tracking import Method
 
 
@@ -79,6 +80,8 @@ class StationRequest:
         Document of the reference body to which everything is given; None without one.
     stream
         How points and poses are given to other programs; None where they are not.
+    room
+        What was read off in the room before the first point; kept in the job.
     """
 
     plan: Path
@@ -111,6 +114,7 @@ class StationRequest:
     climate: ClimateRequest = field(default_factory=ClimateRequest)
     reference: Path | None = None
     stream: StreamOptions | None = None
+    room: TypedRoom = field(default_factory=TypedRoom)
 
 
 _STOP_S = 3.0

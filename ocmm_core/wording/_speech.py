@@ -51,8 +51,12 @@ def _line(told: Translation, text: str) -> str:
     head, _, rest = text.partition(": ")
     if told.word(head) != head and told.of(rest) != rest:
         return f"{told.word(head)}: {told.of(rest)}"
+    named, mark, identity = text.rpartition(" (")
+    if mark and " " not in identity and told.of(named) != named:
+        # A rule with its identity, which is the same in every language.
+        return f"{told.of(named)} ({identity}"
     for without, after in ((text, ""), (text.removesuffix("."), ".")):
         said = told.of(without)
         if said != without:
             return said if said.endswith(after) else said + after
-    return text
+    return told.word(text)

@@ -11,6 +11,7 @@ from ocmm_core.inspection.evaluation import Probing
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import METHODS
 from ocmm_core.station import MeasuringStation
+from ocmm_core.surroundings import TypedRoom
 from ocmm_gui.bridge._commands import CommandQueue, ShownJob
 from ocmm_gui.kit import Failed, active_feature
 
@@ -32,6 +33,11 @@ class JobCommands:
     def take(self) -> None:
         """Take a point now."""
         self._queue.take()
+
+    def note_room(self, typed: TypedRoom, done: Callable[[], None]) -> None:
+        """Keep in the job what was read off in the room now."""
+        who = self._shown.job.header.operator
+        self._queue.change(lambda session: session.conditions.note_room(typed, who), done)
 
     def undo(self) -> None:
         """Take the last point back."""

@@ -15,6 +15,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import BatchPart, next_serial, parts_of_batch
 from ocmm_core.inspection.evaluation import JobHeader, JobView
 from ocmm_core.inspection.plan import PlanSummary, list_plans, plan_card
+from ocmm_core.surroundings import TypedRoom
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import (
     ActionInfo,
@@ -29,6 +30,7 @@ from ocmm_gui.kit import (
     later,
     literal,
     panel,
+    said,
     sentence_label,
     text_font,
     time_words,
@@ -49,6 +51,11 @@ _FIELDS = (
     ("serial", later("Serial number"), later("Of the part; - if it has none")),
     ("order", later("Order no."), later("Order number; optional")),
     ("batch", later("Batch"), later("Groups parts for comparison; optional")),
+)
+_ROOM = (
+    ("room", later("Room, °C"), later("A number or a range")),
+    ("humidity", later("Humidity, %"), later("optional")),
+    ("pressure", later("Pressure, hPa"), later("optional; Return keeps all three")),
 )
 _PATH = Qt.ItemDataRole.UserRole
 _ROW_PX = 44
@@ -133,6 +140,7 @@ class JobSheet(Sheet):
         beside.addWidget(self._heading, 0, 0)
         beside.addWidget(self.jobs, 1, 0)
         beside.setRowStretch(1, 1)
+        beside.addLayout(self._room_form(), 2, 0)
         row_layout = QHBoxLayout()
         row_layout.setSpacing(12)
         row_layout.addWidget(panel(grid), 1)
@@ -150,6 +158,40 @@ class JobSheet(Sheet):
             primary="begin",
         )
 
+    def _room_form(self) -> QGridLayout:
+        """Return the fields of what is read off in the room, for the job that is measured."""
+        self.room = {key: form_field(tr(label), tr(tip)) for key, label, tip in _ROOM}
+        grid = QGridLayout()
+        keys = tuple(self.room)
+        for row, (key, label, _) in enumerate(_ROOM):
+            field = self.room[key]
+            grid.addWidget(caption(tr(label), field), row, 0)
+            grid.addWidget(field, row, 1)
+            field.left.connect(self.left)
+            after = keys[row + 1 : row + 2]
+            field.returnPressed.connect(self.room[after[0]].setFocus if after else self.note_room)
+        self._kept = sentence_label(tr("What the job keeps of the room"), 14)
+        grid.addWidget(self._kept, len(_ROOM), 0, 1, 2)
+        self._bridge.job_changed.connect(self._show_room)
+        return grid
+
+    def note_room(self) -> None:
+        """Keep in the current job what is typed; the core says whether it is begin or end."""
+        typed = TypedRoom(**{key: field.text() for key, field in self.room.items()})
+
+        def kept() -> None:
+            for field in self.room.values():
+                field.clear()
+
+        self._bridge.job.note_room(typed, kept)
+
+    def _show_room(self, job: JobView) -> None:
+        told = [sentence for _, sentence in job.room]
+        if job.room_doubt:
+            told.append(job.room_doubt)
+        nothing = tr("Current job: nothing was read off in the room.")
+        self._kept.setText(said(" ".join(told)) if told else nothing)
+
     def open(self, job: JobView) -> None:
         """Fill in what is known, with the keyboard in the first field."""
         header = self._proposal(job)
@@ -158,6 +200,7 @@ class JobSheet(Sheet):
         for key, field in self.fields.items():
             field.setText(str(getattr(header, key)))
         self._list_jobs()
+        self._show_room(job)
         self.fields["operator"].setFocus()
         self.fields["operator"].selectAll()
 

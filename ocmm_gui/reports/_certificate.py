@@ -20,11 +20,20 @@ from ocmm_core.export.certificate import (
     CertificateLine,
     CertificateRun,
     Conformity,
+    air_said,
     certificate_facts,
     certificate_of_folder,
+    certificate_title,
+    rule_said,
     write_certificates,
 )
-from ocmm_core.export.report import NOT_STATED, Particulars, load_paper, template_in_use
+from ocmm_core.export.report import (
+    NOT_STATED,
+    PaperLengths,
+    Particulars,
+    load_paper,
+    template_in_use,
+)
 from ocmm_core.wording import Speech
 from ocmm_gui.reports._canvas import (
     INK,
@@ -46,13 +55,13 @@ from ocmm_gui.reports._paper_head import paper_letterhead
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 
 _COLUMNS = (
-    Column("Test", 560.0),
-    Column("Measured, mm", 250.0, right=True),
-    Column("Certified, mm", 250.0, right=True),
-    Column("Error, mm", 190.0, right=True),
-    Column("U (k = 2), mm", 190.0, right=True),
-    Column("MPE, mm", 160.0, right=True),
-    Column("Verdict", 200.0),
+    Column("Test", 620.0),
+    Column("Measured", 225.0, right=True, length=True),
+    Column("Certified", 225.0, right=True, length=True),
+    Column("Error", 180.0, right=True, length=True),
+    Column("U (k = 2)", 205.0, right=True, length=True),
+    Column("MPE", 150.0, right=True, length=True),
+    Column("Verdict", 195.0),
 )
 _COLOURS = {Conformity.CONFORM: INK.good, Conformity.NOT_CONFORM: INK.bad}
 _NAME = 330.0
@@ -63,10 +72,11 @@ _HEADS = {"beforeAdjustment": "As found", "afterAdjustment": "After adjustment"}
 
 def lay_out(paper: Certificate) -> Canvas:
     """Return the pages: head, verdicts, every error with U and limit, the graph, signatures."""
-    canvas = Canvas(Speech(paper.paper.template.language))
+    template = paper.paper.template
+    canvas = Canvas(Speech(template.language), PaperLengths(template.lengths))
     speech = canvas.speech
     paper_letterhead(canvas, paper.paper)
-    canvas.text(speech.say(paper.title), TITLE)
+    canvas.text(certificate_title(paper, speech), TITLE)
     last = paper.final
     if last is None and paper.not_after:
         canvas.text(
@@ -78,9 +88,10 @@ def lay_out(paper: Certificate) -> Canvas:
     for state in paper.states:
         canvas.text(speech.say(state), Style(34.0, bold=True, colour=INK.warn))
     canvas.skip(10.0)
-    for fact in certificate_facts(paper):
+    for fact in certificate_facts(paper, speech, canvas.lengths):
         if fact.name not in ("Title", "Statement"):
-            _fact(canvas, speech.word(fact.name), speech.say(fact.value))
+            value = fact.value if fact.stated else speech.say(NOT_STATED)
+            _fact(canvas, speech.word(fact.name), value, stated=fact.stated)
     _state(canvas, "As found", paper.not_found)
     for run in paper.runs:
         _run(canvas, run)
@@ -88,7 +99,9 @@ def lay_out(paper: Certificate) -> Canvas:
     table_of_values(canvas, paper)
     if any(run.lines for run in paper.runs):
         canvas.heading("Errors between the permissible errors (MPE)", _PLOT)
-        canvas.draw(_PLOT, partial(_paint_errors, paper=paper, speech=speech))
+        canvas.draw(
+            _PLOT, partial(_paint_errors, paper=paper, speech=speech, lengths=canvas.lengths)
+        )
     _closing(canvas, paper)
     return canvas
 
@@ -106,7 +119,7 @@ def certificate_pdf(paper: Certificate) -> bytes:
     """Return the pages as PDF; StorageError as `written_pdf`."""
     canvas = lay_out(paper)
     # A page that was copied alone must not be taken for another one either.
-    states = (state.partition(":")[0] for state in paper.states)
+    states = (canvas.speech.say(state.partition(":")[0]) for state in paper.states)
     foot = "   ".join((paper.number, *states, f"OCMM {__version__}"))
     return written_pdf(
         canvas,
@@ -120,35 +133,46 @@ def certificate_pdf(paper: Certificate) -> bytes:
 def _run(canvas: Canvas, run: CertificateRun) -> None:
     speech = canvas.speech
     canvas.heading(f"{speech.word(_HEADS[run.status])}: {speech.say(run.words)}", 200.0)
-    warm = speech.say(NOT_STATED)
-    if run.temperature_c is not None:
-        warm = speech.number(f"{run.temperature_c:.1f} °C")
-    warm = ", ".join((warm, *map(speech.say, run.air.words)))
+    warm = air_said(run, speech)
+    if run.temperature_c is None:
+        warm = ", ".join(part for part in (speech.say(NOT_STATED), warm) if part)
     when = run.made_utc[:16].replace("T", " ")
-    canvas.text(f"{when} UTC, {run.made_by}, {warm}. {speech.say(f'{run.rule}.')}", SMALL)
+    rule = rule_said(run.rule, speech).removesuffix(".")
+    canvas.text(f"{when} UTC, {run.made_by}, {warm}. {rule[:1].upper()}{rule[1:]}.", SMALL)
     for note in run.notes:
         canvas.text(speech.say(note), SMALL)
-    canvas.table(_COLUMNS, [_row(line, speech) for line in run.lines])
+    canvas.table(_COLUMNS, [_row(line, speech, canvas.lengths) for line in run.lines])
+    canvas.skip(12.0)
     canvas.text(speech.say(f"Record {run.record}; observations {run.data_sha256} (SHA-256)"), SMALL)
 
 
-def _row(line: CertificateLine, speech: Speech) -> list[PageField]:
-    told = line.conformity
+def _line_said(name: str, speech: Speech) -> str:
+    """Return what was measured where: the sign of a quantity stays, its place is said."""
+    whole = speech.say(name)
+    if whole != name:
+        return whole
+    quantity, blank, place = name.partition(" ")
+    parts = place.split(", ")
+    return f"{quantity}{blank}{', '.join(map(speech.say, parts))}" if place else name
+
+
+def _row(line: CertificateLine, speech: Speech, lengths: PaperLengths) -> list[PageField]:
+    told, number = line.conformity, lengths.number
     return [
-        PageField(speech.say(line.name), STRONG),
-        PageField(speech.number(f"{line.measured:z.4f}")),
-        PageField(speech.number(f"{line.reference:z.4f}")),
-        PageField(speech.number(f"{line.error:+z.4f}"), STRONG),
-        PageField(speech.number(f"{line.expanded:.4f}")),
-        PageField(speech.number(f"{line.limit:.4f}")),
+        PageField(_line_said(line.name, speech), STRONG),
+        PageField(speech.number(number(line.measured))),
+        PageField(speech.number(number(line.reference))),
+        PageField(speech.number(number(line.error, signed=True)), STRONG),
+        PageField(speech.number(number(line.expanded))),
+        PageField(speech.number(number(line.limit))),
         PageField(
             speech.word(told.words), Style(24.0, bold=True, colour=_COLOURS.get(told, INK.warn))
         ),
     ]
 
 
-def _fact(canvas: Canvas, name: str, value: str) -> None:
-    style = SMALL if value == NOT_STATED else Style(25.0)
+def _fact(canvas: Canvas, name: str, value: str, *, stated: bool) -> None:
+    style = Style(25.0) if stated else SMALL
     height = max(text_height(value, style, 1800.0 - _NAME), 34.0)
 
     def paint(painter: QPainter, box: QRectF) -> None:
@@ -160,7 +184,8 @@ def _fact(canvas: Canvas, name: str, value: str) -> None:
 
 def _closing(canvas: Canvas, paper: Certificate) -> None:
     speech = canvas.speech
-    said = [speech.say(fact.value) for fact in certificate_facts(paper) if fact.name == "Statement"]
+    facts = certificate_facts(paper, speech, canvas.lengths)
+    said = [fact.value for fact in facts if fact.name == "Statement"]
     canvas.skip(30.0)
     canvas.room(50.0 * len(said) + _SIGN + 60.0)
     for sentence in said:
@@ -175,12 +200,16 @@ def _closing(canvas: Canvas, paper: Certificate) -> None:
     canvas.draw(50.0, lambda painter, box: paint_text(painter, box, end, SMALL))
 
 
-def _paint_errors(painter: QPainter, box: QRectF, *, paper: Certificate, speech: Speech) -> None:
+def _paint_errors(
+    painter: QPainter, box: QRectF, *, paper: Certificate, speech: Speech, lengths: PaperLengths
+) -> None:
     """Draw every error over its certified value, with U, between the lines of its MPE."""
     lines = [line for run in paper.runs for line in run.lines]
-    plot = box.adjusted(150.0, 60.0, -20.0, -110.0)
+    plot = box.adjusted(190.0, 60.0, -20.0, -150.0)
     longest = max(abs(line.reference) for line in lines) or 1.0
-    highest = _round_end(max(max(line.limit, abs(line.error) + line.expanded) for line in lines))
+    one = lengths.per_mm
+    reach = max(max(line.limit, abs(line.error) + line.expanded) for line in lines)
+    highest = _round_end(reach * one) / one
 
     def place(length: float, error: float) -> QPointF:
         return QPointF(
@@ -204,7 +233,7 @@ def _paint_errors(painter: QPainter, box: QRectF, *, paper: Certificate, speech:
         filled = run is paper.final
         for line in run.lines:
             _paint_error(painter, place, line, filled=filled)
-    _paint_scales(painter, box, plot, longest, highest, speech)
+    _paint_scales(painter, box, plot, (longest, highest), speech, lengths)
 
 
 def _round_end(reach: float) -> float:
@@ -234,24 +263,32 @@ def _paint_error(
 
 
 def _paint_scales(
-    painter: QPainter, box: QRectF, plot: QRectF, longest: float, highest: float, speech: Speech
+    painter: QPainter,
+    box: QRectF,
+    plot: QRectF,
+    ends: tuple[float, float],
+    speech: Speech,
+    lengths: PaperLengths,
 ) -> None:
+    longest, highest = (end * lengths.per_mm for end in ends)
+    small, unit = (1.0, "in") if lengths.unit == "inch" else (1e3, "µm")
     for share in (-1.0, -0.5, 0.0, 0.5, 1.0):
         y = plot.center().y() - 0.5 * plot.height() * share
-        told = QRectF(box.left(), y - 18.0, 140.0, 36.0)
+        told = QRectF(box.left(), y - 18.0, 180.0, 36.0)
         align = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-        value = f"{1e3 * share * highest:+g}" if share else "0"
-        paint_text(painter, told, f"{value} µm", SMALL, align)
+        value = speech.number(f"{small * share * highest:+g}") if share else "0"
+        paint_text(painter, told, f"{value} {unit}", SMALL, align)
     for share in (0.0, 0.5, 1.0):
         x = plot.left() + plot.width() * share / 1.05
         told = QRectF(x - 100.0, plot.bottom() + 8.0, 200.0, 36.0)
         align = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop
-        paint_text(painter, told, f"{share * longest:.0f} mm", SMALL, align)
+        at = f"{share * longest:.{0 if lengths.unit == 'mm' else 2}f} {lengths.word}"
+        paint_text(painter, told, speech.number(at), SMALL, align)
     words = (
         "Error over certified length. Red: ± MPE. Whisker: U (k = 2). Filled: as the item is now; "
         "open: as found before an adjustment."
     )
-    below = QRectF(plot.left(), box.bottom() - 60.0, plot.width(), 50.0)
+    below = QRectF(plot.left(), box.bottom() - 100.0, plot.width(), 90.0)
     paint_text(painter, below, speech.say(words), SMALL)
 
 

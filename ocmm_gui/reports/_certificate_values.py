@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from ocmm_core.export.certificate import Certificate, CertificateValue
+from ocmm_core.export.report import PaperLengths
 from ocmm_core.wording import Speech
 from ocmm_gui.reports._canvas import STRONG, Canvas, Column, PageField
 
@@ -22,8 +24,8 @@ _PAIRS = (
     Column("Change", 250.0, right=True),
 )
 _PLACES = 6
+_LENGTH = "\\milli\\metre"
 _UNITS = {
-    "\\milli\\metre": "mm",
     "\\radian": "rad",
     "\\milli\\metre\\tothe{-1}": "1/mm",
     "\\milli\\metre\\tothe{-2}": "1/mm²",
@@ -35,7 +37,8 @@ def table_of_values(canvas: Canvas, paper: Certificate) -> None:
     """Lay the table out; nothing where there are no such values."""
     if not paper.values:
         return
-    speech = canvas.speech
+    speech, lengths = canvas.speech, canvas.lengths
+    values = [_in_unit(one, lengths) for one in paper.values]
     if not paper.values_before:
         # Those of the state before stand in its table.
         adjusted = len(paper.runs) > 1
@@ -43,25 +46,34 @@ def table_of_values(canvas: Canvas, paper: Certificate) -> None:
         canvas.heading(words, 120.0)
         canvas.table(
             _VALUES,
-            [[PageField(_name(one, speech)), *_stated(one, speech)] for one in paper.values],
+            [[PageField(_name(one, speech, lengths)), *_stated(one, speech)] for one in values],
         )
         return
-    before = {one.name: one for one in paper.values_before}
+    before = {one.name: _in_unit(one, lengths) for one in paper.values_before}
     canvas.heading("Further values, before and after the adjustment", 160.0)
     rows = []
-    for one in paper.values:
+    for one in values:
         old = before.get(one.name)
         known = [PageField("–")] * 2
         if old is not None:
             known = [PageField(field.text) for field in _stated(old, speech)]
-        name, change = PageField(_name(one, speech)), _change(old, one, speech)
+        name, change = PageField(_name(one, speech, lengths)), _change(old, one, speech)
         rows.append([name, *known, *_stated(one, speech), change])
     canvas.table(_PAIRS, rows)
 
 
-def _name(one: CertificateValue, speech: Speech) -> str:
-    unit = _UNITS.get(one.unit, "")
-    name = speech.say(one.name)
+def _in_unit(one: CertificateValue, lengths: PaperLengths) -> CertificateValue:
+    """Return a length in the unit of the paper; everything else is what it is."""
+    if one.unit != _LENGTH:
+        return one
+    wide = None if one.expanded is None else one.expanded * lengths.per_mm
+    return replace(one, value=one.value * lengths.per_mm, expanded=wide)
+
+
+def _name(one: CertificateValue, speech: Speech, lengths: PaperLengths) -> str:
+    unit = lengths.word if one.unit == _LENGTH else _UNITS.get(one.unit, "")
+    whose, mark, what = one.name.rpartition(": ")
+    name = f"{whose}{mark}{speech.say(what)}"
     return f"{name}, {unit}" if unit else name
 
 

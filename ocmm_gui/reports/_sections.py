@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 import segno
@@ -47,6 +48,9 @@ _MARKS = {
     Verdict.PROVISIONAL: "–",
     None: "–",
 }
+
+_MOST_NAMES = 24
+"""Of characteristics in one reason at the head of a report: some six lines."""
 
 RESULT_COLUMNS = (
     Column("", 70.0),
@@ -104,11 +108,24 @@ def title(canvas: Canvas, data: ReportData) -> None:
     for line in (*origin, *(part.reasons or (part.summary.counted,))):
         fails = line.startswith(Verdict.NOT_CONFORM.value)
         plain = INK.text if line == part.summary.counted else INK.warn
-        canvas.text(speech.say(line), Style(34.0, bold=True, colour=INK.bad if fails else plain))
+        told = _shortened(line, speech)
+        canvas.text(told, Style(34.0, bold=True, colour=INK.bad if fails else plain))
+    if part.reasons:
+        canvas.text(speech.say(part.summary.counted), SMALL)
     for note in (data.view.unproven, *data.view.camera_doubts, *data.notes):
         if note:
             canvas.skip(6.0)
             canvas.text(f"! {canvas.speech.say(note)}", Style(32.0, bold=True, colour=INK.bad))
+
+
+def _shortened(line: str, speech: Speech) -> str:
+    """Return a reason with as many names as are read; all of them stand in the results."""
+    names = line.split(", ")
+    if len(names) <= _MOST_NAMES:
+        return speech.say(line)
+    count = len(names) - _MOST_NAMES
+    more = speech.say(f"and {count:d} more, see the results")
+    return f"{speech.say(', '.join(names[:_MOST_NAMES]))} {more}"
 
 
 def verdicts(canvas: Canvas, data: ReportData) -> None:
@@ -125,10 +142,24 @@ def verdicts(canvas: Canvas, data: ReportData) -> None:
             )
             mark = f" {len(remarks)})"
         rows.append(_result_row(item, mark, _symbol(item, shapes), canvas))
-    canvas.table(RESULT_COLUMNS, rows)
+    _table_without(canvas, RESULT_COLUMNS, rows, "Datums")
     canvas.skip(12.0)
     for remark in remarks:
         canvas.text(remark, SMALL)
+
+
+def _table_without(
+    canvas: Canvas, columns: Sequence[Column], rows: list[list[PageField]], title: str
+) -> None:
+    """Lay a table out; a column that is empty in every row gives its width to the names."""
+    place = [column.title for column in columns].index(title)
+    if any(row[place].text not in ("", "–") for row in rows):
+        canvas.table(columns, rows)
+        return
+    named = next(index for index, column in enumerate(columns) if column.title)
+    wide = replace(columns[named], width=columns[named].width + columns[place].width)
+    kept = [*columns[:named], wide, *columns[named + 1 : place], *columns[place + 1 :]]
+    canvas.table(kept, [[*row[:place], *row[place + 1 :]] for row in rows])
 
 
 def why_not(canvas: Canvas, data: ReportData) -> None:
@@ -240,7 +271,7 @@ def basis(canvas: Canvas, data: ReportData) -> None:
         )  # fmt: skip
     if rows:
         canvas.heading("Basis of the results", 200.0)
-        canvas.table(BASIS_COLUMNS, rows)
+        _table_without(canvas, BASIS_COLUMNS, rows, "Frame")
 
 
 def records(canvas: Canvas, data: ReportData) -> None:

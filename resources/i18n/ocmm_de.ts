@@ -4189,6 +4189,10 @@ Startet: {source}</translation>
         <translation>Fasst Werkstücke zum Vergleich zusammen; freiwillig</translation>
     </message>
     <message>
+        <source>optional; Return keeps all three</source>
+        <translation>freigestellt; Eingabe behält alle drei</translation>
+    </message>
+    <message>
         <source>Plan of the next job</source>
         <translation>Plan des nächsten Auftrags</translation>
     </message>
@@ -4223,6 +4227,14 @@ Startet: {source}</translation>
     <message>
         <source>Which jobs</source>
         <translation>Welche Aufträge</translation>
+    </message>
+    <message>
+        <source>What the job keeps of the room</source>
+        <translation>Was der Auftrag vom Raum behält</translation>
+    </message>
+    <message>
+        <source>Current job: nothing was read off in the room.</source>
+        <translation>Aktueller Auftrag: Im Raum wurde nichts abgelesen.</translation>
     </message>
     <message>
         <source>Current job: {job}.</source>

@@ -12,7 +12,12 @@ from typer.testing import CliRunner
 
 from ocmm_core.calibration.records import CalibrationStore
 from ocmm_core.cli import app
-from ocmm_core.export.certificate import Certificate, certificate_facts, certificate_of_folder
+from ocmm_core.export.certificate import (
+    Certificate,
+    certificate_facts,
+    certificate_of_folder,
+    dcc_bytes,
+)
 from ocmm_core.export.report import plain_paper
 from ocmm_gui.reports import _certificate as pages
 from tests.core.calibration.made_records import make_record, make_verification
@@ -102,3 +107,37 @@ def test_the_command_writes_certificate_signature_and_pages_and_checks_them(
     (out / names[0]).write_text(content.replace("0.001", "0.002", 1), "utf-8")
     told = runner.invoke(app, ["certificate", "check", str(out / names[0])])
     assert (told.exit_code, "FORGED" in told.output) == (1, True), told.output
+
+
+def _in(paper: Certificate, **changes: str) -> Certificate:
+    template = msgspec.structs.replace(paper.paper.template, **changes)
+    return replace(paper, paper=replace(paper.paper, template=template))
+
+
+@pytest.mark.usefixtures("qapp")
+def test_a_paper_in_inch_says_so_in_every_head_and_keeps_its_dcc(paper: Certificate) -> None:
+    inch = _in(paper, lengths="inch")
+    said = " ".join(texts(pages.lay_out(inch)).split())
+    for head in ("Measured, in", "Certified, in", "Error, in", "U (k = 2), in", "MPE, in"):
+        assert head in said
+    assert "Measured, mm" not in said
+    assert " µm" not in said
+    assert "in inch (1 in = 25.4 mm)" in said
+    for line in inch.runs[-1].lines:
+        for number in (f"{line.error / 25.4:+.5f}", f"{line.limit / 25.4:.5f}"):
+            assert number in said
+    assert dcc_bytes(inch) == dcc_bytes(paper)
+
+
+@pytest.mark.usefixtures("qapp")
+def test_a_german_paper_is_german_in_its_head_and_verdict(folder: Path, paper: Certificate) -> None:
+    german = _in(paper, language="de")
+    said = " ".join(texts(pages.lay_out(german)).split())
+    for words in ("Verifikationsprotokoll", "BESTANDEN", "Bestanden, nach der Regel"):
+        assert words in said
+    for english in ("PASSED", "passed", "as found", "after adjustment", "Lengths in", "humidity"):
+        assert english not in said
+    # What is no word of the program is as it was: names, numbers, hashes.
+    assert german.number in said
+    calibrated = _in(certificate_of_folder(folder, plain_paper(), calibration=True), language="de")
+    assert "Verzeichnung k1" in " ".join(texts(pages.lay_out(calibrated)).split())

@@ -3,8 +3,8 @@
 In: a plan and a source, or job files. Out: job files, reports, tables, an exit code.
 
 Read `_headless` (a whole job without a window), `_measure_parts` (a batch), `_plan` (check, new,
-import) with `_offers`, `_align`, `_report`, `_compare`, `_recall`, `_certificate` (papers about the
-machine), and `_recording` (raw frames to a file).
+import) with `_offers`, `_align`, `_report`, `_compare`, `_recall`, `_environment` (what the room
+was like), `_certificate` (papers about the machine), and `_recording` (raw frames to a file).
 It computes nothing: jobs are run by `station` and opened by `inspection.archive`.
 """
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ocmm_core.cli.measure._archive_recall import recall_archived
     from ocmm_core.cli.measure._certificate import certificate_app
     from ocmm_core.cli.measure._compare import compare_command
+    from ocmm_core.cli.measure._environment import environment_command
     from ocmm_core.cli.measure._headless import (
         exit_code,
         missing_sentences,
@@ -40,6 +41,7 @@ else:
         _align="align_command align_plan_command",
         _certificate="certificate_app",
         _compare="compare_command",
+        _environment="environment_command",
         _headless=(
             "exit_code missing_sentences print_explanations print_states print_table "
             "print_verdict run_job"
@@ -57,6 +59,7 @@ __all__ = [
     "await_part",
     "certificate_app",
     "compare_command",
+    "environment_command",
     "exit_code",
     "missing_sentences",
     "plan_app",

@@ -13,7 +13,13 @@ import typer
 from rich.console import Console
 
 from ocmm_core.cli.measure._pages import print_pages
-from ocmm_core.cli.terminal import make_console, progress_line
+from ocmm_core.cli.terminal import (
+    HumidityOption,
+    PressureOption,
+    RoomOption,
+    make_console,
+    progress_line,
+)
 from ocmm_core.errors import OcmmError
 from ocmm_core.processes import processes_for, side_by_side
 
@@ -109,11 +115,9 @@ def report_command(
     received: Annotated[
         str, typer.Option("--received", help="When the item came, in which condition.")
     ] = "",
-    room: Annotated[
-        str, typer.Option("--room", help="Temperature of the room, °C: a number or a range.")
-    ] = "",
-    humidity: Annotated[str, typer.Option("--humidity", help="Of the air, %.")] = "",
-    pressure: Annotated[str, typer.Option("--pressure", help="Of the air, hPa.")] = "",
+    room: RoomOption = "",
+    humidity: HumidityOption = "",
+    pressure: PressureOption = "",
     deviation: Annotated[
         list[str] | None,
         typer.Option("--deviation", help="Deviation from the plan; can be repeated."),

@@ -29,18 +29,21 @@ if TYPE_CHECKING:
         CompensatePartOption,
         CompensateProbeOption,
         ForceOption,
+        HumidityOption,
         IncompleteOption,
         OutOption,
         PartExpansionOption,
         PartOption,
         PartTemperatureOption,
         PlanOption,
+        PressureOption,
         ProbeDesignOption,
         ProbeOption,
         ProbesOption,
         ProbeTemperatureOption,
         ReferenceOption,
         RigOption,
+        RoomOption,
         SeedOption,
         SourceOption,
         SpeedOption,
@@ -66,9 +69,10 @@ else:
         _options=(
             "BusProcessorOption CalibrationsOption CheckAfterOption CompensatePartOption "
             "CompensateProbeOption "
-            "ForceOption IncompleteOption OutOption PartExpansionOption PartOption "
-            "PartTemperatureOption PlanOption ProbeDesignOption ProbeOption "
-            "ProbeTemperatureOption ProbesOption ReferenceOption RigOption SeedOption "
+            "ForceOption HumidityOption IncompleteOption OutOption PartExpansionOption PartOption "
+            "PartTemperatureOption PlanOption PressureOption ProbeDesignOption ProbeOption "
+            "ProbeTemperatureOption ProbesOption ReferenceOption RigOption RoomOption "
+            "SeedOption "
             "SourceOption SpeedOption StreamCertOption StreamHostOption StreamKeyOption "
             "StreamOption StreamTokenOption TemperatureSigmaOption TipOption UncalibratedOption"
         ),
@@ -87,6 +91,7 @@ __all__ = [
     "CompensatePartOption",
     "CompensateProbeOption",
     "ForceOption",
+    "HumidityOption",
     "IncompleteOption",
     "OutOption",
     "PartExpansionOption",
@@ -94,12 +99,14 @@ __all__ = [
     "PartTemperatureOption",
     "PlainConsole",
     "PlanOption",
+    "PressureOption",
     "ProbeDesignOption",
     "ProbeOption",
     "ProbeTemperatureOption",
     "ProbesOption",
     "ReferenceOption",
     "RigOption",
+    "RoomOption",
     "SeedOption",
     "SourceOption",
     "SpeedOption",

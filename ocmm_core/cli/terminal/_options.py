@@ -109,6 +109,11 @@ ProbeTemperatureOption = Annotated[
     float | None, typer.Option("--probe-temperature", help="Of the probe now, °C.")
 ]
 
+RoomOption = Annotated[
+    str, typer.Option("--room", help="Temperature of the room, °C: a number or a range.")
+]
+HumidityOption = Annotated[str, typer.Option("--humidity", help="Of the air, %.")]
+PressureOption = Annotated[str, typer.Option("--pressure", help="Of the air, hPa.")]
 PartTemperatureOption = Annotated[
     float | None, typer.Option("--part-temperature", help="Of the part now, °C.")
 ]

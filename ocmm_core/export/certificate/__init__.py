@@ -33,8 +33,11 @@ if TYPE_CHECKING:
     )
     from ocmm_core.export.certificate._dcc import dcc_bytes
     from ocmm_core.export.certificate._facts import (
+        air_said,
         certificate_facts,
+        certificate_title,
         open_certificate_clauses,
+        rule_said,
     )
     from ocmm_core.export.certificate._from_acceptance import certificate_of_acceptance
     from ocmm_core.export.certificate._from_calibration import certificate_of_calibration
@@ -57,7 +60,7 @@ else:
             "Certificate CertificateLine CertificateRun CertificateValue Conformity SIMULATED_WORDS"
         ),
         _dcc="dcc_bytes",
-        _facts="certificate_facts open_certificate_clauses",
+        _facts=("air_said certificate_facts certificate_title open_certificate_clauses rule_said"),
         _from_acceptance="certificate_of_acceptance",
         _from_calibration="certificate_of_calibration",
         _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",
@@ -75,6 +78,7 @@ __all__ = [
     "Dcc",
     "DccQuantity",
     "Expansion",
+    "air_said",
     "artefact_fields",
     "artefact_text",
     "certificate_facts",
@@ -83,10 +87,12 @@ __all__ = [
     "certificate_of_cameras",
     "certificate_of_folder",
     "certificate_of_tip",
+    "certificate_title",
     "check_dcc_seal",
     "dcc_bytes",
     "open_certificate_clauses",
     "read_dcc",
+    "rule_said",
     "write_certificate",
     "write_certificates",
 ]

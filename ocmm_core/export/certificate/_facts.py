@@ -3,9 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from ocmm_core.export.certificate._content import STATUS_WORDS, Certificate, CertificateRun
-from ocmm_core.export.report import NOT_STATED, PaperFact, one_line, surroundings
+from ocmm_core.export.report import (
+    NOT_STATED,
+    PaperFact,
+    PaperLengths,
+    one_line,
+    surroundings,
+)
+from ocmm_core.wording import Speech
+
+_ENGLISH, _MM = Speech(), PaperLengths()
 
 RELATES_ONLY = "The results relate only to the items named, as they were at the time of the test."
 IN_HOUSE = (
@@ -22,11 +32,24 @@ CERTIFICATE_CLAUSES = (
 calibrated where it stands), k and p as for reports, and opinions (7.8.4.1 f)."""
 
 
-def certificate_facts(paper: Certificate) -> tuple[PaperFact, ...]:
-    """Return the head of a paper in its order; `NOT_STATED` where nobody knows."""
+def certificate_facts(
+    paper: Certificate, speech: Speech = _ENGLISH, lengths: PaperLengths = _MM
+) -> tuple[PaperFact, ...]:
+    """Return the head of a paper in its order; `NOT_STATED` where nobody knows.
+
+    Each part is said by itself: what is joined from several sentences and names is no sentence
+    that a catalogue could know.
+
+    Parameters
+    ----------
+    speech
+        The language of the values; names of facts stay as they are.
+    lengths
+        The unit of tables and plots.
+    """
     return tuple(
         PaperFact("laboratory", clause, name, one_line(value) or NOT_STATED)
-        for clause, name, value in _facts(paper)
+        for clause, name, value in _facts(paper, speech, lengths)
     )
 
 
@@ -36,13 +59,39 @@ def open_certificate_clauses(paper: Certificate) -> tuple[str, ...]:
     return tuple(clause for clause in CERTIFICATE_CLAUSES if clause not in said)
 
 
-def conformity_words(paper: Certificate) -> str:
+def certificate_title(paper: Certificate, speech: Speech = _ENGLISH) -> str:
+    """Return the title; a title that a laboratory gave to its own procedure stays as it is."""
+    whole = speech.say(paper.title)
+    if whole != paper.title:
+        return whole
+    return ": ".join(map(speech.say, paper.title.split(": ")))
+
+
+def rule_said(rule: str, speech: Speech) -> str:
+    """Return how was judged: by what it is modelled on, and by which rule."""
+    head, mark, name = rule.rpartition(", rule ")
+    if not mark:
+        return speech.say(rule)
+    return f"{speech.say(head)}, {speech.say('decision rule')}: {speech.say(name)}"
+
+
+def air_said(run: CertificateRun, speech: Speech = _ENGLISH) -> str:
+    """Return temperature, humidity and pressure of a run; empty where nobody noted any."""
+    warm = () if run.temperature_c is None else (f"{run.temperature_c:.1f} °C",)
+    return ", ".join((*map(speech.number, warm), *map(speech.say, run.air.words)))
+
+
+def conformity_words(paper: Certificate, speech: Speech = _ENGLISH) -> str:
     """Return the statement of conformity, with its rule."""
     last = paper.final
     if last is None:
-        return f"No statement: {paper.not_after}" if paper.not_after else ""
-    words = last.words[:1].upper() + last.words[1:]
-    return f"{words}, by its rule: {last.rule}. {_each_error(last)}"
+        if not paper.not_after:
+            return ""
+        return f"{speech.say('No statement')}: {speech.say(paper.not_after)}"
+    words = speech.say(last.words)
+    words = words[:1].upper() + words[1:]
+    rule = rule_said(last.rule, speech)
+    return f"{words}, {speech.say('by its rule')}: {rule}. {speech.say(_each_error(last))}"
 
 
 def _each_error(run: CertificateRun) -> str:
@@ -51,51 +100,74 @@ def _each_error(run: CertificateRun) -> str:
     return "Each error: ISO 14253-1, proven beyond U (k = 2)."
 
 
-def _facts(paper: Certificate) -> Iterator[tuple[str, str, str]]:
+def _facts(
+    paper: Certificate, speech: Speech, lengths: PaperLengths
+) -> Iterator[tuple[str, str, str]]:
+    say = speech.say
     house, given = paper.paper.template.laboratory, paper.paper.given
     machine = paper.paper.template.machine
-    yield "7.8.2.1 a", "Title", paper.title
+    yield "7.8.2.1 a", "Title", certificate_title(paper, speech)
     yield "7.8.2.1 b", "Laboratory", ", ".join((house.name, *house.address)) if house.name else ""
     if paper.accreditation:
         yield "", "Accreditation", paper.accreditation
     yield "7.8.2.1 d", "Number", paper.number
     yield "7.8.2.1 e", "Customer", given.customer or house.name
     yield "7.8.2.1 c", "Place", given.place or paper.paper.template.place
-    yield "7.8.2.1 g", "Item", ", ".join((paper.item, *_identified(paper)))
+    yield "7.8.2.1 g", "Item", ", ".join((say(paper.item), *_identified(paper, speech)))
     yield "", "Machine", ", ".join(part for part in (machine.name, machine.serial) if part)
-    yield "7.8.2.1 f", "Method", "; ".join((paper.method, *paper.norms))
+    yield "7.8.2.1 f", "Method", "; ".join(map(say, (paper.method, *paper.norms)))
     begin, end = paper.begin_utc[:10], paper.end_utc[:10]
-    yield "7.8.2.1 i", "Tested", begin if begin == end else f"{begin} to {end}"
-    yield "7.8.2.1 j", "Issued", "dated beside the signature"
-    yield "7.8.4.1 b", "Environment", _environment(paper)
-    yield "7.8.4.1 c", "Traceability", " ".join(_traceability(paper))
-    yield "7.8.4.1 d", "Condition", _condition(paper)
-    yield "7.8.4.1 a", "Uncertainty", "U, expanded, k = 2 (about 95 %), with every result."
-    yield "7.8.4.1 e", "Conformity", conformity_words(paper)
-    yield "7.8.2.1 m", "Units, volume", f"Lengths in mm. {paper.volume}"
+    yield "7.8.2.1 i", "Tested", begin if begin == end else say(f"{begin} to {end}")
+    yield "7.8.2.1 j", "Issued", say("dated beside the signature")
+    yield "7.8.4.1 b", "Environment", _environment(paper, speech)
+    yield "7.8.4.1 c", "Traceability", " ".join(map(say, _traceability(paper)))
+    yield "7.8.4.1 d", "Condition", _condition(paper, speech)
+    yield "7.8.4.1 a", "Uncertainty", say("U, expanded, k = 2 (about 95 %), with every result.")
+    yield "7.8.4.1 e", "Conformity", conformity_words(paper, speech)
+    yield "7.8.2.1 m", "Units, volume", f"{say(_units(lengths))} {say(paper.volume)}"
     notes = [*paper.states, *given.deviations, *(note for run in paper.runs for note in run.notes)]
     # What both runs could not follow is one deviation.
-    notes = list(dict.fromkeys(notes))
-    yield "7.8.2.1 n", "Deviations", " ".join(notes) or "None noted in the record, none stated."
+    notes = list(map(say, dict.fromkeys(notes)))
+    none = say("None noted in the record, none stated.")
+    yield "7.8.2.1 n", "Deviations", " ".join(notes) or none
     yield "", "Software", f"OCMM {paper.software}"
-    yield "7.8.2.1 o", "Signed by", "; ".join(paper.paper.template.signatures)
-    yield "7.8.2.1 l", "Statement", RELATES_ONLY
+    yield "7.8.2.1 o", "Signed by", "; ".join(map(say, paper.paper.template.signatures))
+    yield "7.8.2.1 l", "Statement", say(RELATES_ONLY)
     if not paper.accreditation:
-        yield "", "Statement", IN_HOUSE
+        yield "", "Statement", say(IN_HOUSE)
 
 
-def _identified(paper: Certificate) -> Iterator[str]:
+def _units(lengths: PaperLengths) -> str:
+    if lengths.unit == "inch":
+        return "Lengths of tables and plots in inch (1 in = 25.4 mm), in sentences in mm."
+    return "Lengths in mm."
+
+
+def _identified(paper: Certificate, speech: Speech) -> Iterator[str]:
     for name, value in paper.identifications:
-        yield f"{name} {value}"
+        yield f"{speech.say(name)} {value}"
 
 
-def _environment(paper: Certificate) -> str:
-    told = [f"{name}: {celsius:.1f} °C" for name, celsius in paper.climate]
-    for run in paper.runs:
-        warm = () if run.temperature_c is None else (f"{run.temperature_c:.1f} °C",)
-        if warm or run.air.words:
-            told.append(f"{STATUS_WORDS[run.status]}: {', '.join((*warm, *run.air.words))}")
-    told += [sentence.removesuffix(".") for sentence in surroundings(paper.paper.given)]
+def _environment(paper: Certificate, speech: Speech) -> str:
+    told = [
+        f"{speech.say(name)}: {speech.number(f'{celsius:.1f} °C')}"
+        for name, celsius in paper.climate
+    ]
+    told += [
+        f"{speech.say(STATUS_WORDS[run.status])}: {air}"
+        for run in paper.runs
+        if (air := air_said(run, speech))
+    ]
+    # What a record has stands above; only what none has is said by who asks for the paper.
+    airs = [run.air for run in paper.runs]
+    given = replace(
+        paper.paper.given,
+        humidity="" if any(air.humidity_percent is not None for air in airs)
+        else paper.paper.given.humidity,
+        pressure="" if any(air.pressure_hpa is not None for air in airs)
+        else paper.paper.given.pressure,
+    )  # fmt: skip
+    told += [speech.say(sentence).removesuffix(".") for sentence in surroundings(given)]
     return "; ".join(told)
 
 
@@ -105,19 +177,20 @@ def _traceability(paper: Certificate) -> Iterator[str]:
         yield f"{use.name} no. {use.serial}: certificate {use.certificate or NOT_STATED}{due}."
 
 
-def _condition(paper: Certificate) -> str:
+def _condition(paper: Certificate, speech: Speech) -> str:
     """Return both states in words; that one was not determined is a statement, too."""
+    say = speech.say
     if not paper.runs and not (paper.not_found or paper.not_after):
         return ""
     states = [run.status for run in paper.runs]
     if states == ["beforeAdjustment"] and not paper.not_after:
-        return "As found; nothing was adjusted."
+        return say("As found; nothing was adjusted.")
     if len(states) == 2 and not paper.not_after:
-        return "As found and after adjustment, both below."
-    found = "below" if "beforeAdjustment" in states else f"not determined ({_why(paper)})"
-    after = "below" if "afterAdjustment" in states else f"not determined ({paper.not_after})"
-    return f"As found: {found}. After adjustment: {after}."
+        return say("As found and after adjustment, both below.")
 
+    def told(status: str, why: str) -> str:
+        return say("below") if status in states else f"{say('not determined')} ({say(why)})"
 
-def _why(paper: Certificate) -> str:
-    return paper.not_found or "no test as found was made"
+    found = told("beforeAdjustment", paper.not_found or "no test as found was made")
+    after = told("afterAdjustment", paper.not_after)
+    return f"{say('As found')}: {found}. {say('After adjustment')}: {after}."

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import msgspec
@@ -149,7 +149,7 @@ def environment(data: ReportData) -> str:
 
     Those have their standard uncertainties, and what was done with them.
     """
-    climate, room = data.climate, surroundings(data.paper.given)
+    climate, room = data.climate, _room(data)
     told = [
         f"{name} {now.celsius:.2f} °C, u = {now.sigma_k:.2f} K ({now.origin})."
         for name, now in (("Probe", climate.probe.now), ("Part", climate.part.now))
@@ -159,6 +159,18 @@ def environment(data: ReportData) -> str:
         return " ".join(room)
     kept = "Results at 20 °C." if data.view.at_20_c else "Results as warm as the part was."
     return " ".join((*room, *told, kept))
+
+
+def _room(data: ReportData) -> tuple[str, ...]:
+    """Return what the job keeps of the room; what is given with the report for the rest alone."""
+    kept, given = {field for field, _ in data.view.room}, data.paper.given
+    rest = replace(
+        given,
+        room="" if "room" in kept else given.room,
+        humidity="" if "humidity" in kept else given.humidity,
+        pressure="" if "pressure" in kept else given.pressure,
+    )
+    return (*(told for _, told in data.view.room), *surroundings(rest))
 
 
 def plan_deviations(data: ReportData) -> tuple[str, ...]:

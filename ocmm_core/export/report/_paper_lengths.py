@@ -38,6 +38,11 @@ class PaperLengths:
         return _WORDS[self.unit]
 
     @property
+    def per_mm(self) -> float:
+        """Return how many of the unit one mm is."""
+        return 1.0 / _MM_PER_INCH if self.unit == "inch" else 1.0
+
+    @property
     def decimals(self) -> int:
         """Return the digits behind the decimal sign."""
         return _DECIMALS[self.unit]

@@ -237,7 +237,9 @@ class ReportData:
         """
         if self.notes:
             return (*job_states(self.view), "IN DOUBT")
-        return (*job_states(self.view), *(("UNCALIBRATED",) if self.view.unproven else ()))
+        # What the room leaves unproven is no fault of the calibration.
+        uncalibrated = self.view.unproven not in ("", self.view.room_doubt)
+        return (*job_states(self.view), *(("UNCALIBRATED",) if uncalibrated else ()))
 
     @property
     def state_words(self) -> str:

@@ -39,7 +39,9 @@ from ocmm_core.export.report._tables import (
     report_table,
 )
 from ocmm_core.export.report._xlsx_reader import read_workbook
+from ocmm_core.export.report._xlsx_words import said, said_line, said_table
 from ocmm_core.tolerances.decisions import Verdict
+from ocmm_core.wording import Speech
 
 if TYPE_CHECKING:
     import xlsxwriter
@@ -102,8 +104,8 @@ def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
         {"title": data.job, "created": _begun(data), "comments": f"OCMM {data.written_by}"}
     )
     _write_front(book, data)
-    for table in _tables(data, profile):
-        _write_table(book, data, table)
+    for key, table in _tables(data, profile).items():
+        _write_table(book, data, key, table)
     book.close()
     return {_name(data): stream.getvalue()}
 
@@ -144,17 +146,17 @@ def _write_front(book: xlsxwriter.Workbook, data: ReportData) -> None:
 
 def _job_rows(data: ReportData) -> tuple[tuple[Cell, ...], ...]:
     """Return what the front sheet says of the whole job below its verdict."""
-    table = head_table(data)
-    return (table.columns, *table.rows)
+    table, speech = head_table(data), _speech(data)
+    return tuple(said_line(row[0], row[1], speech) for row in (table.columns, *table.rows))
 
 
 def _looks_computed(text: str) -> bool:
     return text.lstrip()[:1] in ("=", "+", "-", "@")
 
 
-def _write_table(book: xlsxwriter.Workbook, data: ReportData, table: Table) -> None:
+def _write_table(book: xlsxwriter.Workbook, data: ReportData, key: str, table: Table) -> None:
     """Write a table on a sheet of its own, below the states of the job."""
-    sheet = _new_sheet(book, data, table.title)
+    sheet = _new_sheet(book, data, key)
     heads = {
         side: book.add_format(
             {"bold": True, "bottom": 1, "align": side, "indent": int(side == "left")}
@@ -188,20 +190,21 @@ def _write_table(book: xlsxwriter.Workbook, data: ReportData, table: Table) -> N
     sheet.freeze_panes(top + 1, 0)
     last = top + len(table.rows)
     sheet.repeat_rows(top)
-    sheet.print_area(0, 0, last, len(PRINTED[table.title]) - 1)
+    sheet.print_area(0, 0, last, len(PRINTED[key]) - 1)
     sheet.fit_to_pages(1, math.ceil((last + 1) / _ROWS_A_PAGE))
 
 
 def _new_sheet(book: xlsxwriter.Workbook, data: ReportData, title: str) -> Worksheet:
-    sheet = book.add_worksheet(title)
+    sheet = book.add_worksheet(_speech(data).word(title))
     sheet.set_paper(_A4)
     if title not in _UPRIGHT:
         sheet.set_landscape()
     sheet.set_margins(left=0.5, right=0.4, top=0.6, bottom=0.6)
-    sheet.set_footer(f"&L{_footed(data.job)}&C&A&RPage &P of &N")
+    job = _footed(data.job)
+    sheet.set_footer(_speech(data).say(f"&L{job}&C&A&RPage &P of &N"))
     if data.states:
         # On paper, too, whatever page of the sheet it is.
-        sheet.set_header(f"&C&B{data.state_words}")
+        sheet.set_header(f"&C&B{said(data.state_words, _speech(data))}")
         sheet.set_tab_color(_WARNING)
     return sheet
 
@@ -213,21 +216,30 @@ def _footed(text: str) -> str:
 
 def _above(data: ReportData) -> tuple[str, ...]:
     """Return what stands above the table of every sheet."""
-    return (data.state_words,) if data.states else ()
+    return (str(said(data.state_words, _speech(data))),) if data.states else ()
 
 
 def _front_lines(data: ReportData) -> tuple[str, ...]:
     """Return the lines of the front sheet: verdict, states, reasons, whom it is about."""
-    part, head = data.part, data.head
+    part, head, speech = data.part, data.head, _speech(data)
     about = (("Part", head.part), ("Serial number", head.serial), ("Operator", head.operator))
     return (
-        part.word.value,
-        *data.states,
-        *(line for reason in part.reasons for line in textwrap.wrap(reason, _FRONT_SIGNS)),
-        part.summary.counted or "The plan has no characteristics.",
-        *(f"{name}: {clean_text(text)}" for name, text in about),
-        f"Job: {data.job}",
+        speech.word(part.word.value),
+        *map(speech.word, data.states),
+        *(
+            line
+            for reason in part.reasons
+            for line in textwrap.wrap(speech.say(reason), _FRONT_SIGNS)
+        ),
+        speech.say(part.summary.counted or "The plan has no characteristics."),
+        *(f"{speech.say(name)}: {clean_text(text)}" for name, text in about),
+        f"{speech.say('Job')}: {data.job}",
     )
+
+
+def _speech(data: ReportData) -> Speech:
+    """Return the language of the report."""
+    return Speech(data.paper.template.language)
 
 
 def _cells_of(data: ReportData, profile: Profile) -> dict[str, list[list[Cell]]]:
@@ -235,9 +247,10 @@ def _cells_of(data: ReportData, profile: Profile) -> dict[str, list[list[Cell]]]
     above: list[list[Cell]] = [[line] for line in _above(data)]
     front: list[list[Cell]] = [[line] for line in _front_lines(data)]
     front += [list(row) for row in _job_rows(data)]
-    sheets: dict[str, list[list[Cell]]] = {_FRONT: front}
-    for table in _tables(data, profile):
-        sheets[table.title] = [*above, list(table.columns), *(list(row) for row in table.rows)]
+    word = _speech(data).word
+    sheets: dict[str, list[list[Cell]]] = {word(_FRONT): front}
+    for key, table in _tables(data, profile).items():
+        sheets[word(key)] = [*above, list(table.columns), *(list(row) for row in table.rows)]
     return sheets
 
 
@@ -283,16 +296,17 @@ def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
     (data,) = jobs
     front = tuple((line,) for line in _front_lines(data)[1:])
     return (
-        Table(_FRONT, (data.part.word.value,), front),
+        Table(_speech(data).word(_FRONT), (_front_lines(data)[0],), front),
         head_table(data),
-        *_tables(data, profile),
+        *_tables(data, profile).values(),
     )
 
 
-def _tables(data: ReportData, profile: Profile) -> tuple[Table, ...]:
+def _tables(data: ReportData, profile: Profile) -> dict[str, Table]:
+    """Return the tables in the language of the report, by what their sheets are called here."""
     units = _units(data, profile)
     tables = (report_table(data, units), features_table(data, units), points_table(data, units))
-    return tuple(_for_paper(table, units) for table in tables)
+    return {table.title: _for_paper(table, units, _speech(data)) for table in tables}
 
 
 def _units(data: ReportData, profile: Profile) -> Units:
@@ -304,15 +318,16 @@ def _units(data: ReportData, profile: Profile) -> Units:
     return replace(profile.units, lengths="inch", length_decimals=decimals)
 
 
-def _for_paper(table: Table, units: Units) -> Table:
+def _for_paper(table: Table, units: Units, speech: Speech) -> Table:
     """Return a table with what is printed first; its heads say the unit where no column does."""
     printed = PRINTED[table.title]
     chosen = table.chosen((*printed, *(name for name in table.columns if name not in printed)))
+    named = replace(said_table(chosen, speech), title=speech.word(table.title))
     if "Unit" in chosen.columns:
-        return chosen
+        return named
     unit = PaperLengths(units.lengths).word
-    heads = tuple(f"{name}, {unit}" if name in _LENGTHS else name for name in chosen.columns)
-    return replace(chosen, columns=heads)
+    heads = tuple(f"{name}, {unit}" if name in _LENGTHS else name for name in named.columns)
+    return replace(named, columns=heads)
 
 
 def _width(table: Table, column: int) -> int:

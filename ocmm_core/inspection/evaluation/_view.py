@@ -341,6 +341,11 @@ class JobView:
         The nominal part by the CAD model of the plan; None where the plan names none.
     planned
         The active feature by its nominals, as long as it has no fit; None where it has one.
+    room_doubt
+        Why the room lets the job prove nothing by its plan; empty where it does. It stands in
+        ``unproven``, too, where nothing weightier does.
+    room
+        What was read off in the room: fields and sentences, as `environment_words`.
     part_verdict
         The verdict on the part. This and what `verdict_of` returns are made of ``features`` and
         ``characteristics`` whenever a view is made, so that they cannot say anything else.
@@ -370,6 +375,8 @@ class JobView:
     camera_doubts: tuple[str, ...] = ()
     placed_part: PlacedPart | None = None
     planned: PlannedFeature | None = None
+    room_doubt: str = ""
+    room: tuple[tuple[str, str], ...] = ()
     part_verdict: PartVerdict = field(init=False)
     _summaries: Mapping[str, VerdictSummary] = field(init=False, repr=False, compare=False)
 

@@ -4,11 +4,11 @@ In: a TOML document, a table in text, or what was measured on a master part.
 Out: a checked plan, and TOML that reads back to the same plan.
 
 Read `_plan` (features and characteristics), `_file` (the document), `_step_checks` and `_doubts`
-(what speaks against a plan), `_edit` (changes: a plan in, another one out), `_shelf` (plans of a
-folder), `_file_beside` (files that it names), `_picture`, `_cad_model` with `_part_cache` (the part
-that is shown). It is filled by
-`_csv`, `_teach` and `_surface_profile` (of faces of the model). `_stored_plan` reads the plan of
-a job file.
+(what speaks against a plan), `_environment` (the room that it demands, and what was noted of it),
+`_edit` (changes: a plan in, another one out), `_shelf` (plans of a folder), `_file_beside` (files
+that it names), `_picture`, `_cad_model` with `_part_cache` (the part that is shown).
+It is filled by `_csv`, `_teach` and `_surface_profile` (of faces of the model). `_stored_plan`
+reads the plan of a job file.
 It must not know points or sessions.
 """
 
@@ -43,6 +43,15 @@ if TYPE_CHECKING:
         with_alignment,
         with_head,
     )
+    from ocmm_core.inspection.plan._environment import (
+        ENVIRONMENT_EVENT,
+        EnvironmentLimits,
+        NotedRoom,
+        environment_doubt,
+        environment_words,
+        note_room_in,
+        noted_rooms,
+    )
     from ocmm_core.inspection.plan._file import save_plan
     from ocmm_core.inspection.plan._picture import carry_pictures, with_picture, without_file
     from ocmm_core.inspection.plan._plan import (
@@ -75,6 +84,10 @@ else:
             "EDITED HEAD_FIELDS add_characteristic add_construction add_feature move_item "
             "new_plan remove_item replace_item usual_points with_alignment with_head"
         ),
+        _environment=(
+            "ENVIRONMENT_EVENT EnvironmentLimits NotedRoom environment_doubt environment_words "
+            "note_room_in noted_rooms"
+        ),
         _file="save_plan",
         _picture="carry_pictures with_picture without_file",
         _plan="CadModel MAX_EXPANSION_PPM Material NAME_PATTERN Plan check_plan load_plan",
@@ -87,12 +100,15 @@ else:
 
 __all__ = [
     "EDITED",
+    "ENVIRONMENT_EVENT",
     "HEAD_FIELDS",
     "MAX_EXPANSION_PPM",
     "NAME_PATTERN",
     "USUAL_BALL_RADIUS",
     "CadModel",
+    "EnvironmentLimits",
     "Material",
+    "NotedRoom",
     "PartOfPlan",
     "Plan",
     "PlanSummary",
@@ -103,6 +119,8 @@ __all__ = [
     "carry_pictures",
     "check_plan",
     "climate_for",
+    "environment_doubt",
+    "environment_words",
     "features_from_csv",
     "list_plans",
     "load_plan",
@@ -110,6 +128,8 @@ __all__ = [
     "move_item",
     "new_plan",
     "nominal_doubts",
+    "note_room_in",
+    "noted_rooms",
     "number",
     "part_of_plan",
     "plan_card",

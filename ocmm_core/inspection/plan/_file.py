@@ -12,7 +12,7 @@ from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.inspection.plan._plan import Plan, check_plan, load_plan
 
-_TABLES = ("alignment", "material", "model")
+_TABLES = ("alignment", "material", "environment", "model")
 _LISTS = ("features", "constructions", "characteristics")
 
 

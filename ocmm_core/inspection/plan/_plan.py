@@ -19,6 +19,7 @@ from ocmm_core.features.measured import (
     shapes_with,
 )
 from ocmm_core.features.shapes import MINIMUM_POINTS, NominalFeature, Shape, shape_fault
+from ocmm_core.inspection.plan._environment import EnvironmentLimits, environment_fault
 from ocmm_core.inspection.plan._step_checks import file_fault, step_fault
 from ocmm_core.inspection.step import STEP_ENDINGS
 from ocmm_core.tolerances.kinds import characteristic_fault, involved_features
@@ -85,6 +86,8 @@ class Plan(Document, frozen=True, kw_only=True):
     cameras
         ``"proven"``: only cameras whose data prove their age and order; ``"unproven"``: also such
         that do not, knowingly.
+    environment
+        What the room must be like from the first to the last point; None demands nothing.
     """
 
     name: str
@@ -98,6 +101,7 @@ class Plan(Document, frozen=True, kw_only=True):
     compensation: Literal["approach", "pulled", "shank", "nominal"] = "approach"
     model: CadModel | None = None
     cameras: Literal["proven", "unproven"] = "proven"
+    environment: EnvironmentLimits | None = None
 
     @classmethod
     def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
@@ -191,6 +195,8 @@ def check_plan(path: Path, plan: Plan) -> None:
         raise _error(path, *fault)
     if plan.material is not None:
         _check_material(path, plan.material)
+    if plan.environment is not None and (fault := environment_fault(plan.environment)):
+        raise _error(path, *fault)
     if plan.model is not None:
         if wrong := file_fault(plan.model.file, "CAD model", STEP_ENDINGS):
             raise _error(path, "model.file", wrong)

@@ -16,8 +16,15 @@ from ocmm_core.inspection.evaluation import (
     limits_text,
     methods_used,
 )
+from ocmm_core.inspection.plan import (
+    NotedRoom,
+    environment_doubt,
+    note_room_in,
+    noted_rooms,
+)
 from ocmm_core.inspection.session._ledger import JobLedger
 from ocmm_core.measuring import CLIMATE_EVENT, Climate, climate_of_text, record_text
+from ocmm_core.surroundings import TypedRoom
 
 _CALIBRATION, _PROBE, _UNCALIBRATED = "calibration", "probe", "uncalibrated"
 _SIMULATED = "simulated"
@@ -50,6 +57,7 @@ class Conditions:
         self._options = options
         events = ledger.job.events()
         self._last = {event.kind: event.text for event in events}
+        self._rooms = noted_rooms(events)
         self._compared = "thesis" in (*methods_used(events), options.method)
         if begun:
             self._require_same_climate()
@@ -119,6 +127,28 @@ class Conditions:
         with self._ledger.lock:
             if self._last.get(LIMITS_EVENT) != text:
                 self._store(LIMITS_EVENT, text)
+
+    @property
+    def rooms(self) -> tuple[NotedRoom, ...]:
+        """Return what was read off in the room, oldest first."""
+        return self._rooms
+
+    @property
+    def room_doubt(self) -> str:
+        """Return why the room does not let the job prove anything; empty where it does."""
+        ledger = self._ledger
+        last = max((point.number for point in ledger.points.counting), default=0)
+        return environment_doubt(
+            ledger.plan.environment, self._rooms, last, complete=not ledger.progress.active
+        )
+
+    def note_room(self, typed: TypedRoom, who: str = "") -> None:
+        """Store what was read off in the room now; InputError where it is no reading."""
+        ledger = self._ledger
+        with ledger.lock:
+            note_room_in(ledger.job, typed, who)
+            self._rooms = noted_rooms(ledger.job.events())
+            ledger.view = None
 
     def _store(self, kind: str, text: str) -> None:
         self._ledger.job.append_event(kind, text)

@@ -29,7 +29,7 @@ from ocmm_core.inspection.evaluation import (
     targets_of,
     whereabouts,
 )
-from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.plan import NotedRoom, Plan, environment_words
 from ocmm_core.inspection.session._job_points import JobPoints
 from ocmm_core.inspection.session._placed_part import placed, planned_feature
 from ocmm_core.measuring import Refusal
@@ -65,6 +65,8 @@ class JobState:
         What its cameras could not prove, in sentences.
     part
         The nominal part; None where the job has none.
+    room_doubt, room
+        Why the room lets it prove nothing, and what was read off there.
     """
 
     job: str
@@ -80,6 +82,8 @@ class JobState:
     simulated: bool
     camera_doubts: tuple[str, ...] = ()
     part: PartModel | None = None
+    room_doubt: str = ""
+    room: tuple[NotedRoom, ...] = ()
 
 
 def view_of(
@@ -133,6 +137,8 @@ def view_of(
         refusal=state.refusal,
         complete=not progress.active,
         unproven=state.unproven,
+        room_doubt=state.room_doubt,
+        room=environment_words(state.room, max((one.number for one in points.counting), default=0)),
         held=_counting(points, status.held),
         temperature=options.climate.words,
         at_20_c=options.climate.part.compensated,

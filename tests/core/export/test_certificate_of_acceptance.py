@@ -175,7 +175,7 @@ def test_humidity_and_pressure_of_the_record_are_on_paper_and_in_the_dcc(
     air = RoomAir.read("45,5 %", "1013")
     paper = certificate_of_folder(kept(tmp_path, record, air=air), plain_paper())
     facts = {fact.name: fact.value for fact in certificate_facts(paper)}
-    assert facts["Environment"] == "as found: 20.0 °C, 45.5 % humidity, 1013 hPa"
+    assert facts["Environment"] == "as found: 20.0 °C, Humidity 45.5 %, Air pressure 1013 hPa"
     root = etree.fromstring(dcc_bytes(paper))
     etree.XMLSchema(etree.parse(reference / "dcc" / "dcc.xsd")).assertValid(root)
     conditions = root.findall(f".//{Q}influenceCondition")

@@ -8,6 +8,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from ocmm_core.acceptance import RoomAir
 from ocmm_core.errors import InputError
 from ocmm_core.export.report import (
     NOT_STATED,
@@ -88,3 +89,15 @@ def test_readings_are_typed_once_for_a_job(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="'humidity'"):
         keep_given(job, replace(given, humidity="dry"))
     assert given_with(job) == given
+
+
+def test_a_test_of_the_machine_and_a_report_refuse_the_same() -> None:
+    for typed in ("140", "dry", "nan", "45 hPa"):
+        with pytest.raises(InputError, match="'humidity'"):
+            RoomAir.read(typed, "")
+        with pytest.raises(InputError, match="'humidity'"):
+            surroundings(Particulars(humidity=typed))
+    # A certificate states one number, with which a DCC can go.
+    with pytest.raises(InputError, match="more than one number"):
+        RoomAir.read("40 to 50", "")
+    assert RoomAir.read("45,5 %", "1013 hPa") == RoomAir(humidity_percent=45.5, pressure_hpa=1013.0)

@@ -127,3 +127,35 @@ def test_a_workbook_is_in_the_unit_of_the_paper_and_says_it_for_every_number(
     expected = report.frame.apply(place)
     for cell, value in zip(cells[1:4], expected, strict=True):
         assert cell.value == pytest.approx(float(value) / scale, rel=1e-12, abs=1e-12)
+
+
+def test_a_german_report_has_a_german_workbook_and_says_the_same(tmp_path: Path) -> None:
+    report = job_as_large_as_the_demo()
+    template = msgspec.structs.replace(report.paper.template, language="de")
+    german = replace(report, paper=replace(report.paper, template=template))
+    (path,) = write_report(german, ("xlsx",), tmp_path, incomplete=True)
+    book = openpyxl.load_workbook(path)
+    assert book.sheetnames == ["Urteil", "Merkmale", "Elemente", "Punkte"]
+    heads = [cell.value for cell in book["Merkmale"][2]]
+    assert {"Nennwert", "Unteres Abmaß", "Oberes Abmaß", "Istwert", "Urteil"} <= set(heads)
+    front = [[cell.value for cell in row] for row in book["Urteil"].iter_rows()]
+    said = {row[0]: row[1] for row in front}
+    # Names of people and parts are theirs in every language.
+    assert said["Bediener"] == report.head.operator
+    (other,) = write_report(report, ("xlsx",), tmp_path / "en", incomplete=True)
+    english = openpyxl.load_workbook(other)
+    words = {"CONFORM": "KONFORM", "NOT CONFORM": "NICHT KONFORM"}
+    pairs = list(
+        zip(
+            english["Characteristics"].iter_rows(min_row=3),
+            book["Merkmale"].iter_rows(min_row=3),
+            strict=True,
+        )
+    )
+    place = [cell.value for cell in english["Characteristics"][2]].index("Verdict")
+    assert pairs
+    for mine, theirs in pairs:
+        assert words.get(str(mine[place].value), "") in (theirs[place].value, "")
+        for one, same in zip(mine, theirs, strict=True):
+            if isinstance(one.value, float):
+                assert one.value == same.value

@@ -1,0 +1,63 @@
+"""The words of a workbook in the language of its report: sheets, heads, verdicts, sentences.
+
+Names of people, parts, features and documents are never said: only columns and lines that hold
+words of the program are. The other formats stay as they are, for programs read them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ocmm_core.export.report._tables import JOB_STATE, Cell, Table
+from ocmm_core.wording import Speech
+
+_SPOKEN = frozenset({
+    "Verdict", "Test", "Control", "Type", "Component", "CoordinateSystem", "Criterion", "Note",
+    "Association", "Frame", "Rule", "PartVerdict", "Flag", "Temperature", JOB_STATE,
+})  # fmt: skip
+"""Columns whose cells are words or sentences of the program."""
+
+_SPOKEN_LINES = frozenset({
+    "Part verdict", "Job state", "Decision rule", "Uncertainty", "Frame", "Complete",
+    "Not proven because", "Temperatures", "Reported at 20 C", "Value",
+})  # fmt: skip
+"""Lines of the front sheet whose value is one; others hold names, numbers and hashes."""
+
+_NUMBERED = ("Cameras ", "Doubt ")
+"""How lines of sentences begin that are counted."""
+
+
+def said_table(table: Table, speech: Speech) -> Table:
+    """Return a table in a language: its heads, and the cells that hold words of the program."""
+    spoken = [name in _SPOKEN for name in table.columns]
+    rows = tuple(
+        tuple(said(cell, speech) if say else cell for cell, say in zip(row, spoken, strict=True))
+        for row in table.rows
+    )
+    return replace(table, columns=tuple(map(speech.word, table.columns)), rows=rows)
+
+
+def said_line(name: Cell, told: Cell, speech: Speech) -> tuple[Cell, Cell]:
+    """Return a line of the front sheet in a language."""
+    head = str(name)
+    if head in _SPOKEN_LINES or head.startswith(_NUMBERED):
+        told = said(told, speech)
+    word, blank, number = head.rpartition(" ")
+    if blank and number.isdecimal():
+        return f"{speech.say(word)} {number}", told
+    return speech.say(head), told
+
+
+def said(cell: Cell, speech: Speech) -> Cell:
+    """Return words of the program in a language: a sentence, a word, or several with commas."""
+    if not isinstance(cell, str) or not cell:
+        return cell
+    whole = speech.say(cell)
+    if whole != cell:
+        return whole
+    for mark in (", ", " + "):
+        parts = cell.split(mark)
+        spoken = [speech.word(part) for part in parts]
+        if len(parts) > 1 and spoken != parts:
+            return mark.join(spoken)
+    return cell

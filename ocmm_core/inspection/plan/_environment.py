@@ -1,0 +1,270 @@
+"""The room of a job: what its plan demands of it, what was noted, and what is in doubt of it.
+
+What a person reads off is an event of the job file: with how many points counted and which number
+the next one gets, so that nobody has to say whether it is the begin or the end, and nobody can. The
+begin is what was noted before the first point, the end what was noted after the last one. A note
+that nothing was measured after gives way to the next one; both stay in the file, and both are told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import msgspec
+
+from ocmm_core.errors import InputError
+from ocmm_core.storage import JobEvent, JobFile, event_value
+from ocmm_core.surroundings import (
+    HUMIDITY,
+    PRESSURE,
+    QUANTITIES,
+    ROOM,
+    Quantity,
+    Reading,
+    TypedRoom,
+    reading_of,
+)
+
+ENVIRONMENT_EVENT = "environment"
+"""Kind of the event of the job file."""
+
+
+class EnvironmentLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What a plan demands of the room: least and most, both allowed; None demands nothing.
+
+    Attributes
+    ----------
+    temperature_c, humidity_percent, pressure_hpa
+        Of the air where it is measured, not of part or probe.
+    """
+
+    temperature_c: tuple[float, float] | None = None
+    humidity_percent: tuple[float, float] | None = None
+    pressure_hpa: tuple[float, float] | None = None
+
+
+_DEMANDS = (("temperature_c", ROOM), ("humidity_percent", HUMIDITY), ("pressure_hpa", PRESSURE))
+_NAMES = {
+    ROOM: "room temperature",
+    HUMIDITY: "relative humidity",
+    PRESSURE: "air pressure",
+}
+
+
+_WORDS = {ROOM: "Room", HUMIDITY: "Humidity", PRESSURE: "Air pressure"}
+
+
+class NotedRoom(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """What was read off once, as it was typed.
+
+    Attributes
+    ----------
+    points
+        That counted then; zero is the begin.
+    next_point
+        Number that the next point gets: all points with a smaller one were taken before.
+    room, humidity, pressure
+        Readings (`ocmm_core.surroundings`); empty where nobody read them.
+    who
+        That noted it; may be empty.
+    """
+
+    points: int
+    next_point: int
+    room: str = ""
+    humidity: str = ""
+    pressure: str = ""
+    who: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Told:
+    """A reading of one quantity, and the ones that it stands for: typed again, with no point."""
+
+    noted: NotedRoom
+    reading: Reading
+    before: tuple[Reading, ...]
+
+
+def environment_fault(limits: EnvironmentLimits) -> tuple[str, str] | None:
+    """Return the field of a plan that demands what no room can have, and why; None where none."""
+    demanded = [(name, one, getattr(limits, name)) for name, one in _DEMANDS]
+    if all(span is None for _, _, span in demanded):
+        return "environment", "demands nothing: give a range, or leave the table out"
+    for name, one, span in demanded:
+        if span is None:
+            continue
+        least, most = span
+        if least not in one or most not in one:
+            ends = f"{one.least:g} to {one.most:g} {one.unit}"
+            return f"environment.{name}", f"demands {least:g} to {most:g}; a room has {ends}"
+        if not least < most:
+            return f"environment.{name}", "has its smaller number last"
+    return None
+
+
+def noted_text(points: int, next_point: int, typed: TypedRoom, who: str) -> str:
+    """Return the text of the event.
+
+    Raises
+    ------
+    InputError
+        Something is no reading of a room, or nothing was read.
+    """
+    typed.check()
+    if typed.empty:
+        raise InputError(
+            "environment.empty",
+            "No temperature, humidity or pressure of the room is given.",
+            "Read off one of them, and give it.",
+        )
+    noted = NotedRoom(
+        points,
+        next_point,
+        typed.room.strip(),
+        typed.humidity.strip(),
+        typed.pressure.strip(),
+        who.strip()[:60],
+    )
+    return msgspec.json.encode(noted).decode()
+
+
+def note_room_in(job: JobFile, typed: TypedRoom, who: str = "") -> None:
+    """Store in an open job what was read off in the room now.
+
+    Raises
+    ------
+    InputError
+        Something is no reading of a room, or nothing was read.
+    StorageError
+        It could not be made durable.
+    """
+    text = noted_text(len(job.points()), job.next_number(), typed, who)
+    job.append_event(ENVIRONMENT_EVENT, text)
+
+
+def noted_rooms(events: Sequence[JobEvent]) -> tuple[NotedRoom, ...]:
+    """Return what was noted, oldest first.
+
+    Raises
+    ------
+    StorageError
+        An event does not have its form.
+    InputError
+        It holds what is no reading.
+    """
+    found = tuple(
+        event_value(one.kind, one.text, NotedRoom)
+        for one in events
+        if one.kind == ENVIRONMENT_EVENT
+    )
+    for noted in found:
+        for one in QUANTITIES:
+            reading_of(one, getattr(noted, one.field))
+    return found
+
+
+def environment_doubt(
+    limits: EnvironmentLimits | None,
+    noted: Sequence[NotedRoom],
+    last_point: int,
+    *,
+    complete: bool,
+) -> str:
+    """Return why the room does not let a job prove anything, and what to do; empty where it does.
+
+    Parameters
+    ----------
+    last_point
+        Largest number of a point that counts; zero without any.
+    complete
+        The job is measured: the end must have been noted.
+    """
+    if limits is None:
+        return ""
+    return " ".join(_doubts(limits, noted, last_point, complete=complete))
+
+
+def _doubts(
+    limits: EnvironmentLimits, noted: Sequence[NotedRoom], last_point: int, *, complete: bool
+) -> Iterator[str]:
+    for field, one in _DEMANDS:
+        span = getattr(limits, field)
+        if span is None:
+            continue
+        asked = f"{span[0]:g} to {span[1]:g} {one.unit}"
+        told, name = _told(one, noted), _NAMES[one]
+        if not any(item.noted.points == 0 for item in told):
+            if last_point:
+                yield (
+                    f"The plan demands a {name} of {asked}; none was noted before the first point. "
+                    "Measure again, and note it first."
+                )
+            else:
+                yield (
+                    f"The plan demands a {name} of {asked}; none was noted yet. Note it before the "
+                    "first point."
+                )
+        for item in told:
+            read = item.reading
+            if read.low - read.spread < span[0] or read.high + read.spread > span[1]:
+                yield (
+                    f"The plan demands a {name} of {asked}; {read.words} was noted. Measure again "
+                    "when the room is as the plan wants it."
+                )
+        if complete and last_point and not any(_at_end(item.noted, last_point) for item in told):
+            yield (
+                f"The plan demands a {name} of {asked}; none was noted after the last point. Note "
+                "it now: ocmm environment JOB."
+            )
+
+
+def environment_words(noted: Sequence[NotedRoom], last_point: int) -> tuple[tuple[str, str], ...]:
+    """Return the readings as they are told, with when they were.
+
+    Returns
+    -------
+    told
+        Pairs of field and sentence: ``Room 20.1 °C at the begin.``
+    """
+    return tuple(
+        (one.field, sentence)
+        for one in QUANTITIES
+        for item in _told(one, noted)
+        for sentence in _sentences(one, item, last_point)
+    )
+
+
+def _sentences(one: Quantity, item: _Told, last_point: int) -> Iterator[str]:
+    word, reading = _WORDS[one], item.reading.words
+    if item.noted.points == 0:
+        yield f"{word} {reading} at the begin."
+    elif _at_end(item.noted, last_point):
+        yield f"{word} {reading} at the end."
+    else:
+        yield f"{word} {reading} after point {item.noted.next_point - 1}."
+    for before in item.before:
+        yield f"{before.words} was typed before."
+
+
+def _at_end(noted: NotedRoom, last_point: int) -> bool:
+    return noted.points > 0 and noted.next_point > last_point
+
+
+def _told(one: Quantity, noted: Sequence[NotedRoom]) -> list[_Told]:
+    """Return the readings of a quantity; one typed again with no point between stands for both."""
+    found: list[_Told] = []
+    for item in noted:
+        reading = reading_of(one, getattr(item, one.field))
+        if reading is None:
+            continue
+        before: tuple[Reading, ...] = ()
+        if found and (found[-1].noted.next_point, found[-1].noted.points) == (
+            item.next_point,
+            item.points,
+        ):
+            last = found.pop()
+            before = (*last.before, *((last.reading,) if last.reading != reading else ()))
+        found.append(_Told(item, reading, before))
+    return found
