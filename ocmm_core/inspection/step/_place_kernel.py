@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 
+_BESIDE = 0.25
+"""Square of the cosine, to the square direction, of what lies beside an edge: within 60 degrees."""
+
 
 @compiled()
 def spread(places: Float, rows: Int) -> int:
@@ -108,7 +111,8 @@ def leans_inward(middle: Float, along: Float, normal: Float, places: Float, beyo
 
     ``middle`` (3,) of the edge, ``along`` (3,) it; ``normal`` (3,) and ``places`` (n, 3) of this
     face, ``beyond`` (3,) the normal of the other. The direction into the face is square to edge
-    and normal, on the side of the nearest place; 1 where there is none.
+    and normal, on the side of the nearest place that lies beside the edge rather than along it; 1
+    where there is none.
     """
     x = normal[1] * along[2] - normal[2] * along[1]
     y = normal[2] * along[0] - normal[0] * along[2]
@@ -116,17 +120,15 @@ def leans_inward(middle: Float, along: Float, normal: Float, places: Float, beyo
     length = np.sqrt(x * x + y * y + z * z)
     if length == 0.0 or len(places) == 0:
         return 1.0
-    best, least = 0, np.inf
+    side, least = 0.0, np.inf
     for i in range(len(places)):
-        away = 0.0
-        for a in range(3):
-            away += (places[i, a] - middle[a]) ** 2
-        if away < least:
-            best, least = i, away
-    side = (
-        x * (places[best, 0] - middle[0])
-        + y * (places[best, 1] - middle[1])
-        + z * (places[best, 2] - middle[2])
-    )
+        a, b, c = places[i, 0] - middle[0], places[i, 1] - middle[1], places[i, 2] - middle[2]
+        away = a * a + b * b + c * c
+        across = x * a + y * b + z * c
+        # Round a hole the nearest place may lie along the edge: rounding would tell its side.
+        if away < least and across * across >= _BESIDE * length * length * away:
+            side, least = across, away
+    if side == 0.0:
+        return 1.0
     lean: float = (x * beyond[0] + y * beyond[1] + z * beyond[2]) / length
     return -lean if side < 0.0 else lean

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.geometry import Float
+from ocmm_core.inspection.step import _place_kernel as kernel
 from ocmm_core.inspection.step._joined import _distances
 from ocmm_core.inspection.step._raw_faces import _inside
 
@@ -65,3 +66,15 @@ def test_distances_are_those_from_every_edge_up_to_what_counts() -> None:
 
 def test_without_edges_everything_is_far() -> None:
     assert np.isinf(_distances(np.zeros((3, 3)), np.empty((0, 2, 3)), FAR_MM)).all()
+
+
+@pytest.mark.parametrize("jitter", [-1e-14, 0.0, 1e-14])
+def test_the_side_of_an_edge_is_not_told_by_a_place_along_it(jitter: float) -> None:
+    # A shoulder round a shaft of 15 mm: the shaft's wall rises from it.
+    middle, up = np.array([-15.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    along, wall = np.array([jitter, -3.0, 0.0]), np.array([-1.0, 0.0, 0.0])
+    places = np.array([[-15.0 + jitter, 1.0, 0.0], [-15.0 - jitter, -1.0, 0.0], [-17.0, 1.0, 0.0]])
+    assert kernel.leans_inward(middle, along, up, places, wall) == pytest.approx(1.0)
+    assert kernel.leans_inward(middle, along, up, places, -wall) == pytest.approx(-1.0)
+    # Where nothing lies beside the edge it is taken for one with a wall: the ball stays away.
+    assert kernel.leans_inward(middle, along, up, places[:2], -wall) == 1.0
