@@ -44,9 +44,15 @@ def test_an_edge_falls_away_where_the_normal_beyond_leans_out() -> None:
         places = rng.normal(size=(9, 3))
         inward = np.cross(normal, along)
         inward /= np.linalg.norm(inward)
-        nearest = places[int(np.argmin(np.linalg.norm(places - middle, axis=1)))]
-        inward *= np.sign(inward @ (nearest - middle))
+        away = np.linalg.norm(places - middle, axis=1)
+        # Within 60 degrees of the direction into the face: beside the edge, and not along it.
+        beside = np.abs((places - middle) @ inward) >= 0.5 * away
         found = kernel.leans_inward(middle, along, normal, places, beyond)
+        if not beside.any():
+            assert found == 1.0
+            continue
+        nearest = places[int(np.argmin(np.where(beside, away, np.inf)))]
+        inward *= np.sign(inward @ (nearest - middle))
         assert found == pytest.approx(float(beyond @ inward), abs=1e-12)
     nothing = np.empty((0, 3))
     assert kernel.leans_inward(middle, along, normal, nothing, beyond) == 1.0
