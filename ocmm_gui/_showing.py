@@ -46,7 +46,7 @@ def splash(app: QApplication, source: str, theme: str) -> QLabel:
     label.setWindowTitle("OCMM")
     label.setFont(text_font(20))
     label.resize(520, 200)
-    apply_theme(app, label, THEMES[theme])
+    apply_theme(label, THEMES[theme])
     label.show()
     app.processEvents()
     return label

@@ -54,7 +54,7 @@ def main(path: Path, folder: Path) -> None:
 
 def _grab(app: QApplication, sheet: PlanSheet, folder: Path, name: str) -> None:
     for theme in THEMES:
-        apply_theme(app, sheet, THEMES[theme])
+        apply_theme(sheet, THEMES[theme])
         until = time.monotonic() + 1.0
         while time.monotonic() < until:
             app.processEvents()

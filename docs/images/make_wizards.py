@@ -94,7 +94,7 @@ class Stage:
 
     def take_picture(self, name: str, theme: str) -> None:
         """Save what is shown."""
-        apply_theme(self._app, self.wizard, THEMES[theme])
+        apply_theme(self.wizard, THEMES[theme])
         QTest.qWait(200)
         self.wizard.grab().save(str(self._pictures / f"wizard_{name}_{theme}.png"))
 

@@ -17,7 +17,7 @@ from PySide6.QtGui import (
     QKeyEvent,
     QKeySequence,
 )
-from PySide6.QtWidgets import QApplication, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QMainWindow, QVBoxLayout, QWidget
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
@@ -117,9 +117,7 @@ class StartWindow(QMainWindow):
         self._recent = recent or RecentPlaces()
         self._lists = Worker("ocmm-start", self)
         self.loaded = store.load()
-        app = QApplication.instance()
-        if isinstance(app, QApplication):
-            dress_application(app, THEMES[self.loaded.settings.window_theme])
+        dress_application(THEMES[self.loaded.settings.window_theme])
         self.banner = Banner()
         self.page = StartPage(
             {
@@ -339,10 +337,8 @@ class StartWindow(QMainWindow):
         self.settings.change("window.theme", after)
 
     def _dress(self) -> None:
-        app = QApplication.instance()
-        if isinstance(app, QApplication):
-            apply_theme(app, self, THEMES[self.loaded.settings.window_theme])
         theme = THEMES[self.loaded.settings.window_theme]
+        apply_theme(self, theme)
         if self._archive_sheet is not None:
             self._archive_sheet.set_theme(theme)
         if self.manual is not None:

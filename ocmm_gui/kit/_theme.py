@@ -244,16 +244,16 @@ def make_style_sheet(theme: Theme) -> str:
     """
 
 
-def apply_theme(app: QApplication, window: QWidget, theme: Theme) -> None:
+def apply_theme(window: QWidget, theme: Theme) -> None:
     """Dress the application, and tell every widget of ``window`` that paints by itself."""
-    dress_application(app, theme)
+    dress_application(theme)
     dress(window, theme)
 
 
-def dress_application(app: QApplication, theme: Theme) -> None:
+def dress_application(theme: Theme) -> None:
     """Dress the application; before a window is made this costs nothing, behind it a second."""
-    sheet = make_style_sheet(theme)
-    if app.styleSheet() != sheet:
+    app, sheet = QApplication.instance(), make_style_sheet(theme)
+    if isinstance(app, QApplication) and app.styleSheet() != sheet:
         app.setPalette(make_palette(theme))
         app.setStyleSheet(sheet)
 

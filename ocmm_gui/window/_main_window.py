@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
-    QApplication,
     QHBoxLayout,
     QMainWindow,
     QVBoxLayout,
@@ -296,9 +295,7 @@ class MainWindow(QMainWindow):
     def use_theme(self, name: str) -> None:
         """Dress the application in a theme of the table."""
         self._theme = THEMES[name]
-        app = QApplication.instance()
-        if isinstance(app, QApplication):
-            apply_theme(app, self, self._theme)
+        apply_theme(self, self._theme)
 
     def is_far(self) -> bool:
         """Return whether the far view is shown."""

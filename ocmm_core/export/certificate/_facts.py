@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 from ocmm_core.export.certificate._content import STATUS_WORDS, Certificate, CertificateRun
 from ocmm_core.export.report import (
@@ -13,6 +12,7 @@ from ocmm_core.export.report import (
     one_line,
     surroundings,
 )
+from ocmm_core.surroundings import HUMIDITY, PRESSURE
 from ocmm_core.wording import Speech
 
 _ENGLISH, _MM = Speech(), PaperLengths()
@@ -160,14 +160,12 @@ def _environment(paper: Certificate, speech: Speech) -> str:
     ]
     # What a record has stands above; only what none has is said by who asks for the paper.
     airs = [run.air for run in paper.runs]
-    given = replace(
-        paper.paper.given,
-        humidity="" if any(air.humidity_percent is not None for air in airs)
-        else paper.paper.given.humidity,
-        pressure="" if any(air.pressure_hpa is not None for air in airs)
-        else paper.paper.given.pressure,
-    )  # fmt: skip
-    told += [speech.say(sentence).removesuffix(".") for sentence in surroundings(given)]
+    known = {HUMIDITY.field for air in airs if air.humidity_percent is not None}
+    known |= {PRESSURE.field for air in airs if air.pressure_hpa is not None}
+    told += [
+        speech.say(sentence).removesuffix(".")
+        for sentence in surroundings(paper.paper.given, known)
+    ]
     return "; ".join(told)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import msgspec
@@ -163,14 +163,8 @@ def environment(data: ReportData) -> str:
 
 def _room(data: ReportData) -> tuple[str, ...]:
     """Return what the job keeps of the room; what is given with the report for the rest alone."""
-    kept, given = {field for field, _ in data.view.room}, data.paper.given
-    rest = replace(
-        given,
-        room="" if "room" in kept else given.room,
-        humidity="" if "humidity" in kept else given.humidity,
-        pressure="" if "pressure" in kept else given.pressure,
-    )
-    return (*(told for _, told in data.view.room), *surroundings(rest))
+    kept = {field for field, _ in data.view.room}
+    return (*(told for _, told in data.view.room), *surroundings(data.paper.given, kept))
 
 
 def plan_deviations(data: ReportData) -> tuple[str, ...]:

@@ -44,14 +44,12 @@ class EnvironmentLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     pressure_hpa: tuple[float, float] | None = None
 
 
-_DEMANDS = (("temperature_c", ROOM), ("humidity_percent", HUMIDITY), ("pressure_hpa", PRESSURE))
-_NAMES = {
-    ROOM: "room temperature",
-    HUMIDITY: "relative humidity",
-    PRESSURE: "air pressure",
-}
-
-
+_DEMANDS = (
+    ("temperature_c", ROOM, "room temperature"),
+    ("humidity_percent", HUMIDITY, "relative humidity"),
+    ("pressure_hpa", PRESSURE, "air pressure"),
+)
+"""Fields of `EnvironmentLimits`, what is read off for each, and what that is in a sentence."""
 _WORDS = {ROOM: "Room", HUMIDITY: "Humidity", PRESSURE: "Air pressure"}
 
 
@@ -89,7 +87,7 @@ class _Told:
 
 def environment_fault(limits: EnvironmentLimits) -> tuple[str, str] | None:
     """Return the field of a plan that demands what no room can have, and why; None where none."""
-    demanded = [(name, one, getattr(limits, name)) for name, one in _DEMANDS]
+    demanded = [(name, one, getattr(limits, name)) for name, one, _ in _DEMANDS]
     if all(span is None for _, _, span in demanded):
         return "environment", "demands nothing: give a range, or leave the table out"
     for name, one, span in demanded:
@@ -189,12 +187,12 @@ def environment_doubt(
 def _doubts(
     limits: EnvironmentLimits, noted: Sequence[NotedRoom], last_point: int, *, complete: bool
 ) -> Iterator[str]:
-    for field, one in _DEMANDS:
+    for field, one, name in _DEMANDS:
         span = getattr(limits, field)
         if span is None:
             continue
         asked = f"{span[0]:g} to {span[1]:g} {one.unit}"
-        told, name = _told(one, noted), _NAMES[one]
+        told = _told(one, noted)
         if not any(item.noted.points == 0 for item in told):
             if last_point:
                 yield (

@@ -137,10 +137,10 @@ class Conditions:
     def room_doubt(self) -> str:
         """Return why the room does not let the job prove anything; empty where it does."""
         ledger = self._ledger
-        last = max((point.number for point in ledger.points.counting), default=0)
         return environment_doubt(
-            ledger.plan.environment, self._rooms, last, complete=not ledger.progress.active
-        )
+            ledger.plan.environment, self._rooms, ledger.points.last_number,
+            complete=not ledger.progress.active,
+        )  # fmt: skip
 
     def note_room(self, typed: TypedRoom, who: str = "") -> None:
         """Store what was read off in the room now; InputError where it is no reading."""

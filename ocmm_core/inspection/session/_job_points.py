@@ -88,6 +88,11 @@ class JobPoints:
         self._sensitivities |= {p.number: one for p, one in zip(new, found, strict=True)}
         return [self._sensitivities[point.number] for point in self.counting]
 
+    @property
+    def last_number(self) -> int:
+        """Return the largest number of a point that counts; zero without any."""
+        return max((point.number for point in self.counting), default=0)
+
     def count(self, feature: str) -> int:
         """Return how many points of a feature count."""
         return sum(point.feature == feature for point in self.counting)

@@ -138,7 +138,7 @@ def view_of(
         complete=not progress.active,
         unproven=state.unproven,
         room_doubt=state.room_doubt,
-        room=environment_words(state.room, max((one.number for one in points.counting), default=0)),
+        room=environment_words(state.room, points.last_number),
         held=_counting(points, status.held),
         temperature=options.climate.words,
         at_20_c=options.climate.part.compensated,
