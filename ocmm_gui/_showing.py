@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FrameType
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QCoreApplication, QEvent, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QWidget
 
 from ocmm_gui.kit import THEMES, PlainLabel, apply_theme, text_font, tr
@@ -37,6 +38,17 @@ def save_pictures(window: QWidget, paths: Sequence[Path]) -> bool:
             sys.stderr.write(f"The picture {path} cannot be written.\n")
             saved = False
     return saved
+
+
+def let_go() -> None:
+    """Free what a closed window and its station held; call it where nobody refers to them.
+
+    Between two windows no event loop runs that would delete them, and what stood when the window
+    came to the screen was taken out of the search for garbage.
+    """
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    gc.unfreeze()
+    gc.collect()
 
 
 def splash(app: QApplication, source: str, theme: str) -> QLabel:

@@ -23,7 +23,7 @@ from ocmm_core.errors import InputError, InternalError, OcmmError
 from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.settings import LoadedSettings, Origin, RecentPlaces, Settings, SettingsStore
 from ocmm_gui._hand_over import HandOverSender, watch_jobs
-from ocmm_gui._showing import end_after, end_on_signals, save_pictures, show, splash
+from ocmm_gui._showing import end_after, end_on_signals, let_go, save_pictures, show, splash
 from ocmm_gui.access import zoom_before_start
 from ocmm_gui.arguments import given, parser
 from ocmm_gui.home import Choice, Errands, StartWindow
@@ -176,6 +176,7 @@ def _windows(
             continue
         if code != EXIT_OK or after is None:
             return code
+        let_go()
         choice, told = after, NoticeCentre()
 
 
@@ -295,7 +296,8 @@ def _work(
         if watch is not None:
             watch.close()
     failure = built.station.faults.why_failed()
-    window.deleteLater()
+    for ended in (window, bridge, notices):
+        ended.deleteLater()
     if isinstance(failure, InternalError):
         sys.stderr.write(f"{failure.what}\n{failure.remedy}\n")
         return EXIT_INTERNAL, None

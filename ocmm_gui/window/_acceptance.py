@@ -61,7 +61,7 @@ class AcceptanceRooms(MadeLate):
         super().__init__()
         self._bench, self._bridge = bench, bridge
         self._notices, self._feedback, self._folder = notices, feedback, folder
-        self.papers = Papers(notices)
+        self.papers = Papers(notices, self)
 
     @property
     def bench(self) -> AcceptanceBench | None:

@@ -168,6 +168,10 @@ class MainWindow(QMainWindow):
         )  # fmt: skip
         self._work = WorkLine(tr("Results"))
         self._preload = Preload()
+        # What listens goes with the window: Qt keeps the calls of one that has no parent, and in
+        # them the window with the whole station, for as long as the program lives.
+        for part in (self.choice, self.output, self.sheets, self.tests, self.maintenance):
+            part.setParent(self)
         self._lay_out()
         self._connect(bridge)
         self.eyes = HandsAndEyes(self, self.area, self._store, notices)

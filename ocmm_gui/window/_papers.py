@@ -17,13 +17,15 @@ class Papers(QObject):
     ----------
     notices
         Where errors and news go.
+    parent
+        What it goes with.
     """
 
     written = Signal(object)
     """Emits the written files, ``tuple[Path, ...]``."""
 
-    def __init__(self, notices: NoticeCentre) -> None:
-        super().__init__()
+    def __init__(self, notices: NoticeCentre, parent: QObject) -> None:
+        super().__init__(parent)
         self._notices = notices
         self._source, self._tip = Path(), ""
         self.panel = PathPanel(
