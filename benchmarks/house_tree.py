@@ -209,17 +209,21 @@ def last_name(node: ast.AST) -> str:
 
 def _walk(node: ast.AST, *, typing: bool) -> Iterator[tuple[ast.AST, bool]]:
     """Yield all nodes, and whether only type checkers come there."""
-    for child in ast.iter_child_nodes(node):
-        yield child, typing
+    # A generator in a generator for every level would take six times as long.
+    left = [(child, typing) for child in ast.iter_child_nodes(node)][::-1]
+    while left:
+        child, only_typing = left.pop()
+        yield child, only_typing
+        if isinstance(child, ast.Name | ast.Constant):
+            continue
         if isinstance(child, ast.If) and _is_type_checking(child.test):
-            for one in child.body:
-                yield one, True
-                yield from _walk(one, typing=True)
-            for one in child.orelse:
-                yield one, typing
-                yield from _walk(one, typing=typing)
+            below = [
+                *((one, True) for one in child.body),
+                *((one, only_typing) for one in child.orelse),
+            ]
         else:
-            yield from _walk(child, typing=typing)
+            below = [(one, only_typing) for one in ast.iter_child_nodes(child)]
+        left += reversed(below)
 
 
 def _is_type_checking(test: ast.expr) -> bool:

@@ -4,7 +4,8 @@ As a plugin (registered in `conftest`) it lists what was not run, with the reaso
 OCMM_REQUIRE_ALL=1 that is a failure. With OCMM_TEST_RECORD=FILE it also writes down what became of
 every test and how long it took. As a program, ``python -m tests.gate FOLDER``, it adds up the
 records that `./run test` let the runs write there, ``LANE.json`` and for what was repeated
-``LANE.again.json``, and names the tests and the files that took longest.
+``LANE.again.json``, and names the tests and the files that took longest; and, for each folder, how long its tests took in all and how
+much of a processor they and the programs they started used.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ import pytest
 PASSED, FAILED, NOT_RUN = "passed", "failed", "not run"
 RECORD, REQUIRE_ALL = "OCMM_TEST_RECORD", "OCMM_REQUIRE_ALL"
 _AGAIN = ".again"
+_USED = "processor_s"
+"""In a report; a worker sends whatever stands in one."""
 LONGEST = 60
 """Files, and as many tests, of which the time is told: where the minutes of a run go."""
 _Report = TypeVar("_Report", pytest.TestReport, pytest.CollectReport)
@@ -38,6 +41,7 @@ class Outcome:
     outcome: str
     reason: str = ""
     seconds: float = 0.0
+    processor_s: float = 0.0
 
 
 class Gate:
@@ -48,11 +52,16 @@ class Gate:
         self._record = record
         self._found: dict[str, Outcome] = {}
         self._seconds: defaultdict[str, float] = defaultdict(float)
+        self._used: defaultdict[str, float] = defaultdict(float)
+        self._used_before = _processor_s()
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-        """Let what is not run fail where the host should have everything."""
+        """Let what is not run fail where the host should have everything; note what it used."""
         report = yield
+        # From the report before this one: set-up, call and taking down have one each.
+        now = _processor_s()
+        vars(report)[_USED], self._used_before = now - self._used_before, now
         return self._strict(report)
 
     @pytest.hookimpl(wrapper=True)
@@ -66,6 +75,7 @@ class Gate:
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Keep the worst of set-up, call and taking down, and how long all three took."""
         self._seconds[report.nodeid] += report.duration
+        self._used[report.nodeid] += getattr(report, _USED, 0.0)
         self._keep(report)
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
@@ -89,7 +99,11 @@ class Gate:
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Write the record."""
         found = self._found.items()
-        self._write(session, [replace(o, seconds=self._seconds[test]) for test, o in found])
+        outcomes = [
+            replace(outcome, seconds=self._seconds[test], processor_s=self._used[test])
+            for test, outcome in found
+        ]
+        self._write(session, outcomes)
 
     def _write(self, session: pytest.Session, outcomes: Iterable[Outcome]) -> None:
         # Workers have the same environment.
@@ -114,6 +128,12 @@ class Gate:
             return
         if before is None or before.outcome != FAILED:
             self._found[report.nodeid] = now
+
+
+def _processor_s() -> float:
+    """Return what this process and the ended ones that it started have used of a processor."""
+    used = os.times()
+    return used.user + used.system + used.children_user + used.children_system
 
 
 def write_record(path: Path, outcomes: Iterable[Outcome]) -> None:
@@ -175,9 +195,25 @@ def summary(folder: Path) -> tuple[list[str], bool]:
         f"LONG {long:6.0f} s  {file}"
         for file, long in nlargest(LONGEST, seconds.items(), key=itemgetter(1))
     ]
+    longest += _by_folder(everything)
     last = "All: {} passed, {} failed, {} repeated, {} not run.".format(*total)
     lines = [*not_run_lines(everything), *longest, *failures, *repeats, *table, last]
     return lines, total[1] == 0
+
+
+def _by_folder(outcomes: Iterable[Outcome]) -> list[str]:
+    """Return a line a folder, the longest first, and one for all."""
+    sums: defaultdict[str, list[float]] = defaultdict(lambda: [0.0, 0.0])
+    for outcome in outcomes:
+        parts = outcome.test.partition("::")[0].split("/")[:-1]
+        for name in ("/".join(parts[:3]) or ".", "all"):
+            sums[name][0] += outcome.seconds
+            sums[name][1] += outcome.processor_s
+    ordered = sorted(sums.items(), key=lambda one: -one[1][0])
+    return [
+        f"FOLDER {took:6.0f} s, of a processor {used:6.0f} s  {name}"
+        for name, (took, used) in ordered
+    ]
 
 
 def _read(path: Path) -> dict[str, Outcome]:

@@ -214,6 +214,31 @@ def test_the_files_that_took_longest_are_named(tmp_path: Path) -> None:
     assert [line[3] for line in slow] == ["test_them.py::test_it", "test_quick.py::test_it"]
 
 
+@pytest.mark.parametrize("workers", [(), ("-n", "1")])
+def test_what_tests_use_of_a_processor_is_told_by_folder(
+    workers: tuple[str, ...], tmp_path: Path
+) -> None:
+    (tmp_path / "deep").mkdir()
+    (tmp_path / "deep" / "test_them.py").write_text(
+        "import subprocess, sys, time\n"
+        "def test_it():\n"
+        "    while time.process_time() < 0.5: pass\n"
+        "def test_of_a_program():\n"
+        "    busy = 'import time\\nwhile time.process_time() < 0.7: pass'\n"
+        "    subprocess.run([sys.executable, '-c', busy], check=True)\n"
+        "def test_that_waits(): time.sleep(0.5)\n"
+    )
+    record = tmp_path / "1-others.json"
+    assert pytest_in(tmp_path, *workers, OCMM_TEST_RECORD=str(record))[0] == 0
+    used = {entry["test"].partition("::")[2]: entry["processor_s"]
+            for entry in json.loads(record.read_text())}  # fmt: skip
+    assert used["test_of_a_program"] >= 0.7
+    assert used["test_that_waits"] < 0.3
+    folders = [line.split() for line in summary(tmp_path)[0] if line.startswith("FOLDER")]
+    assert {line[-1] for line in folders} == {"deep", "all"}
+    assert all(int(line[6]) >= 1 for line in folders), folders
+
+
 def test_the_long_form_takes_the_whole_number(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in (LONG, AGAIN):
         monkeypatch.delenv(name, raising=False)

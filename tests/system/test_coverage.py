@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from ocmm_core.cli.study import CoverageSetup, coverage_table, run_coverage
+from tests.host import looser
 
 RUNS = 40
+FEWER = 20
+"""In the short form."""
 FIRST_SEED = 1000
 
 
@@ -17,19 +20,23 @@ FIRST_SEED = 1000
 @pytest.mark.statistics
 @pytest.mark.timeout(900)
 def test_value_plus_minus_u_holds_the_truth_in_most_runs(
-    record_property: Callable[[str, object], None],
+    record_property: Callable[[str, object], None], repeats: Callable[..., int]
 ) -> None:
     """40 whole jobs, each with cameras, probe, ball and noise of its own.
 
     k = 2 stands for 95.4 %; 40 runs show that with a standard deviation of 3.3 %, so 87 % is its
     -2.5 sigma. Upwards there is no limit for one characteristic: where residuals suggest a form
     that is not there, U is too great, and the decision on the safe side. The benchmark of the same
-    name makes as many runs as one likes.
+    name makes as many runs as one likes. The limits of the short form are as many standard
+    deviations of its 20 away.
     """
-    rows = coverage_table(run_coverage(CoverageSetup(), range(FIRST_SEED, FIRST_SEED + RUNS)))
+    runs = repeats(FEWER, RUNS)
+    rows = coverage_table(run_coverage(CoverageSetup(), range(FIRST_SEED, FIRST_SEED + runs)))
     for name, covered, stated, error in rows:
         text = f"{100 * covered:.1f} %, mean U {1e3 * stated:.2f} um, RMS {1e3 * error:.2f} um"
         record_property(f"coverage of {name}", text)
-    assert {name: covered for name, covered, _, _ in rows if not covered >= 0.87} == {}
+    least = 0.954 - looser(0.084, runs, RUNS)
+    assert {name: covered for name, covered, _, _ in rows if not covered >= least} == {}
     # All characteristics together would show a bias of the whole budget that one alone hides.
-    assert 0.935 <= np.mean([covered for _, covered, _, _ in rows]) <= 0.985
+    away = looser(0.025, runs, RUNS)
+    assert abs(np.mean([covered for _, covered, _, _ in rows]) - 0.96) <= away

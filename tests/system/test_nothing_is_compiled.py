@@ -14,13 +14,14 @@ from ocmm_core.composition import compile_all
 from ocmm_core.documents import resource
 from tests import compile_log
 from tests.host import HANG_S
+from tests.slow_rig import slow_rig_in
 
 pytestmark = pytest.mark.slow
 
 _PLAN = ("--plan", str(resource("plans", "quick.toml")))
 _COMMANDS = (
     ("ocmm", "demo", "--headless", *_PLAN, "--out", "first"),
-    ("ocmm", "demo", "--headless", *_PLAN, "--out", "second", "--seed", "4"),
+    ("ocmm", "measure", *_PLAN, "--rig", "RIG", "--out", "second", "--seed", "4"),
     ("ocmm", "report", "FIRST", "--format", "all", "--out", "again"),
     ("ocmm", "compare", "FIRST", "SECOND"),
     ("ocmm", "fit", "points.txt", "--shape", "sphere"),
@@ -28,7 +29,8 @@ _COMMANDS = (
     ("ocmm", "calibrate", "probe", "--tip", "A", "--probes", "probes", "--poses", "150"),
     ("window", *_PLAN, "--out", "seen", "--silent", "--speed", "0", "--quit-after", "4"),
 )
-"""FIRST and SECOND are the job files that the demos write."""
+"""FIRST and SECOND are the job files that demo and measure write, RIG one with fewer frames: how many come
+is nothing that a compiled function is told."""
 
 
 def test_no_command_and_no_window_compiles_anything(tmp_path: Path) -> None:
@@ -39,14 +41,14 @@ def test_no_command_and_no_window_compiles_anything(tmp_path: Path) -> None:
     np.savetxt(tmp_path / "points.txt", 10.0 * directions, fmt="%.6f")
     log = tmp_path / "log.txt"
     for command in _COMMANDS:
-        jobs = {
-            folder.upper(): str(path)
+        jobs = {"RIG": slow_rig_in(tmp_path)} | {
+            folder.upper(): path
             for folder in ("first", "second")
             for path in (tmp_path / folder).glob("*.ocmm")
         }
         done = subprocess.run(
             [sys.executable, compile_log.__file__,
-             *(jobs.get(word, word) for word in command)],
+             *(str(jobs.get(word, word)) for word in command)],
             cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL,
             timeout=HANG_S, check=False,
             env=os.environ | {compile_log.VARIABLE: str(log)},

@@ -19,6 +19,7 @@ from PySide6.QtGui import QImage
 from ocmm_core.documents import resource
 from tests.core.host.without_posix import MODULES, NAMES
 from tests.host import HANG_S, on_linux_only
+from tests.slow_rig import slow_rig_in
 
 _ROOT = Path(__file__).resolve().parents[2]
 _HIDING = _ROOT / "tests" / "core" / "host" / "without_posix.py"
@@ -50,16 +51,29 @@ _OF_THIS_RUN = re.compile(
     # The number of a report, and the head of the chain in short.
     r"|-[0-9a-f]{8}-\d+\b|\b[0-9a-f]{16}\b"
 )
-_WORDS_ON_PAPER = """
+_MEASURED_AND_REPORTED = """
 import sys
 from pathlib import Path
+from ocmm_core.cli import main
+plan, rig, out, words = sys.argv[1:]
+def run(*arguments):
+    sys.argv = ["ocmm", *arguments]
+    try:
+        main()
+    except SystemExit as end:
+        if end.code:
+            raise
+run("measure", "--plan", plan, "--rig", rig, "--out", out, "--seed", "3", "--serial", "1",
+    "--operator", "Ada", "--speed", "0")
+(job,) = Path(out).glob("*.ocmm")
+run("report", str(job), "--format", "all", "--out", out)
 from PySide6.QtWidgets import QApplication
 app = QApplication([])
 from ocmm_core.export.report import report_of_job
 from ocmm_core.inspection.archive import reopen_job
 from tests.gui.pdf_texts import pages
-drawn = pages(report_of_job(reopen_job(Path(sys.argv[1]))))
-Path(sys.argv[2]).write_text("\\n".join(drawn), "utf-8")
+drawn = pages(report_of_job(reopen_job(job)))
+Path(words).write_text("\\n".join(drawn), "utf-8")
 """
 
 
@@ -101,25 +115,15 @@ def test_every_module_is_imported(tmp_path: Path) -> None:
 @on_linux_only
 def test_a_job_and_its_reports_are_those_of_linux(tmp_path: Path) -> None:
     made: list[dict[str, str]] = []
+    rig = slow_rig_in(tmp_path)
     for without in (False, True):
         folder = tmp_path / f"{without}"
-        measured = _run(
-            folder, "-m", "ocmm_core.cli", "measure",
-            "--plan", resource("plans", "quick.toml"), "--out", folder / "out", "--seed", "3",
-            "--serial", "1", "--operator", "Ada", "--speed", "0", without=without,
-        )  # fmt: skip
-        assert measured.returncode == 0, measured.stderr
-        job = next((folder / "out").glob("*.ocmm"))
-        reported = _run(
-            folder, "-m", "ocmm_core.cli", "report", job, "--format", "all",
-            "--out", folder / "out", without=without,
-        )  # fmt: skip
-        assert reported.returncode == 0, reported.stderr
         # The words of a PDF are numbers of glyphs; what is drawn on its pages is.
-        drawn = _run(
-            folder, "-c", _WORDS_ON_PAPER, job, folder / "out" / "pdf.txt", without=without
-        )
-        assert drawn.returncode == 0, drawn.stderr
+        done = _run(
+            folder, "-c", _MEASURED_AND_REPORTED, resource("plans", "quick.toml"), rig,
+            folder / "out", folder / "out" / "pdf.txt", without=without,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
         made.append({path.name: _steady(path) for path in sorted((folder / "out").iterdir())})
     linux, office = made
     assert office.keys() == linux.keys()

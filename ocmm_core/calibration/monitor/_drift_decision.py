@@ -198,9 +198,14 @@ def _worth(change: PossibleChange) -> float:
 
 
 def _places(looks: Sequence[ResidualSample]) -> int:
-    """Return at how many places at least `_APART_MM` from each other the probe was."""
+    """Return at how many places at least `_APART_MM` from each other the probe was.
+
+    It is not counted any further than `_PLACES`.
+    """
     places: list[Float] = []
     for look in looks:
+        if len(places) == _PLACES:
+            break
         if all(np.linalg.norm(look.origin_world - place) > _APART_MM for place in places):
             places.append(look.origin_world)
     return len(places)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.linalg import cho_factor
-from scipy.linalg.lapack import dpotri
+from scipy.linalg.lapack import dpotrf, dpotri
 
 from ocmm_core.calibration.monitor._residual_samples import ResidualSample, leds_world_of
 from ocmm_core.camera import N_PARAMETERS, CameraModel, Rig, project, projection_jacobians
@@ -41,6 +40,15 @@ class Belief:
 
     mean: Float
     covariance: Float
+    _factor: Float = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        # Units differ widely, and parameters that were held have no variance at all.
+        scale = np.sqrt(np.diag(self.covariance))
+        scale = np.where(scale > 0.0, scale, 1.0)
+        values, vectors = np.linalg.eigh(self.covariance / np.outer(scale, scale))
+        factor: Float = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+        object.__setattr__(self, "_factor", factor)
 
     @classmethod
     def of_documents(cls, rig: Rig, body: ProbeBody) -> Belief:
@@ -54,12 +62,7 @@ class Belief:
 
     def factor(self) -> Float:
         """Return F with F F' = covariance."""
-        # Units differ widely, and parameters that were held have no variance at all.
-        scale = np.sqrt(np.diag(self.covariance))
-        scale = np.where(scale > 0.0, scale, 1.0)
-        values, vectors = np.linalg.eigh(self.covariance / np.outer(scale, scale))
-        factor: Float = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
-        return factor
+        return self._factor
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,14 +127,27 @@ def spot_weights(spots: SpotRows, pattern_length_px: float, floor_px: float) -> 
         Where the covariance is not positive definite.
     """
     n = len(spots.look)
-    apart = np.sum((spots.uv[:, None] - spots.uv[None]) ** 2, axis=2)
-    alike = np.exp(-0.5 / pattern_length_px**2 * apart)
-    covariance = alike * np.outer(spots.pattern_px, spots.pattern_px)
-    covariance += floor_px**2 * (spots.led[:, None] == spots.led[None])
-    covariance[np.arange(n), np.arange(n)] += spots.white_px**2
+    # In two places of memory: this is done twice a second of measuring, and new arrays of this
+    # size, or a sum over pairs, would take longer than what is computed in them.
+    u, v = spots.uv.T
+    covariance, other = u[:, None] - u, v[:, None] - v
+    covariance *= covariance
+    other *= other
+    covariance += other
+    covariance *= -0.5 / pattern_length_px**2
+    np.exp(covariance, out=covariance)
+    covariance *= np.multiply.outer(spots.pattern_px, spots.pattern_px, out=other)
+    covariance += np.multiply(np.equal.outer(spots.led, spots.led), floor_px**2, out=other)
+    diagonal = np.arange(n)
+    covariance[diagonal, diagonal] += spots.white_px**2
+    upper, failed = dpotrf(covariance.T, overwrite_a=1)
+    if failed:
+        raise np.linalg.LinAlgError(f"The covariance of {n} spots is not positive definite.")
     # From the factor to the inverse is a third of the work of solving for every column of one.
-    upper: Float = np.triu(dpotri(cho_factor(covariance)[0])[0])
-    return upper + np.triu(upper, 1).T
+    half, _ = dpotri(upper, overwrite_c=1)
+    half[diagonal, diagonal] *= 0.5
+    weights: Float = half + half.T
+    return weights
 
 
 def camera_changes(camera: CameraModel) -> Float:

@@ -19,10 +19,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
-from scipy.sparse import csr_array
+from scipy.sparse import csc_array
 
 from ocmm_core.calibration.monitor._drift_design_matrix import (
-    CAMERA_CHANGES,
     N_MOTIONS,
     Belief,
     SpotRows,
@@ -134,16 +133,21 @@ def score_changes(
         information = scaled.T @ marginal[rows, rows] @ scaled
         return _change(information, scaled.T @ marginal[rows, -1], units)
 
-    cameras, motions, lenses, axes = [], [], [], []
+    cameras, motions, lenses = [], [], []
+    axes, axis_sizes = [], []
     for c, camera in enumerate(rig.cameras):
         first = first_of["cameras"] + c * N_PARAMETERS
         columns = camera_changes(camera)
         cameras.append(change(first, columns, _UNITS))
         motions.append(change(first, columns[:, :N_MOTIONS], _UNITS[:N_MOTIONS]))
         lenses.append(change(first, columns[:, N_MOTIONS:], _UNITS[N_MOTIONS:]))
-        axes.append(
-            [change(first, columns[:, [j]], _UNITS[[j]]) for j in range(len(CAMERA_CHANGES))]
-        )
+        # Each number alone: 1 by 1, all at once.
+        scaled, rows = columns * _UNITS, slice(first, first + len(columns))
+        information = np.sum(scaled * (marginal[rows, rows] @ scaled), axis=0)
+        score = scaled.T @ marginal[rows, -1]
+        size = score / (information + 1.0 / _BOUND**2)
+        axes.append(score * size)
+        axis_sizes.append(size * _UNITS)
     place = np.full(3, _LED_UNIT)
     common = None
     if system.anchored:
@@ -154,8 +158,8 @@ def score_changes(
         cameras=tuple(cameras),
         motions=tuple(motions),
         lenses=tuple(lenses),
-        axes=np.array([[item.score for item in row] for row in axes]),
-        axis_sizes=np.array([[item.size[0] for item in row] for row in axes]),
+        axes=np.array(axes),
+        axis_sizes=np.array(axis_sizes),
         leds=tuple(
             change(first_of["probe"] + 3 * led, np.eye(3), place) for led in range(body.n_leds)
         ),
@@ -245,20 +249,24 @@ def _add_camera(
     weights = spot_weights(spots, rig.noise.pattern_length_px, floor_px)
 
     poses = blocks["poses"]
-    place = (np.repeat(np.arange(n), 6), (6 * spots.look[:, None] + np.arange(6)).ravel())
+    unknowns = (6 * spots.look[:, None] + np.arange(6)).ravel()
+    ends = np.arange(0, 6 * n + 1, 6)
+    dense = np.zeros((2, n, len(columns)))
+    dense[:, :, :N_PARAMETERS] = spots.by_camera.transpose(1, 0, 2)
+    for i in range(3):
+        dense[:, np.arange(n), N_PARAMETERS + 3 * spots.led + i] = spots.by_led[:, :, i].T
+    dense[:, :, -1] = spots.residuals.T
     for axis in range(2):
-        pose: csr_array = csr_array((spots.by_pose[:, axis].ravel(), place), shape=(n, poses.stop))
-        dense = np.zeros((n, len(columns)))
-        dense[:, :N_PARAMETERS] = spots.by_camera[:, axis]
-        for i in range(3):
-            dense[np.arange(n), N_PARAMETERS + 3 * spots.led + i] = spots.by_led[:, axis, i]
-        dense[:, -1] = spots.residuals[:, axis]
-        weighted = weights @ dense
-        across = np.asarray(pose.T @ weighted)
-        normal[poses, poses] += np.asarray(pose.T @ np.asarray(pose.T @ weights).T)
+        # Each spot is a column with the six numbers of its pose.
+        pose: csc_array = csc_array(
+            (spots.by_pose[:, axis].ravel(), unknowns, ends), shape=(poses.stop, n)
+        )
+        weighted = weights @ dense[axis]
+        across = np.asarray(pose @ weighted)
+        normal[poses, poses] += np.asarray(pose @ np.asarray(pose @ weights).T)
         normal[poses.start : poses.stop, columns] += across
         normal[columns, poses.start : poses.stop] += across.T
-        normal[np.ix_(columns, columns)] += dense.T @ weighted
+        normal[np.ix_(columns, columns)] += dense[axis].T @ weighted
 
 
 def _anchor_rows(

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +26,7 @@ from ocmm_core.tracking import triangulate
 from tests.core.calibration.difficult_lenses import parameter_errors
 from tests.core.calibration.known_points import SIGMA_PX, distorted, observe, rig
 from tests.core.calibration.thesis_volumes import TABLE_1_UM, cost_of, table_1
+from tests.host import looser
 
 DEPTH = 1
 
@@ -55,14 +57,16 @@ def test_table_1_of_the_thesis() -> None:
 
 @pytest.mark.statistics
 @pytest.mark.slow
-def test_what_the_depth_of_the_calibrated_volume_is_worth() -> None:
-    flat, deep = (cost_of(depth, (100.0,), 60) for depth in (15.0, 200.0))
-    # A focal length, a distance and little else are free in depth: known to some 10 per cent.
-    assert flat.found_um[0, DEPTH] == pytest.approx(30.0, rel=0.2)
+def test_what_the_depth_of_the_calibrated_volume_is_worth(repeats: Callable[..., int]) -> None:
+    runs = repeats(24, 60)
+    flat, deep = (cost_of(depth, (100.0,), runs) for depth in (15.0, 200.0))
+    # A focal length, a distance and little else are free in depth: 60 show it to 10 per cent.
+    scatter = looser(0.2, runs, 60)
+    assert flat.found_um[0, DEPTH] == pytest.approx(30.0, rel=scatter)
     assert deep.found_um[0, DEPTH] < 5.0
     for cost in (flat, deep):
         # The map says so by itself, without knowing the truth.
-        assert cost.predicted_um[0] == pytest.approx(cost.found_um[0], rel=0.2)
+        assert cost.predicted_um[0] == pytest.approx(cost.found_um[0], rel=scatter)
     assert flat.predicted_um[0, DEPTH] == pytest.approx(30.0, rel=0.15)
     assert flat.focal_sigma_um == pytest.approx(13.0, rel=0.1)
 

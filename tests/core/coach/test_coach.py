@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -75,12 +76,14 @@ def u_of(held: Held, rig: Rig, body: ProbeBody) -> float:
 
 
 @pytest.mark.statistics
-def test_the_predicted_u_is_that_of_monte_carlo_in_50_scenes(rig: Rig, body: ProbeBody) -> None:
+def test_the_predicted_u_is_that_of_monte_carlo_in_many_scenes(
+    rig: Rig, body: ProbeBody, repeats: Callable[..., int]
+) -> None:
     """Truth drawn as the virtual rig draws it; the product's own estimator sees its spots."""
     rng = np.random.default_rng(93)
     worlds = [drawn_truth(rig, body, seed) for seed in range(WORLDS)]
     ratios = []
-    for _ in range(SCENES):
+    for _ in range(repeats(15, SCENES)):
         held = held_in(rig, body, rng, 35.0)
         advice = advise(rig, body, held)
         hint = advice.hints[0]
