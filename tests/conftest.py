@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ctypes
 import gc
+import multiprocessing
 import os
 import signal
 import sys
@@ -184,6 +185,22 @@ def reference() -> Path:
     return _REFERENCE
 
 
+@pytest.fixture(scope="module")
+def kept_readers() -> Iterator[None]:
+    """Load the library for STEP files once; each model is read by a process made of that one.
+
+    To load it anew takes longer than to read the models of most tests. What is tried of the start
+    itself (`test_step_model`) does without.
+    """
+    from ocmm_core.inspection.step import READER_MODULES
+
+    before = multiprocessing.get_start_method(allow_none=True)
+    multiprocessing.set_forkserver_preload(list(READER_MODULES))
+    multiprocessing.set_start_method("forkserver", force=True)
+    yield
+    multiprocessing.set_start_method(before, force=True)
+
+
 @contextmanager
 def _leaves_nothing() -> Iterator[list[str]]:
     """Fill the list, on leaving, with a line for each thing that is there and was not before."""
@@ -235,8 +252,9 @@ def _children() -> dict[int, str]:
             command = (process / "cmdline").read_bytes().replace(b"\0", b" ").decode()
         except (OSError, UnicodeDecodeError):
             continue
-        # multiprocessing keeps one tracker for as long as the interpreter lives.
-        if int(parent) == os.getpid() and state != "Z" and "resource_tracker" not in command:
+        # multiprocessing keeps these for as long as the interpreter lives.
+        kept = "resource_tracker" in command or "multiprocessing.forkserver" in command
+        if int(parent) == os.getpid() and state != "Z" and not kept:
             found[int(process.name)] = command.strip()
     return found
 

@@ -20,6 +20,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.step._asking import (
+        READER_MODULES,
         STEP_ENDINGS,
         STEP_SETUP,
         STEP_SIZE_MB,
@@ -45,7 +46,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _asking="STEP_ENDINGS STEP_SETUP STEP_SIZE_MB has_step",
+        _asking="READER_MODULES STEP_ENDINGS STEP_SETUP STEP_SIZE_MB has_step",
         _choice="Choice FREE_FORM Offer chosen offers_of",
         _model="LeftOut Reached StepModel USUAL_BALL_MM read_model read_part",
         _profiled="FreeForm NOT_EXACT",
@@ -55,6 +56,7 @@ else:
 __all__ = [
     "FREE_FORM",
     "NOT_EXACT",
+    "READER_MODULES",
     "STEP_ENDINGS",
     "STEP_SETUP",
     "STEP_SIZE_MB",

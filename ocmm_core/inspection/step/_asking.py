@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from multiprocessing.connection import Connection
+from multiprocessing.context import ForkServerContext, SpawnContext
 from pathlib import Path
 
 import msgspec
@@ -30,6 +31,12 @@ _LOOK_S = 0.05
 _WAITED = 10.0
 """So many times the limit is waited for by the clock."""
 _LONGEST_ANSWER = 100_000_000
+READER_MODULES = (
+    "ocmm_core.inspection.step._worker",
+    "OCP.STEPCAFControl", "OCP.XCAFDoc", "OCP.TDocStd", "OCP.BRepMesh", "OCP.BRepAdaptor",
+    "OCP.StepShape", "OCP.GeomConvert", "OCP.GCPnts", "OCP.DE", "OCP.BRepLib", "OCP.collections",
+)  # fmt: skip
+"""What a reader loads, for who keeps it loaded; see `_context`."""
 REMEDY = "Export the model as STEP (AP203, AP214 or AP242) again, with exact surfaces (no mesh)."
 
 
@@ -72,7 +79,7 @@ def ask(
     wanted = replace(wanted, limit_s=asking.timeout_s)
     del content
     use_one_thread()
-    context = multiprocessing.get_context("spawn")
+    context = _context()
     answer, asked = context.Pipe(duplex=False)
     worker = context.Process(target=read_step, args=(str(path), wanted, asked), daemon=True)
     worker.start()
@@ -95,6 +102,18 @@ def ask(
     if said is None:
         raise reading.failed(ended)
     return said, part
+
+
+def _context() -> SpawnContext | ForkServerContext:
+    """Return how a reader is started: anew, which takes longer than a small model.
+
+    Who reads many models tells `multiprocessing` to start processes from a server
+    (``set_start_method("forkserver")``, ``set_forkserver_preload(READER_MODULES)``): it loads the
+    library once, and each reader is still a process of its own that may end as it likes.
+    """
+    if multiprocessing.get_start_method(allow_none=True) == "forkserver":
+        return multiprocessing.get_context("forkserver")
+    return multiprocessing.get_context("spawn")
 
 
 class _Reading:

@@ -5,11 +5,15 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
+
 from ocmm_core.features.shapes import Shape
 from ocmm_core.inspection.plan import load_plan
 from tests.core.cli.conftest import Ocmm
 from tests.core.inspection.step_models import MODELS, TESSELLATED, written
 from tests.host import needs_package
+
+pytestmark = pytest.mark.usefixtures("kept_readers")
 
 TABLE = "name,shape,x,y,z,diameter,side\nTOP,Plane,0,0,0,,\nBORE,Circle,1,2,3,9.5,inner\n"
 

@@ -5,11 +5,15 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
+
 from ocmm_core.inspection.plan import load_plan
 from tests.core.cli.conftest import Ocmm
 from tests.core.inspection.step_models import MODELS
 from tests.core.inspection.test_pmi_models import toleranced
 from tests.host import needs_package
+
+pytestmark = pytest.mark.usefixtures("kept_readers")
 
 
 def test_the_account_is_printed_and_the_code_tells(ocmm_here: Ocmm, tmp_path: Path) -> None:

@@ -20,6 +20,8 @@ from tests.core.inspection.free_form_models import FREE_FORM_MODELS, written_mod
 from tests.core.inspection.step_models import off_mm
 from tests.host import needs_package
 
+pytestmark = pytest.mark.usefixtures("kept_readers")
+
 BALL_MM = 6.0
 TENTH_OF_A_MICROMETRE = 1e-4
 

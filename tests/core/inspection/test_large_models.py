@@ -18,6 +18,8 @@ from ocmm_core.inspection.step._placed import spread_rows
 from tests.core.inspection.step_models import block, hill, written
 from tests.host import HANG_S, needs_package
 
+pytestmark = pytest.mark.usefixtures("kept_readers")
+
 SEED = 77
 
 

@@ -23,6 +23,8 @@ from tests.core.inspection.nist_models import nist_model, path_of
 from tests.core.inspection.step_models import MODELS, block, written
 from tests.host import needs_package
 
+pytestmark = pytest.mark.usefixtures("kept_readers")
+
 NIST = {
     # Dimensions, tolerances and datums as the library counts them, and what the text has more:
     # a tolerance without faces with three datums, and a flatness per area that the library drops.

@@ -31,6 +31,8 @@ from tests.core.inspection.step_models import _moved as moved
 from tests.core.inspection.step_models import off_mm, written
 from tests.host import needs_package
 
+pytestmark = pytest.mark.usefixtures("kept_readers")
+
 OFF_MM = 0.05
 SEED = 97
 

@@ -18,6 +18,8 @@ from tests.core.inspection.step_models import off_mm, written
 from tests.core.inspection.step_text import Surface, surfaces_in_text
 from tests.host import needs_package
 
+pytestmark = pytest.mark.usefixtures("kept_readers")
+
 OFF_MM = 0.05
 KINDS = ("Plane", "Cylinder", "Cone", "Sphere", "Torus")
 BALL_MM = 6.0

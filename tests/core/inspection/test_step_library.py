@@ -29,6 +29,8 @@ from tests.core.inspection.step_models import (
 )
 from tests.host import needs_package
 
+pytestmark = pytest.mark.usefixtures("kept_readers")
+
 OFF_MM = 0.05
 """The demand on a target; they come out below 1e-6, the rounding of a plan."""
 BALL_MM = 6.0

@@ -14,6 +14,8 @@ from ocmm_core.inspection.step._names import feature_names
 from tests.core.inspection.step_models import labelled
 from tests.host import needs_package
 
+pytestmark = pytest.mark.usefixtures("kept_readers")
+
 
 def nominal(shape: Shape, **fields: Any) -> NominalFeature:
     return NominalFeature(name="", shape=shape, points=9, **fields)

@@ -26,6 +26,8 @@ from tests.core.inspection.step_models import (
 )
 from tests.host import needs_package
 
+pytestmark = pytest.mark.usefixtures("kept_readers")
+
 EVERY = {
     **{name: make for name, (make, _) in MODELS.items()},
     # Of the bent pocket the library itself finds neither volume nor distances.
