@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import gc
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -27,6 +27,14 @@ from ocmm_gui.window import MainWindow
 from tests.gui.window_pages import pages
 
 Watched = dict[str, "weakref.ref[object]"]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _freeze_again() -> Iterator[None]:
+    """Set aside again what every later search for garbage would look through; see `conftest`."""
+    yield
+    gc.collect()
+    gc.freeze()
 
 
 def _open_and_close(folder: Path, qtbot: QtBot, *, tour: bool) -> Watched:
