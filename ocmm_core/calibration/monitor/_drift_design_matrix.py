@@ -40,15 +40,7 @@ class Belief:
 
     mean: Float
     covariance: Float
-    _factor: Float = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        # Units differ widely, and parameters that were held have no variance at all.
-        scale = np.sqrt(np.diag(self.covariance))
-        scale = np.where(scale > 0.0, scale, 1.0)
-        values, vectors = np.linalg.eigh(self.covariance / np.outer(scale, scale))
-        factor: Float = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
-        object.__setattr__(self, "_factor", factor)
+    _factor: Float | None = field(default=None, init=False, repr=False, compare=False)
 
     @classmethod
     def of_documents(cls, rig: Rig, body: ProbeBody) -> Belief:
@@ -61,8 +53,16 @@ class Belief:
         return cls(np.zeros(size), covariance)
 
     def factor(self) -> Float:
-        """Return F with F F' = covariance."""
-        return self._factor
+        """Return F with F F' = covariance; computed once, it is asked for twice a second."""
+        if self._factor is not None:
+            return self._factor
+        # Units differ widely, and parameters that were held have no variance at all.
+        scale = np.sqrt(np.diag(self.covariance))
+        scale = np.where(scale > 0.0, scale, 1.0)
+        values, vectors = np.linalg.eigh(self.covariance / np.outer(scale, scale))
+        factor: Float = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+        object.__setattr__(self, "_factor", factor)
+        return factor
 
 
 @dataclass(frozen=True, slots=True)
