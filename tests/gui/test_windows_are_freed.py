@@ -25,6 +25,7 @@ from ocmm_gui.home import StartWindow
 from ocmm_gui.kit import NoticeCentre
 from ocmm_gui.window import MainWindow
 from tests.gui.window_pages import pages
+from tests.host import HANG_MS
 
 Watched = dict[str, "weakref.ref[object]"]
 
@@ -47,11 +48,11 @@ def _open_and_close(folder: Path, qtbot: QtBot, *, tour: bool) -> Watched:
     bridge, notices = StationBridge(built.station), NoticeCentre()
     bench = AcceptanceBench(request, folder=folder / "tests", register=folder / "artefacts")
     window = MainWindow(bridge, notices, bench=bench, hand=built.hand)
-    with qtbot.waitActive(window):
+    with qtbot.waitActive(window, timeout=HANG_MS):
         window.show()
         window.activateWindow()
     gc.freeze()
-    with qtbot.waitSignal(bridge.point_taken):
+    with qtbot.waitSignal(bridge.point_taken, timeout=HANG_MS):
         bridge.start()
     if tour:
         for _name, open_page in pages(window):
@@ -97,7 +98,7 @@ def test_the_start_page_is_freed(qapp: QApplication, qtbot: QtBot, tmp_path: Pat
         store = SettingsStore.of_this_user()
         window = StartWindow(store, NoticeCentre(), RecentPlaces(tmp_path / "recent.json"))
         window.show()
-        with qtbot.waitSignal(window.closed):
+        with qtbot.waitSignal(window.closed, timeout=HANG_MS):
             window.read()
             qapp.processEvents()
             window.close()
