@@ -211,6 +211,7 @@ def _walk(node: ast.AST, *, typing: bool) -> Iterator[tuple[ast.AST, bool]]:
     """Yield all nodes, and whether only type checkers come there."""
     # A generator in a generator for every level would take six times as long.
     left = [(child, typing) for child in ast.iter_child_nodes(node)][::-1]
+    below: list[tuple[ast.AST, bool]]
     while left:
         child, only_typing = left.pop()
         yield child, only_typing
