@@ -209,7 +209,7 @@ def last_name(node: ast.AST) -> str:
 
 def _walk(node: ast.AST, *, typing: bool) -> Iterator[tuple[ast.AST, bool]]:
     """Yield all nodes, and whether only type checkers come there."""
-    # A generator in a generator for every level would take six times as long.
+    # Not by recursion: each node would pass through a generator for every level above it.
     left = [(child, typing) for child in ast.iter_child_nodes(node)][::-1]
     below: list[tuple[ast.AST, bool]]
     while left:
