@@ -261,6 +261,10 @@ def main() -> int:
     arguments = sys.argv[1:]
     if arguments[:1] == [_INSIDE]:
         return inside(arguments[1:])
+    if arguments[:1] == ["--stepped"]:
+        from benchmarks import soak_stepped
+
+        return soak_stepped.main(arguments[1:])
     try:
         prefix = namespace_command()
     except OcmmError as error:

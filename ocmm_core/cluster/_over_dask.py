@@ -51,6 +51,11 @@ _LOSSES = 3
 _IDLE = 8
 """Contents that are kept on the workers although no open task needs them."""
 
+_SMALL = 1024
+"""Fewer bytes go with every task."""
+_SEEN = 4096
+"""Contents that are recognised when they come a second time."""
+
 _CONFIG = {
     # A job of some megabytes is no mistake.
     "distributed.admin.large-graph-warning-threshold": "1GB",
@@ -158,6 +163,7 @@ class _Tasks:
     told: Callable[[int], None]
     open: dict[str, _Open] = field(default_factory=dict)
     kept: dict[str, Future] = field(default_factory=dict)
+    seen: dict[str, None] = field(default_factory=dict)
     users: Counter[str] = field(default_factory=Counter)
     done: queue.SimpleQueue[str] = field(default_factory=queue.SimpleQueue)
 
@@ -242,19 +248,35 @@ class _Tasks:
         except Exception as error:
             return contained(error, name)
         hashes = tuple(hashlib.sha256(one).hexdigest() for one in contents)
-        for sha256, content in zip(hashes, contents, strict=True):
-            self.users[sha256] += 1
-            if sha256 not in self.kept:
-                self.kept[sha256] = client.submit(held, content, key=f"ocmm-content-{sha256}")
+        handed = [
+            self._handed(client, sha256, content)
+            for sha256, content in zip(hashes, contents, strict=True)
+        ]
         key = f"ocmm-{uuid.uuid4().hex}"
         future = client.submit(
-            do, ours, self.work, thing, name, hashes, *(self.kept[one] for one in hashes),
+            do, ours, self.work, thing, name, hashes, *handed,
             key=key, pure=False,
         )  # fmt: skip
         self.open[key] = _Open(place, future, hashes)
         done = self.done
         future.add_done_callback(lambda _, key=key: done.put(key))
         return None
+
+    def _handed(self, client: Client, sha256: str, content: bytes) -> bytes | Future:
+        """Return what a task gets for a content.
+
+        That is the bytes themselves the first time, as no second task may ever need them: to keep
+        them on a worker is a task of its own, which costs the scheduler as much as the work does.
+        """
+        self.users[sha256] += 1
+        if sha256 not in self.kept:
+            if sha256 not in self.seen or len(content) < _SMALL:
+                self.seen[sha256] = None
+                if len(self.seen) > _SEEN:
+                    del self.seen[next(iter(self.seen))]
+                return content
+            self.kept[sha256] = client.submit(held, content, key=f"ocmm-content-{sha256}")
+        return self.kept[sha256]
 
     def _next(self, client: Client) -> str | None:
         """Return the key of a task that is done; None where the scheduler was lost."""
@@ -292,6 +314,8 @@ class _Tasks:
         del self.open[key]
         for sha256 in one.hashes:
             self.users[sha256] -= 1
+            if self.users[sha256] <= 0 and sha256 not in self.kept:
+                del self.users[sha256]
         idle = [sha256 for sha256 in self.kept if self.users[sha256] <= 0]
         for sha256 in idle[:-_IDLE]:
             del self.kept[sha256], self.users[sha256]
@@ -304,6 +328,7 @@ class _Tasks:
         places = sorted(one.place for one in self.open.values())
         self.open.clear()
         self.kept.clear()
+        self.seen.clear()
         self.users.clear()
         until = time.monotonic() + _BACK_S
         while True:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import platform
 from collections.abc import Callable, Sequence
@@ -24,6 +25,7 @@ class Refused:
     versions: str
 
 
+@functools.cache
 def versions() -> str:
     """Return what decides about digits: of OCMM, Python and the packages that compute."""
     names = ["numpy", "scipy", "numba"]
