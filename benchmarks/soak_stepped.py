@@ -275,10 +275,12 @@ def judge(soak: Soak) -> list[Row]:
         Row(f"pixels not of their exposure of {seen.compared}", f"{seen.differing}", "= 0",
             not seen.differing and seen.compared > 0),
     ]  # fmt: skip
-    is_long = soak.lasted_s >= 2.0 * STEADY_S
+    # What a window keeps on purpose fills by bus time, which a busy computer stretches: the second
+    # half is judged, not what comes after a time by the clock.
+    is_long, half_s = soak.lasted_s >= 2.0 * STEADY_S, 0.5 * soak.lasted_s
     for process, held in soak.usage.items():
-        what = f"MiB an hour after {STEADY_S:.0f} s" if is_long else "MiB in 10 minutes"
-        grown = held.growth_mib(STEADY_S, 3600.0) if is_long else held.growth_mib(0.0, 600.0)
+        what = "MiB an hour in the second half" if is_long else "MiB in 10 minutes"
+        grown = held.growth_mib(half_s, 3600.0) if is_long else held.growth_mib(0.0, 600.0)
         allowed = GROWTH_MIB_AN_HOUR if is_long else GROWTH_MIB[process]
         rows.append(
             Row(f"{process}: {what}", f"{grown:+.2f}", f"<= {allowed:.0f}", grown <= allowed)
