@@ -121,8 +121,8 @@ def observed(observer: Observer) -> Iterator[None]:
     """Let the observer see what this process reads from rings."""
     read = FrameRing.read
 
-    def observing(ring: FrameRing, limit: int) -> FrameBlock | None:
-        block = read(ring, limit)
+    def observing(self: FrameRing, limit: int) -> FrameBlock | None:
+        block = read(self, limit)
         if block is not None:
             observer.take(block)
         return block
