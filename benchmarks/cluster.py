@@ -2,7 +2,9 @@
 
 1. Recall of ``--jobs`` simulated jobs by a scheduler with 1, 2 and 4 workers: time, its share of
    that of one worker (wanted: 2 workers at most 0.6), and whether the pages are the same to the
-   byte.
+   byte. Beside it the processor time that looking for the jobs, asking, the scheduler and the
+   workers took for a job: what is not the workers' is the part that no worker shortens, and what
+   can be compared on a computer that does other work.
 2. The same with a worker that is killed when a third is done.
 3. ``--tasks`` tasks that take one second each on 2 workers: what is added to the time that they
    take, in per cent (wanted: below 10). They wait instead of computing, so that this is the cost of
@@ -32,6 +34,7 @@ import numpy as np  # noqa: E402 - the number of BLAS threads is set before nump
 from benchmarks.cluster_processes import (  # noqa: E402
     ShopCluster,
     make_certificates,
+    spent_s,
     wait_a_second,
 )
 from benchmarks.recall_scenes import TruePart, World, base_points  # noqa: E402
@@ -73,9 +76,33 @@ def _recalls(folder: Path, cluster: ShopCluster, jobs: int) -> bool:
     places, now = KeptPlaces((folder / "jobs",), world.calibrations), datetime.now(UTC)
 
     def page(tell: Callable[[str, float], None] = lambda what, share: None) -> tuple[bytes, float]:
-        begun = time.monotonic()
-        found = seal(recall(places, now, tell, site=cluster.site))
-        return found, time.monotonic() - begun
+        looked: list[tuple[float, float]] = []
+
+        def told(what: str, share: float) -> None:
+            if what.startswith("Recalculated") and not looked:
+                looked.append((time.monotonic(), time.process_time()))
+            tell(what, share)
+
+        whole = (None, cluster.scheduler, *cluster.workers)
+        before, begun = [spent_s(one) for one in whole], time.monotonic()
+        found = seal(recall(places, now, told, site=cluster.site))
+        took = time.monotonic() - begun
+        if whole[2:] == tuple(cluster.workers):
+            asked, scheduler, *workers = (
+                spent_s(one) - had for one, had in zip(whole, before, strict=True)
+            )
+            looking = looked[0][1] - before[0]
+            parts = (looking, asked - looking, scheduler, sum(workers))
+            words = ("looking", "asking", "scheduler", "workers")
+            print(
+                "  ms of processor time a job: "
+                + ", ".join(
+                    f"{word} {1e3 * part / jobs:.1f}"
+                    for word, part in zip(words, parts, strict=True)
+                )
+                + f"; looking took {looked[0][0] - begun:.1f} s of {took:.1f} s"
+            )
+        return found, took
 
     _have(cluster, 1)
     list(run_tasks(wait_a_second, range(2), str, site=cluster.site))

@@ -22,6 +22,9 @@ from ocmm_core.cluster import Site
 
 ROOT = Path(__file__).resolve().parents[1]
 HANG_S = 240.0
+NO_PROFILE = "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED"
+"""As the units of `installer/linux` set it: a sample of every thread each 10 ms costs a scheduler
+more than the tasks."""
 
 
 class ShopCluster:
@@ -92,7 +95,11 @@ class ShopCluster:
             client.wait_for_workers(workers, timeout=HANG_S)
 
     def _run(self, what: str, *arguments: str) -> subprocess.Popen[bytes]:
-        environment = os.environ | {"PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
+        environment = os.environ | {
+            "PYTHONPATH": str(ROOT),
+            "OPENBLAS_NUM_THREADS": "1",
+            NO_PROFILE: "False",
+        }
         command = [sys.executable, "-m", f"distributed.cli.dask_{what}", *arguments, *self._tls]
         with (self._folder / f"{what}.log").open("ab") as log:
             return subprocess.Popen(  # noqa: S603 - our own interpreter
@@ -146,6 +153,14 @@ def make_certificates(folder: Path) -> Path:
         )
     )
     return folder
+
+
+def spent_s(process: subprocess.Popen[bytes] | None) -> float:
+    """Return the processor time that a process has taken so far; of this one for None, s."""
+    if process is None:
+        return time.process_time()
+    words = Path("/proc", str(process.pid), "stat").read_text(encoding="ascii").rsplit(")", 1)[1]
+    return sum(map(int, words.split()[11:13])) / os.sysconf("SC_CLK_TCK")
 
 
 def wait_a_second(thing: int) -> int:

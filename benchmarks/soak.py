@@ -9,9 +9,10 @@ drawn in memory; each of the four in a process of its own.
 3. the window stands still for 2 s every 10 s, holding the lock of its interpreter.
 
 Prints the books of the bus process beside those of the cable, which must agree to the cycle, and
-ends with 1 where a limit is broken. From 20 minutes on the memory of each process is judged by what
+ends with 1 where a limit is broken; above it how late the doctor's own measurement woke up before
+the run and during it. From 20 minutes on the memory of each process is judged by what
 it grows after the first ten. Run: ``python -m benchmarks.soak [SECONDS]``; the first
-run takes so long (600 by default), the others a fifth of it.
+run takes so long (600 by default), the others a fifth of it. ``--stepped``: see `soak_stepped`.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import msgspec
 from PySide6.QtCore import QTimer
 
-from benchmarks.soak_books import Cable, Outcome, Usage, counters, judge, words
+from benchmarks import soak_stepped
+from benchmarks.soak_books import Cable, Outcome, Usage, WakeUps, counters, judge, words
 from ocmm_core.acquisition.frames import FrameRing, read_status
 from ocmm_core.camera import load_rig
 from ocmm_core.composition import (
@@ -261,6 +263,8 @@ def main() -> int:
     arguments = sys.argv[1:]
     if arguments[:1] == [_INSIDE]:
         return inside(arguments[1:])
+    if arguments[:1] == ["--stepped"]:
+        return soak_stepped.main(arguments[1:])
     try:
         prefix = namespace_command()
     except OcmmError as error:
@@ -271,6 +275,7 @@ def main() -> int:
     for number, (name, _rules, _freeze) in enumerate(RUNS):
         with tempfile.TemporaryDirectory() as folder:
             lasts = seconds if number == 0 else OTHERS * seconds
+            before, beside = WakeUps(WARM_UP_S).words(), WakeUps(lasts + WARM_UP_S)
             done = subprocess.run(  # noqa: S603 - this module again
                 [*prefix, sys.executable, "-m", _MODULE, _INSIDE, str(number), str(lasts), folder],
                 cwd=Path(__file__).resolve().parents[1],
@@ -282,6 +287,7 @@ def main() -> int:
         seen = msgspec.json.decode(content, type=Outcome)
         rows = judge(name, seen)
         print(f"== {name}", *words(seen), sep="\n")
+        print(f"wakes up late before {before}", f"wakes up late beside {beside.words()}", sep="\n")
         for row in rows:
             print(
                 f"{row.name:30s} {row.value:>22s}  {row.limit:28s} "

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import socket
+import subprocess
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -111,6 +113,31 @@ class Cable:
         self.dropped += log.done.get("answer process drop", 0)
         # The zeroth is what a bring-up sends before there are cycles.
         self.spoilt |= {frame.heartbeat for frame in log.touched if frame.heartbeat > 0}
+
+
+class WakeUps:
+    """How late this computer wakes up for a cycle, as the doctor measures it in another process.
+
+    Beside a run it says what any program would have missed at that time: a cycle that is late there
+    and one that is late here are the same stall of the computer.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
+            [sys.executable, "-m", "ocmm_core.doctor._wake", str(seconds), "-1"],
+            stdout=subprocess.PIPE,
+        )
+
+    def words(self) -> str:
+        """Wait until it has measured, and return what it found."""
+        content, _ = self._process.communicate()
+        seen: dict[str, float] = msgspec.json.decode(content)
+        late = 100.0 * seen["missed"] / seen["cycles"]
+        return (
+            f"us {seen['p50_us']:.0f} in the median, 99 % within {seen['p99_us']:.0f}, 99.9 % "
+            f"within {seen['p999_us']:.0f}, worst {seen['max_us']:.0f}; {seen['missed']:.0f} of "
+            f"{seen['cycles']:.0f} ({late:.3f} %) a whole cycle late"
+        )
 
 
 def counters(status: AcquisitionStatus) -> dict[str, int]:

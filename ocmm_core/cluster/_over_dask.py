@@ -9,12 +9,12 @@ when it is back.
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import logging
+import math
 import queue
 import time
 import uuid
-from collections import Counter
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -24,6 +24,7 @@ from distributed import Client, Future, KilledWorker, LocalCluster
 from distributed.security import Security
 
 from ocmm_core.blas import use_one_thread
+from ocmm_core.cluster._contents import Contents
 from ocmm_core.cluster._sentences import (
     died,
     no_workers,
@@ -32,7 +33,7 @@ from ocmm_core.cluster._sentences import (
     scheduler_lost,
 )
 from ocmm_core.cluster._site import Site
-from ocmm_core.cluster._worker import Refused, do, held, versions
+from ocmm_core.cluster._worker import Asked, Done, Refused, do, versions
 from ocmm_core.errors import OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.leftovers import scratch_folder
@@ -48,8 +49,9 @@ _AHEAD = 2
 """Open tasks a worker thread: one is done while the next arrives."""
 _LOSSES = 3
 """So often the scheduler may be lost between two answers."""
-_IDLE = 8
-"""Contents that are kept on the workers although no open task needs them."""
+_BUNDLE_S, _LARGEST = 0.4, 8
+"""Things that take less go to a worker together, up to so many: the scheduler and this computer
+have as much to do for a task that takes a millisecond as for one that takes a minute."""
 
 _CONFIG = {
     # A job of some megabytes is no mistake.
@@ -132,9 +134,9 @@ def _client(address: str, security: Security | None, seconds: float) -> Client:
 
 @dataclass(slots=True)
 class _Open:
-    """A task that was given out."""
+    """A task that was given out, about one thing or some."""
 
-    place: int
+    places: tuple[int, ...]
     future: Future
     hashes: tuple[str, ...]
 
@@ -147,6 +149,11 @@ class _Tasks:
     ----------
     connect
         Makes a client within so many seconds.
+    alone
+        Places that are given out one by one, before those that have not been: of a task that ended
+        its workers, and of those that were open when the scheduler went.
+    thing_s
+        How long one thing takes.
     """
 
     connect: Callable[[float], Client]
@@ -157,26 +164,27 @@ class _Tasks:
     contents: Callable[[Any], Sequence[bytes]]
     told: Callable[[int], None]
     open: dict[str, _Open] = field(default_factory=dict)
-    kept: dict[str, Future] = field(default_factory=dict)
-    users: Counter[str] = field(default_factory=Counter)
+    kept: Contents = field(default_factory=Contents)
+    alone: deque[int] = field(default_factory=deque)
+    thing_s: float = math.inf
     done: queue.SimpleQueue[str] = field(default_factory=queue.SimpleQueue)
 
     def run(self) -> Iterator[Any]:
         """Give the answers in the order of the things."""
         found: dict[int, Any] = {}
-        begun = given = losses = done = 0
+        begun = given = losses = done = taken = 0
         ours = versions()
         client = self._connected(ours)
         try:
             room = self._room(client)
             self.told(0)
             while given < len(self.things):
-                while begun < len(self.things) and len(self.open) < room:
-                    failed = self._give(client, begun, ours)
-                    if failed is not None:
-                        found[begun] = failed
-                        done += 1
-                    begun += 1
+                while (self.alone or begun < len(self.things)) and len(self.open) < room:
+                    places = self._following(begun, room)
+                    begun = max(begun, places[-1] + 1)
+                    failed = self._give(client, places, ours)
+                    found |= failed
+                    done += len(failed)
                 while given in found:
                     yield found.pop(given)
                     given += 1
@@ -192,14 +200,15 @@ class _Tasks:
                 answered = self._take(key)
                 if answered is None:
                     continue
-                place, answer = answered
-                if isinstance(answer, Refused):
-                    raise other_version("A worker", answer.versions, ours)
-                found[place] = answer
+                if isinstance(answered, Refused):
+                    raise other_version("A worker", answered.versions, ours)
+                found |= answered
                 losses = 0
-                done += 1
-                self.told(done)
-                room = self._room(client) if done % 16 == 0 else room
+                for _ in answered:
+                    done += 1
+                    self.told(done)
+                taken += 1
+                room = self._room(client) if taken % 16 == 0 else room
         finally:
             for one in self.open.values():
                 with contextlib.suppress(Exception):
@@ -233,28 +242,42 @@ class _Tasks:
             return max(_AHEAD * int(sum(client.nthreads().values())), _AHEAD)
         return _AHEAD
 
-    def _give(self, client: Client, place: int, ours: str) -> OcmmError | None:
-        """Give a task out; return why it cannot be."""
-        thing = self.things[place]
-        name = self.named(thing)
-        try:
-            contents = tuple(self.contents(thing))
-        except Exception as error:
-            return contained(error, name)
-        hashes = tuple(hashlib.sha256(one).hexdigest() for one in contents)
-        for sha256, content in zip(hashes, contents, strict=True):
-            self.users[sha256] += 1
-            if sha256 not in self.kept:
-                self.kept[sha256] = client.submit(held, content, key=f"ocmm-content-{sha256}")
+    def _following(self, begun: int, room: int) -> tuple[int, ...]:
+        """Return what is given out next: fewer together towards the end, for all workers."""
+        if self.alone:
+            return (self.alone.popleft(),)
+        left = len(self.things) - begun
+        together = min(int(_BUNDLE_S / max(self.thing_s, 1e-6)), _LARGEST, left // (2 * room))
+        return tuple(range(begun, begun + max(together, 1)))
+
+    def _give(self, client: Client, places: Sequence[int], ours: str) -> dict[int, OcmmError]:
+        """Give a task out; return why some of it cannot be."""
+        failed: dict[int, OcmmError] = {}
+        asked: list[Asked] = []
+        handed: list[bytes | Future] = []
+        for place in places:
+            thing = self.things[place]
+            name = self.named(thing)
+            try:
+                contents = tuple(self.contents(thing))
+            except Exception as error:
+                failed[place] = contained(error, name)
+                continue
+            hashes, given = self.kept.hand(client, contents)
+            asked.append(Asked(thing, name, hashes))
+            handed += given
+        if not asked:
+            return failed
         key = f"ocmm-{uuid.uuid4().hex}"
-        future = client.submit(
-            do, ours, self.work, thing, name, hashes, *(self.kept[one] for one in hashes),
-            key=key, pure=False,
-        )  # fmt: skip
-        self.open[key] = _Open(place, future, hashes)
+        future = client.submit(do, ours, self.work, asked, *handed, key=key, pure=False)
+        self.open[key] = _Open(
+            tuple(place for place in places if place not in failed),
+            future,
+            tuple(sha256 for one in asked for sha256 in one.hashes),
+        )
         done = self.done
         future.add_done_callback(lambda _, key=key: done.put(key))
-        return None
+        return failed
 
     def _next(self, client: Client) -> str | None:
         """Return the key of a task that is done; None where the scheduler was lost."""
@@ -274,53 +297,52 @@ class _Tasks:
             elif waited > 5.0:
                 since = time.monotonic() - 5.0
 
-    def _take(self, key: str) -> tuple[int, Any] | None:
-        """Return the place of a task and its answer; None where it has to be asked for again."""
+    def _take(self, key: str) -> dict[int, Any] | Refused | None:
+        """Return the answers of a task by their places; None where it has to be asked again."""
         one = self.open[key]
-        name = self.named(self.things[one.place])
+        answers: dict[int, Any] = {}
         try:
-            answer = one.future.result(timeout=_BACK_S)
+            done: Done | Refused = one.future.result(timeout=_BACK_S)
+            if isinstance(done, Refused):
+                return done
+            answers = dict(zip(one.places, done.answers, strict=True))
+            self.thing_s = done.seconds / len(one.places)
         except KilledWorker:
-            answer = died(name)
+            if len(one.places) > 1:
+                # Which of them it was is not known until each is tried alone.
+                self.alone.extend(one.places)
+            else:
+                answers = {place: died(self._name(place)) for place in one.places}
         except Exception as error:
             if one.future.status in ("cancelled", "lost", "pending"):
                 # Done, but its worker went before the answer came; Dask does it again, or the
                 # scheduler is gone, which the next look tells.
                 one.future.add_done_callback(lambda _: self.done.put(key))
                 return None
-            answer = contained(error, name)
+            answers = {place: contained(error, self._name(place)) for place in one.places}
         del self.open[key]
-        for sha256 in one.hashes:
-            self.users[sha256] -= 1
-        idle = [sha256 for sha256 in self.kept if self.users[sha256] <= 0]
-        for sha256 in idle[:-_IDLE]:
-            del self.kept[sha256], self.users[sha256]
-        return one.place, answer
+        self.kept.give_back(one.hashes)
+        return answers
+
+    def _name(self, place: int) -> str:
+        return self.named(self.things[place])
 
     def _again(self, client: Client, ours: str) -> Client:
         """Return a new client with all open tasks given out anew."""
         with contextlib.suppress(Exception):
             client.close(timeout=2.0)
-        places = sorted(one.place for one in self.open.values())
+        # What could be read before is read again; where it cannot be any more, that is the answer.
+        self.alone.extend(sorted(place for one in self.open.values() for place in one.places))
         self.open.clear()
         self.kept.clear()
-        self.users.clear()
         until = time.monotonic() + _BACK_S
         while True:
             try:
-                fresh = self._connected(ours)
-                break
+                return self._connected(ours)
             except OcmmError as error:
                 if error.code != "cluster.unreachable" or time.monotonic() > until:
                     raise
                 time.sleep(_LOOK_S)
-        for place in places:
-            # It could be read before; if not any more, the next round says so.
-            failed = self._give(fresh, place, ours)
-            if failed is not None:
-                fresh.close(timeout=2.0)
-                raise failed
-        return fresh
 
 
 def _all_versions(client: Client) -> dict[str, str]:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import platform
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
+from itertools import islice
 from typing import TypeVar
 
 from ocmm_core import __version__
@@ -24,6 +27,24 @@ class Refused:
     versions: str
 
 
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A thing, what the work on it is called, and the SHA-256 of each content that it needs."""
+
+    thing: object
+    name: str
+    hashes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """The answers for some things, in their order, and how long they took together."""
+
+    answers: tuple[object, ...]
+    seconds: float
+
+
+@functools.cache
 def versions() -> str:
     """Return what decides about digits: of OCMM, Python and the packages that compute."""
     names = ["numpy", "scipy", "numba"]
@@ -45,27 +66,25 @@ def held(content: bytes) -> bytes:
 
 
 def do(
-    ours: str,
-    work: Callable[..., R],
-    thing: object,
-    name: str,
-    hashes: Sequence[str],
-    *contents: bytes,
-) -> R | OcmmError | Refused:
-    """Do the work on one thing; errors are answers, as in `processes.side_by_side`.
+    ours: str, work: Callable[..., R], asked: Sequence[Asked], *contents: bytes
+) -> Done | Refused:
+    """Do the work on some things; errors are answers, as in `processes.side_by_side`.
 
     Parameters
     ----------
     ours
         `versions` of the computer that asks.
-    name
-        Of the work, as the beginning of a sentence.
-    hashes
-        SHA-256 of each of ``contents``.
+    contents
+        Of one thing after the other, as many as each has hashes.
     """
     if versions() != ours:
         return Refused(versions())
-    return answer(work, thing, name, hashes, contents)
+    begun, rest = time.monotonic(), iter(contents)
+    answers = tuple(
+        answer(work, one.thing, one.name, one.hashes, list(islice(rest, len(one.hashes))))
+        for one in asked
+    )
+    return Done(answers, time.monotonic() - begun)
 
 
 def answer(

@@ -57,6 +57,8 @@ def remember(seen: Seen) -> None:
     It is not waited for on the disk: after a power cut the memory may be some lines behind, never
     ahead, because the chain is on the disk before.
     """
+    if recall(seen.name) == seen:
+        return
     path = _path(seen.name)
     with contextlib.suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -305,10 +305,15 @@ class JobFile:
         with self._reading() as db:
             return check_line(db, self.head.job_uuid, line, KeyFolder())
 
-    def note_seen(self, place: Path) -> None:
-        """Let this station remember how far the job goes, where it lies at ``place``."""
-        with self._reading() as db:
-            seal = self._sealed(db)
+    def note_seen(self, place: Path, seal: JobSeal | None = None) -> None:
+        """Let this station remember how far the job goes, where it lies at ``place``.
+
+        Parameters
+        ----------
+        seal
+            Of this job, where the caller has just asked for it.
+        """
+        seal = seal or self.seal()
         if not seal.doubts:
             remember_job(seal.job_uuid, seal.steps, seal.head, place)
 

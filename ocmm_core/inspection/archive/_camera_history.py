@@ -112,7 +112,12 @@ def _settle(session: InspectionSession, job: JobFile, known: CameraHistory) -> b
     return any(changed)
 
 
-def ask_cameras(job: JobFile, record: CameraRecord | None, folder: Path) -> CameraHistory:
+def ask_cameras(
+    job: JobFile,
+    record: CameraRecord | None,
+    folder: Path,
+    store: CalibrationStore | None = None,
+) -> CameraHistory:
     """Return what the history of the calibration on this computer says of a job, where it is.
 
     Parameters
@@ -123,6 +128,8 @@ def ask_cameras(job: JobFile, record: CameraRecord | None, folder: Path) -> Came
         What the job was measured with; None for a rig document, which has no history.
     folder
         Where calibrations are kept, rig by rig.
+    store
+        That of the rig in it, where the caller has read it.
     """
     if record is None:
         return CameraHistory()
@@ -132,7 +139,7 @@ def ask_cameras(job: JobFile, record: CameraRecord | None, folder: Path) -> Came
         "whether it failed later is unknown here."
     )
     try:
-        store = CalibrationStore(store_folder(folder, record.rig))
+        store = store or CalibrationStore(store_folder(folder, record.rig))
         if not is_known(store.events, used):
             return CameraHistory(absent=absent)
         return CameraHistory(used, store.events, points_released(store, used, job), rig=record.rig)

@@ -12,7 +12,11 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core.calibration.records import default_folder, default_probe_folder
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    default_folder,
+    default_probe_folder,
+)
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive._camera_history import CameraHistory, ask_cameras
 from ocmm_core.inspection.archive._reopen_copy import copy_of_job
@@ -47,7 +51,11 @@ def known_alone(job: JobFile) -> KnownOfJob:
 
 
 def known_here(
-    job: JobFile, path: Path, probes: Path | None, calibrations: Path | None
+    job: JobFile,
+    path: Path,
+    probes: Path | None,
+    calibrations: Path | None,
+    store: CalibrationStore | None = None,
 ) -> KnownOfJob:
     """Return what this computer knows of a job, and remember how far it goes.
 
@@ -59,15 +67,18 @@ def known_here(
         Of the file itself.
     probes, calibrations
         As for `reopen_job`.
+    store
+        Of the rig of the job in ``calibrations``, where the caller has read it.
     """
     stored = StoredDocuments(path, job.head)
+    seal = job.seal()
     known = KnownOfJob(
-        job.seal(),
-        ask_cameras(job, stored.camera_record(), calibrations or default_folder()),
+        seal,
+        ask_cameras(job, stored.camera_record(), calibrations or default_folder(), store),
         ask_tip(stored.probe_records(), probes or default_probe_folder()),
         held_sentences(job.head.job_uuid),
     )
-    job.note_seen(path)
+    job.note_seen(path, seal)
     return known
 
 

@@ -13,6 +13,7 @@ from typing import Literal
 
 from ocmm_core.inspection.evaluation import HoldReason
 from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobFile
 
 
@@ -89,13 +90,19 @@ def points_between(
     }
 
 
-def first_taken(job: JobFile) -> dict[int, datetime]:
+def first_taken(job: JobFile, points: Sequence[MeasuredPoint] | None = None) -> dict[int, datetime]:
     """Return when the observation of each point was first stored, also of annulled ones.
 
     A point that was put back, or turned round, is a new row; its observation is as old as it was.
+
+    Parameters
+    ----------
+    points
+        Those that are not annulled, where the caller has them: they are checked one by one.
     """
     stored = {k: datetime.fromisoformat(v) for k, v in job.taken_utc().items()}
-    points = [*job.points(), *(point for point, _ in job.annulled())]
+    stand = job.points() if points is None else points
+    points = [*stand, *(point for point, _ in job.annulled())]
     first: dict[tuple[float, int, int], datetime] = {}
     for point in sorted(points, key=lambda point: point.number):
         first.setdefault((point.time_s, point.first_frame, point.last_frame), stored[point.number])

@@ -31,7 +31,6 @@ from ocmm_core.inspection.archive._camera_doubts import points_in_doubt
 from ocmm_core.inspection.archive._camera_history import CameraHistory, is_known
 from ocmm_core.inspection.archive._known import (
     KnownOfJob,
-    content_of,
     known_alone,
     known_here,
 )
@@ -52,7 +51,7 @@ from ocmm_core.inspection.archive._recall_record import (
     RecallRecord,
     points_digest,
 )
-from ocmm_core.inspection.archive._reopen_copy import copy_of_job
+from ocmm_core.inspection.archive._reopen_copy import content_of_job, copy_of_job
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments
 from ocmm_core.inspection.archive._tip_history import ask_tip
 from ocmm_core.leftovers import scratch_folder
@@ -204,8 +203,8 @@ class Doubting:
             The job or the history cannot be read, or the history is not here.
         """
         with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
-            return self._of(path, job, lambda: known_here(
-                job, path, self._probes, self._calibrations
+            return self._of(path, job, lambda store: known_here(
+                job, path, self._probes, self._calibrations, store
             ))  # fmt: skip
 
     def of_content(self, path: Path, content: bytes) -> DoubtedJob | None:
@@ -220,7 +219,7 @@ class Doubting:
             copy = folder / "job.ocmm"
             copy.write_bytes(content)
             with JobFile.open(copy, scratch=True) as job:
-                return self._of(path, job, lambda: replace(
+                return self._of(path, job, lambda _: replace(
                     known_alone(job),
                     tip=ask_tip(
                         StoredDocuments(path, job.head).probe_records(),
@@ -228,7 +227,9 @@ class Doubting:
                     ),
                 ))  # fmt: skip
 
-    def _of(self, path: Path, job: JobFile, asked: Callable[[], KnownOfJob]) -> DoubtedJob | None:
+    def _of(
+        self, path: Path, job: JobFile, asked: Callable[[CalibrationStore], KnownOfJob]
+    ) -> DoubtedJob | None:
         # Whatever an earlier recall has released: the last one decides about all of them.
         record = StoredDocuments(path, job.head).camera_record()
         if record is None:
@@ -243,15 +244,16 @@ class Doubting:
                 f"'{record.rig}' in {self._calibrations}, so it is unknown here whether it failed.",
                 "Give the calibration folder it was measured with.",
             )
-        doubts = points_in_doubt(events, used, first_taken(job))
+        points = job.points()
+        doubts = points_in_doubt(events, used, first_taken(job, points))
         why = doubts.open | doubts.failed
-        in_doubt = {p.number: why[p.number] for p in job.points() if p.number in why}
+        in_doubt = {p.number: why[p.number] for p in points if p.number in why}
         if not in_doubt:
             return None
         key = record.rig, record_hash(record)
         if key not in self._laters:
             self._laters[key] = later_than(store, record, self._now)
-        known = asked()
+        known = asked(store)
         # A mark of an earlier recall must not keep this one from looking.
         cameras = CameraHistory(unread=known.cameras.unread)
         known = replace(known, cameras=cameras, held=())
@@ -327,8 +329,7 @@ def recall_doubted(
 
 def content_of_file(job: DoubtedJob) -> tuple[bytes, bytes]:
     """Return the bytes of a job file on this computer, and of its log."""
-    with copy_of_job(job.path) as copy:
-        return content_of(copy)
+    return content_of_job(job.path)
 
 
 def _judged(found: Sequence[JobFindings]) -> Iterator[RecalledJob]:

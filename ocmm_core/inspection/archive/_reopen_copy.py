@@ -48,10 +48,6 @@ def copy_of_job(path: Path) -> Iterator[Path]:
         The file is missing, cannot be read, is none of SQLite, or changes faster than it can be
         copied.
     """
-    if not path.is_file():
-        raise StorageError(
-            "job.missing", f"{path}: file not found.", "Check the name and the folder."
-        )
     with contextlib.ExitStack() as stack:
         try:
             folder = stack.enter_context(scratch_folder("job"))
@@ -59,11 +55,22 @@ def copy_of_job(path: Path) -> Iterator[Path]:
             there = Path(tempfile.gettempdir())
             raise not_writable(there, error.strerror or str(error)) from error
         copy = folder / path.name
-        _copy(path, copy)
+        file, log = content_of_job(path)
+        try:
+            copy.write_bytes(file)
+            if log:
+                copy.with_name(f"{copy.name}-wal").write_bytes(log)
+        except OSError as error:
+            raise not_writable(copy, error.strerror or str(error)) from error
         yield copy
 
 
-def _copy(path: Path, copy: Path) -> None:
+def content_of_job(path: Path) -> tuple[bytes, bytes]:
+    """Return the bytes of the job at ``path`` and of its log, of one moment; as `copy_of_job`."""
+    if not path.is_file():
+        raise StorageError(
+            "job.missing", f"{path}: file not found.", "Check the name and the folder."
+        )
     log = path.with_name(f"{path.name}-wal")
     for attempt in range(_TRIES):
         try:
@@ -76,13 +83,7 @@ def _copy(path: Path, copy: Path) -> None:
                 raise
             same = False
         if same and _log(log)[:_WAL_HEAD] == head == content[:_WAL_HEAD]:
-            try:
-                copy.write_bytes(before)
-                if content:
-                    copy.with_name(f"{copy.name}-wal").write_bytes(content)
-            except OSError as error:
-                raise not_writable(copy, error.strerror or str(error)) from error
-            return
+            return before, content
         time.sleep(_PAUSE_S)
     raise StorageError(
         "job.busy",

@@ -6,6 +6,7 @@ Also commands that measure read this part of the settings: it changes no number 
 from __future__ import annotations
 
 from pathlib import Path
+from urllib.parse import parse_qsl, urlsplit
 
 from ocmm_core.archive.outbox import ArchivePlace, default_outbox
 from ocmm_core.archive.stores import check_address
@@ -45,6 +46,21 @@ def archive_place(
     if chosen.lower() == LOCAL:
         chosen = ""
     check_address(chosen)
-    return ArchivePlace(
-        chosen, settings.archive_station, outbox or default_outbox(), settings.archive_password
-    )
+    password = settings.archive_password
+    own = _login(settings.archive_address)
+    if own is not None and _login(chosen) not in (own, None):
+        # It is that of another login: the owner on a station, say, whose own is in PGPASSWORD.
+        password = None
+    return ArchivePlace(chosen, settings.archive_station, outbox or default_outbox(), password)
+
+
+def _login(address: str) -> tuple[str, str] | None:
+    """Return user and server of an address; None where it names no server."""
+    try:
+        parts = urlsplit(address.strip())
+    except ValueError:
+        return None
+    if not parts.scheme.startswith("postgres"):
+        return None
+    options = dict(parse_qsl(parts.query))
+    return parts.username or options.get("user", ""), parts.hostname or options.get("host", "")

@@ -233,13 +233,14 @@ def test_a_wrong_clock_is_told() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)
 def test_kills_and_disconnections_lose_and_double_nothing(
     place: Place,
     tmp_path: Path,
     repeats: Callable[..., int],
     record_property: Callable[[str, object], None],
 ) -> None:
-    kills = repeats(60, 500)
+    kills = repeats(60, 1000)
     folder = tmp_path / "box"
     Outbox(folder).close()
     cut = None

@@ -16,7 +16,7 @@ from distributed import Client
 
 from benchmarks.cluster_processes import ShopCluster
 from ocmm_core.cluster import Site, run_tasks
-from ocmm_core.cluster._worker import held
+from ocmm_core.cluster._worker import do
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from tests.core.cluster.cluster_work import drawn, noted, some, wrong
 from tests.host import HANG_S, needs_package
@@ -104,8 +104,8 @@ def test_bytes_that_arrive_altered_are_refused(
     submit = Client.submit
 
     def elsewhere(self: object, work: object, *given: object, **named: object) -> object:
-        if work is held:
-            given = (b"another job",)
+        if work is do:
+            given = (*given[:-1], b"another job")
         return submit(self, work, *given, **named)
 
     monkeypatch.setattr(Client, "submit", elsewhere)
@@ -202,3 +202,30 @@ def test_processes_of_dask_on_this_computer(tmp_path: Path) -> None:
     assert isinstance(found[1], OcmmError)
     assert found[1].code == "cluster.died"
     assert threading.active_count() <= len(before) + 3
+
+
+def test_short_tasks_go_together_and_one_that_kills_is_found_among_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    needs_package("distributed", "extra `shop`")
+    sizes: list[int] = []
+    submit = Client.submit
+
+    def counted(self: object, work: object, *given: object, **named: object) -> object:
+        if work is do:
+            asked = given[2]
+            assert isinstance(asked, list)
+            sizes.append(len(asked))
+        return submit(self, work, *given, **named)
+
+    monkeypatch.setattr(Client, "submit", counted)
+    things = [f"thing {number}" for number in range(200)]
+    things[120] = "die"
+    found = list(run_tasks(wrong, things, str, site=Site(workers=2, dask=True)))
+    assert [one for one in found if isinstance(one, str)] == things[:120] + things[121:]
+    assert isinstance(found[120], OcmmError)
+    assert found[120].code == "cluster.died"
+    assert max(sizes) > 1
+    # All of them once, and what was together with the one that kills once more, each alone.
+    assert 200 < sum(sizes) <= 200 + 4 * 8
+    assert sizes[-1] == 1

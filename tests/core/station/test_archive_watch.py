@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import socket
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from ocmm_core.archive.outbox import ArchivePlace, HandOverProcess, ItemState, Outbox, sweep
 from ocmm_core.archive.records import extract_job
 from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
+from ocmm_core.settings import SettingsStore
 from ocmm_core.station.archiving import ArchiveWatch, archive_place
 from tests.host import HANG_S, needs_package
 
@@ -115,3 +117,21 @@ def test_the_place_follows_the_settings_and_may_be_off(tmp_path: Path) -> None:
     given = archive_place(str(tmp_path / "a.sqlite"))
     assert given is not None
     assert given.address.endswith("a.sqlite")
+
+
+def test_the_password_of_the_settings_is_for_the_login_of_the_settings(tmp_path: Path) -> None:
+    settings = replace(
+        SettingsStore.of_this_user().load().settings,
+        archive_address="postgresql://station3@db.shop:5432/ocmm",
+        archive_password=tmp_path / "p",
+    )
+    for address, used in (
+        (None, True),
+        ("postgresql://station3@db.shop/ocmm2", True),
+        ("postgresql://ocmm_owner@db.shop/ocmm", False),
+        ("postgresql://station3@other.shop/ocmm", False),
+        ("postgresql:///ocmm?host=db.shop&user=station3", True),
+    ):
+        place = archive_place(address, settings, tmp_path)
+        assert place is not None
+        assert (place.password is not None) == used, address

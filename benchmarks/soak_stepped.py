@@ -1,0 +1,319 @@
+"""The soak in lock-step: the virtual wire waits for the computer, so every cycle is exercised.
+
+As `ethercat:virtual` runs it: master and cameras share a time that goes on from cycle to cycle and
+stands still in between (`ocmm_core.acquisition.bus_process._stepped_time`). A computer that stalls
+makes the bus slower and loses nothing, so whatever is lost, doubled or old here was lost by the
+program: master, books, judge, queues, ring, reconstruction and window are those of a real bus.
+What it cannot show is the latency of a real computer; the soak in real time is for that.
+
+Beside the books of the bus process an observer looks at every frame that the station takes out of
+the ring: exposure numbers follow each other without a gap (lost) and without a repetition or a step
+back (stale), each time is one period after the one before, and of one block in `SAMPLE` the pixels
+are those that the rig shows at that very exposure.
+Run: ``python -m benchmarks.soak --stepped [BUS_SECONDS [AT_MOST_SECONDS]]``.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QTimer
+
+from benchmarks.soak_books import GROWTH_MIB, GROWTH_MIB_AN_HOUR, STEADY_S, Row, Usage
+from ocmm_core.acquisition.frames import FrameBlock, FrameRing, quantise, read_status
+from ocmm_core.camera import load_rig
+from ocmm_core.composition import (
+    DEMO_PLAN,
+    RECOMMENDED_RIG,
+    StationRequest,
+    build_station,
+    segment_of,
+)
+from ocmm_core.fieldbus.report import BusPhase, decode_report
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.simulation.scene import RigScript, decode_script
+from ocmm_core.simulation.slave import CameraFrames
+from ocmm_gui.app import make_application
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.kit import NoticeCentre
+from ocmm_gui.window import MainWindow
+
+BUS_SECONDS, AT_MOST_S = 1800.0, 7200.0
+WARM_UP_S, START_S, SAMPLE_S, MOST_SAMPLES = 10.0, 120.0, 2.0, 300
+SAMPLE, SAMPLED_FRAMES = 50, 16
+"""Of one block in so many, so many frames are compared with what the rig shows."""
+
+
+@dataclass(slots=True)
+class Observer:
+    """What the station took out of the ring.
+
+    Attributes
+    ----------
+    frames, blocks
+        Taken.
+    gaps, stale, untimely
+        Exposures missing between two frames; frames that are no later than the one before; frames
+        whose time is not one period after the one before for each exposure between them.
+    compared, differing
+        Frames whose pixels were looked at, and those that are not of their exposure.
+    """
+
+    provider: CameraFrames
+    period_ns: int
+    frames: int = 0
+    blocks: int = 0
+    gaps: int = 0
+    stale: int = 0
+    untimely: int = 0
+    compared: int = 0
+    differing: int = 0
+    counter: int = -1
+    time_ns: int = 0
+
+    def take(self, block: FrameBlock) -> None:
+        """Look at what was read."""
+        counter, time_ns = block.counter, block.time_ns
+        if self.counter >= 0:
+            counter = np.concatenate([[self.counter], counter])
+            time_ns = np.concatenate([[self.time_ns], time_ns])
+        steps = np.diff(counter)
+        self.stale += int(np.count_nonzero(steps <= 0))
+        self.gaps += int(np.sum(np.maximum(steps - 1, 0)))
+        self.untimely += int(np.count_nonzero(np.diff(time_ns) != steps * self.period_ns))
+        self.counter, self.time_ns = int(counter[-1]), int(time_ns[-1])
+        self.frames += len(block)
+        self.blocks += 1
+        if self.blocks % SAMPLE == 0:
+            self._compare(block)
+
+    def clear(self) -> None:
+        """Begin to count."""
+        self.frames = self.blocks = self.gaps = self.stale = self.untimely = 0
+        self.compared = self.differing = 0
+
+    def _compare(self, block: FrameBlock) -> None:
+        first, count = int(block.counter[0]), min(SAMPLED_FRAMES, len(block))
+        if int(block.counter[count - 1]) != first + count - 1:
+            return
+        for camera in range(block.uv.shape[1]):
+            valid, _, uv = self.provider.camera_frames(camera, first, count)
+            slots = min(uv.shape[1], block.uv.shape[2])
+            same = (block.valid[:count, camera] == valid) & np.all(
+                (block.uv[:count, camera, :slots] == quantise(uv[:, :slots]))
+                | (np.isnan(uv[:, :slots]) & np.isnan(block.uv[:count, camera, :slots])),
+                axis=(1, 2),
+            )
+            self.compared += count
+            self.differing += int(np.count_nonzero(~same))
+
+
+@contextlib.contextmanager
+def observed(observer: Observer) -> Iterator[None]:
+    """Let the observer see what this process reads from rings."""
+    read = FrameRing.read
+
+    def observing(self: FrameRing, limit: int) -> FrameBlock | None:
+        block = read(self, limit)
+        if block is not None:
+            observer.take(block)
+        return block
+
+    FrameRing.read = observing  # type: ignore[method-assign]
+    try:
+        yield
+    finally:
+        FrameRing.read = read  # type: ignore[method-assign]
+
+
+def processes() -> dict[str, int]:
+    """Return the numbers of the processes of the virtual bus, which this one has started."""
+    found: dict[str, int] = {}
+    left = [os.getpid()]
+    while left:
+        for entry in Path("/proc", str(left.pop()), "task").iterdir():
+            for child in map(int, (entry / "children").read_text(encoding="ascii").split()):
+                words = Path("/proc", str(child), "cmdline").read_bytes()
+                if b"_virtual_bus" in words:
+                    found["cameras"] = child
+                elif b"bus_process._start" in words:
+                    found["bus"] = child
+                left.append(child)
+    return found
+
+
+def mapped_ring() -> FrameRing:
+    """Return the ring of this process, mapped once more: this one outlives the station."""
+    for line in Path("/proc/self/maps").read_text(encoding="utf-8").splitlines():
+        if "/ocmm-ring-" in line:
+            return FrameRing.attach(line.split()[-1])
+    raise RuntimeError("there is no ring")
+
+
+@dataclass(slots=True)
+class Soak:
+    """A run that is under way, and what came of it."""
+
+    seconds: float
+    at_most_s: float
+    ring: FrameRing
+    observer: Observer
+    usage: dict[str, Usage]
+    begun_s: float = 0.0
+    lasted_s: float = 0.0
+    first: dict[str, int] | None = None
+    last: dict[str, int] | None = None
+
+    def books(self) -> dict[str, int]:
+        """Return the counters of the ring."""
+        status = read_status(self.ring)
+        names = ("elapsed", "good", "late", "lost", "bad", "frames", "frames_lost", "overrun")
+        return {name: getattr(status, name) for name in names}
+
+    def begin(self) -> None:
+        """Count from now on."""
+        self.observer.clear()
+        self.first, self.begun_s = self.books(), time.monotonic()
+
+    def look(self) -> bool:
+        """Take a sample; return whether the run is at its end."""
+        assert self.first is not None
+        now, self.lasted_s = self.books(), time.monotonic() - self.begun_s
+        pids = processes() | {"window": os.getpid()}
+        for name, held in self.usage.items():
+            held.look(pids[name], self.lasted_s)
+        self.last = now
+        done = now["elapsed"] - self.first["elapsed"]
+        if int(self.lasted_s) % 60 < SAMPLE_S:
+            sys.stderr.write(
+                f"{self.lasted_s:.0f} s: {done} cycles, {self.observer.frames} frames, "
+                f"lost {now['frames_lost']}, stale {self.observer.stale}\n"
+            )
+        return done >= 1000.0 * self.seconds or self.lasted_s > self.at_most_s
+
+
+def play(folder: Path, seconds: float, at_most_s: float) -> tuple[Soak, str]:
+    """Play the run and return it with the notes of the bus process."""
+    request = StationRequest(
+        plan=DEMO_PLAN, out=folder / "jobs", source="ethercat:virtual", uncalibrated=True
+    )
+    segment = segment_of(request, load_plan(DEMO_PLAN), load_rig(RECOMMENDED_RIG))
+    app = make_application()
+    station = build_station(request).station
+    ring = mapped_ring()
+    observer = Observer(decode_script(bytes(segment.provider), RigScript).build(), 125_000)
+    names = ("window", "bus", "cameras")
+    soak = Soak(seconds, at_most_s, ring, observer, {name: Usage() for name in names})
+    bridge = StationBridge(station)
+    window = MainWindow(bridge, NoticeCentre())
+    window.resize(1920, 1080)
+    window.show()
+    begun = time.monotonic()
+    sampling = QTimer()
+    sampling.setInterval(round(1000 * max(SAMPLE_S, min(seconds, at_most_s) / MOST_SAMPLES)))
+
+    def wait_for_operation() -> None:
+        report = decode_report(ring.report())
+        follows = station.looks.live().frame_counter > 0
+        if report is not None and report.phase is BusPhase.OPERATION and follows:
+            QTimer.singleShot(round(1000 * WARM_UP_S), begin)
+        elif time.monotonic() - begun > START_S:
+            window.close()
+        else:
+            QTimer.singleShot(100, wait_for_operation)
+
+    def begin() -> None:
+        soak.begin()
+        sampling.start()
+
+    def sample() -> None:
+        if soak.look():
+            sampling.stop()
+            window.close()
+
+    sampling.timeout.connect(sample)
+    QTimer.singleShot(0, wait_for_operation)
+    with observed(observer):
+        try:
+            bridge.start()
+            app.exec()
+        finally:
+            bridge.close()
+            station.close()
+    report, status = decode_report(ring.report()), read_status(ring)
+    ring.close()
+    if soak.last is None or report is None:
+        raise RuntimeError(f"the bus did not come to operation: {status.message}")
+    return soak, "; ".join(report.notes) or "nothing"
+
+
+def judge(soak: Soak) -> list[Row]:
+    """Return the table."""
+    first, last, seen = soak.first, soak.last, soak.observer
+    assert first is not None
+    assert last is not None
+    more = {name: last[name] - first[name] for name in last}
+    verdicts = sum(more[name] for name in ("good", "late", "lost", "bad"))
+    rows = [
+        Row("cycles in one account each", f"{verdicts}", f"= {more['elapsed']}",
+            verdicts == more["elapsed"]),
+        *(Row(f"cycles {name}", f"{more[name]}", "= 0", not more[name])
+          for name in ("late", "lost", "bad")),
+        Row("frames lost by the books", f"{more['frames_lost']}", "= 0", not more["frames_lost"]),
+        Row("frames that the ring lost", f"{more['overrun']}", "= 0", not more["overrun"]),
+        Row("exposures missing at the reader", f"{seen.gaps}", "= 0", not seen.gaps),
+        Row("frames stale or repeated", f"{seen.stale}", "= 0", not seen.stale),
+        Row("frames not a period later", f"{seen.untimely}", "= 0", not seen.untimely),
+        Row(f"pixels not of their exposure of {seen.compared}", f"{seen.differing}", "= 0",
+            not seen.differing and seen.compared > 0),
+    ]  # fmt: skip
+    # What a window keeps on purpose fills by bus time, which a busy computer stretches: the second
+    # half is judged, not what comes after a time by the clock.
+    is_long, half_s = soak.lasted_s >= 2.0 * STEADY_S, 0.5 * soak.lasted_s
+    for process, held in soak.usage.items():
+        what = "MiB an hour in the second half" if is_long else "MiB in 10 minutes"
+        grown = held.growth_mib(half_s, 3600.0) if is_long else held.growth_mib(0.0, 600.0)
+        allowed = GROWTH_MIB_AN_HOUR if is_long else GROWTH_MIB[process]
+        rows.append(
+            Row(f"{process}: {what}", f"{grown:+.2f}", f"<= {allowed:.0f}", grown <= allowed)
+        )
+        for what in ("threads", "descriptors"):
+            counts = getattr(held, what)
+            rows.append(Row(f"{process}: {what}", f"{counts[-1] - counts[0]:+d}", "<= 0",
+                            counts[-1] <= counts[0]))  # fmt: skip
+    return rows
+
+
+def main(arguments: list[str]) -> int:
+    """Play it, print the table and return the exit code."""
+    seconds = float(arguments[0]) if arguments else BUS_SECONDS
+    at_most_s = float(arguments[1]) if len(arguments) > 1 else AT_MOST_S
+    with tempfile.TemporaryDirectory() as folder:
+        soak, notes = play(Path(folder), seconds, at_most_s)
+    rows = judge(soak)
+    assert soak.first is not None
+    assert soak.last is not None
+    cycles = soak.last["elapsed"] - soak.first["elapsed"]
+    print(
+        f"== in lock-step: {cycles} cycles of 1 ms of bus time in {soak.lasted_s:.0f} s (pace "
+        f"{cycles / 1000.0 / max(soak.lasted_s, 1e-9):.2f}), {soak.observer.frames} frames taken "
+        f"by the station; not allowed to the bus process: {notes}"
+    )
+    for process, held in soak.usage.items():
+        picked = [held.mib[round(at * (len(held.mib) - 1) / 4)] for at in range(5)]
+        print(f"{process}: MiB {' '.join(f'{one:.1f}' for one in picked)}; threads "
+              f"{held.threads[0]} to {held.threads[-1]}")  # fmt: skip
+    for row in rows:
+        print(f"{row.name:44s} {row.value:>14s}  {row.limit:16s} {'ok' if row.kept else 'BROKEN'}")
+    whole = cycles >= 1000.0 * seconds
+    if not whole:
+        print(f"ended after {at_most_s:.0f} s: {100.0 * cycles / (1000.0 * seconds):.0f} % of it")
+    return 0 if all(row.kept for row in rows) else 1

@@ -1,0 +1,70 @@
+"""What the open tasks need of bytes, and which of it is kept on the workers."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from distributed import Client, Future
+
+from ocmm_core.cluster._worker import held
+
+_IDLE = 8
+"""Contents that are kept on the workers although no open task needs them."""
+_SMALL = 1024
+"""Fewer bytes go with every task."""
+_SEEN = 4096
+"""Contents that are recognised when they come a second time."""
+
+
+@dataclass(slots=True)
+class Contents:
+    """The contents of the tasks of one call, by their SHA-256."""
+
+    kept: dict[str, Future] = field(default_factory=dict)
+    seen: dict[str, None] = field(default_factory=dict)
+    users: Counter[str] = field(default_factory=Counter)
+
+    def hand(
+        self, client: Client, contents: Sequence[bytes]
+    ) -> tuple[tuple[str, ...], list[bytes | Future]]:
+        """Return the hashes of what a thing needs, and what its task gets for each of it."""
+        hashes = tuple(hashlib.sha256(one).hexdigest() for one in contents)
+        return hashes, [
+            self._handed(client, sha256, content)
+            for sha256, content in zip(hashes, contents, strict=True)
+        ]
+
+    def _handed(self, client: Client, sha256: str, content: bytes) -> bytes | Future:
+        """Return what a task gets for a content.
+
+        That is the bytes themselves the first time, as no second task may ever need them: to keep
+        them on a worker is a task of its own, which costs the scheduler as much as the work does.
+        """
+        self.users[sha256] += 1
+        if sha256 not in self.kept:
+            if sha256 not in self.seen or len(content) < _SMALL:
+                self.seen[sha256] = None
+                if len(self.seen) > _SEEN:
+                    del self.seen[next(iter(self.seen))]
+                return content
+            self.kept[sha256] = client.submit(held, content, key=f"ocmm-content-{sha256}")
+        return self.kept[sha256]
+
+    def give_back(self, hashes: Sequence[str]) -> None:
+        """Note that a task is done; what no task needs is soon not kept any more."""
+        for sha256 in hashes:
+            self.users[sha256] -= 1
+            if self.users[sha256] <= 0 and sha256 not in self.kept:
+                del self.users[sha256]
+        idle = [sha256 for sha256 in self.kept if self.users[sha256] <= 0]
+        for sha256 in idle[:-_IDLE]:
+            del self.kept[sha256], self.users[sha256]
+
+    def clear(self) -> None:
+        """Keep nothing any more."""
+        self.kept.clear()
+        self.seen.clear()
+        self.users.clear()
