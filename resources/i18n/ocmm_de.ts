@@ -4552,6 +4552,14 @@ Startet: {source}</translation>
         <translation>Hash des Systemdokuments; Umschalt+F9 importiert eines</translation>
     </message>
     <message>
+        <source>Least and most, e.g. 19 – 21; outside nothing is proven. Empty: no limit</source>
+        <translation>Kleinster und größter Wert, z. B. 19 – 21; außerhalb ist kein Ergebnis nachgewiesen. Leer: keine Grenze</translation>
+    </message>
+    <message>
+        <source>Air pressure, hPa</source>
+        <translation>Luftdruck, hPa</translation>
+    </message>
+    <message>
         <source>Shape</source>
         <translation>Form</translation>
     </message>
@@ -4770,6 +4778,10 @@ Startet: {source}</translation>
     <message>
         <source>unproven: also such that cannot prove the age of their data</source>
         <translation>unproven: auch solche, die das Alter ihrer Daten nicht belegen</translation>
+    </message>
+    <message>
+        <source>Room</source>
+        <translation>Raum</translation>
     </message>
     <message>
         <source>Material</source>

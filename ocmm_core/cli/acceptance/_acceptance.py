@@ -100,7 +100,7 @@ def plan(
         begin, end = ("({:.0f}, {:.0f}, {:.0f})".format(*point) for point in ends)
         count = len(one.points_world) * one.repeats
         console.print(
-            say(f"{number:3}  {one.name}: {count} points, {begin} to {end}"), highlight=False
+            say(f"{number:3}  {say(one.name)}: {count} points, {begin} to {end}"), highlight=False
         )
     for note in notes:
         console.print(f"{lead('Note     ')}{say(note)}", highlight=False)

@@ -221,7 +221,7 @@ def part_use(
         highlight=False,
     )
     console.print(
-        say(f"{kept.procedure.wording}, N {found.results}, {kept.made_utc[:10]} by {kept.made_by}"),
+        f"{say(kept.procedure.wording)}, N {found.results}, {kept.made_utc[:10]}, {kept.made_by}",
         highlight=False, markup=False,
     )  # fmt: skip
 

@@ -29,7 +29,8 @@ def print_record(console: Console, record: AcceptanceRecord) -> None:
         else say("simple acceptance")
     )
     console.print(
-        say(f"{record.procedure.id}, {record.wording}; decision rule: {rule}"), highlight=False
+        f"{record.procedure.id}, {say(record.wording)}; {say('decision rule')}: {rule}",
+        highlight=False,
     )
     table = Table(
         say_word("Quantity"),
@@ -45,7 +46,7 @@ def print_record(console: Console, record: AcceptanceRecord) -> None:
         table.add_row(
             one.quantity, str(one.count), f"{1e3 * one.error_mm:+.1f}",
             f"{1e3 * one.expanded_mm:.1f}", f"{1e3 * one.limit_mm:.1f}",
-            f"{value.position}, {value.name}", one.verdict.value,
+            f"{say(value.position)}, {say_word(value.name)}", say_word(one.verdict.value),
         )  # fmt: skip
     console.print(table)
     if record.retests:

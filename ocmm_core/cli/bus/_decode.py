@@ -57,7 +57,7 @@ def decode_capture(
         progress = stack.enter_context(
             Progress(
                 SpinnerColumn(),
-                TextColumn("{task.fields[packets]} packets", markup=False),
+                TextColumn("{task.fields[packets]} " + say("packets"), markup=False),
                 TimeElapsedColumn(),
                 console=console,
                 transient=True,

@@ -312,7 +312,7 @@ def _script_is_over(built: BuiltStation) -> bool:
 
 def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> OcmmError:
     lacking = ", ".join(
-        f"{feature.name} ({len(feature.points)} of {feature.needed} points)"
+        f"{feature.name} ({len(feature.points)}/{feature.needed})"
         for feature in view.features
         if len(feature.points) < feature.needed
     )
