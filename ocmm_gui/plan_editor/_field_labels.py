@@ -35,7 +35,7 @@ _ALL: Mapping[str, Words] = {
     "digest": (later("SHA-256"), later("Hash of the frame document; Shift+F9 imports one")),
 }
 
-_ROOM = later("Least and most, e.g. 19 – 21; outside nothing is proven. Empty: no limit")
+_ROOM = later("E.g. 19 – 21; empty: no limit")
 
 _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
     "EnvironmentLimits": {

@@ -4552,8 +4552,8 @@ Startet: {source}</translation>
         <translation>Hash des Systemdokuments; Umschalt+F9 importiert eines</translation>
     </message>
     <message>
-        <source>Least and most, e.g. 19 – 21; outside nothing is proven. Empty: no limit</source>
-        <translation>Kleinster und größter Wert, z. B. 19 – 21; außerhalb ist kein Ergebnis nachgewiesen. Leer: keine Grenze</translation>
+        <source>E.g. 19 – 21; empty: no limit</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Air pressure, hPa</source>
