@@ -68,9 +68,13 @@ class Reader:
                 continue
             for form in self._forms(node):
                 sentence = named(form).strip()
-                if spoken and sentence and _WORD.search(_literal(sentence)):
-                    yield sentence, code, is_remedy
-                elif sentence and _is_said(sentence, coded=bool(code)):
+                if not sentence:
+                    continue
+                if (
+                    _WORD.search(_literal(sentence))
+                    if spoken
+                    else _is_said(sentence, coded=bool(code))
+                ):
                     yield sentence, code, is_remedy
 
     def words(self, *, single: bool) -> Iterator[str]:

@@ -214,7 +214,7 @@ class FarView(QWidget):
             return
         summary, result = job.verdict_of(feature.name), job.deciding(feature.name)
         self._feature.show_text(feature_title(feature))
-        what = tr("Measured") if result is None else result.kind.capitalize()
+        what = tr("Measured") if result is None else _first_large(said_word(result.kind))
         warm = ", 20 °C" if job.at_20_c else ""
         self._captions["measured"].show_text(f"{what}{warm}", self._theme.muted)
         self._count.show_text(f"{len(feature.points)}/{feature.needed}")
@@ -355,6 +355,10 @@ class _Air:
             self._layout.setVerticalSpacing(round(self._down * share))
         else:
             self._layout.setSpacing(round(self._across * share))
+
+
+def _first_large(word: str) -> str:
+    return word[:1].upper() + word[1:]
 
 
 def _beside(left: QWidget, right: QWidget, share: int) -> QHBoxLayout:

@@ -4553,7 +4553,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>E.g. 19 – 21; empty: no limit</source>
-        <translation type="unfinished"></translation>
+        <translation>z. B. 19 – 21; leer: keine Grenze</translation>
     </message>
     <message>
         <source>Air pressure, hPa</source>

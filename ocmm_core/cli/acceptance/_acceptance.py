@@ -248,7 +248,8 @@ def status(*, folder: FolderOption = None) -> None:
             )
             continue
         table.add_row(
-            one.procedure.id, one.begun_utc[:16], str(len(one.observations)), say_word(one.verdict.value),
+            one.procedure.id, one.begun_utc[:16], str(len(one.observations)),
+            say_word(one.verdict.value),
             path.name,
         )  # fmt: skip
     console.print(table)

@@ -54,7 +54,8 @@ def type1(
     )
     console.print(
         say(
-            f"Cg {found.cg:.3f} (95 %: {found.cg_low:.2f} to {found.cg_high:.2f}), Cgk {found.cgk:.3f}"
+            f"Cg {found.cg:.3f} (95 %: {found.cg_low:.2f} to {found.cg_high:.2f}), Cgk "
+            f"{found.cgk:.3f}"
         )
     )
     console.print(say(f"Least tolerance {found.least_tolerance:.4f} mm"))
@@ -176,7 +177,8 @@ def part(
     if few:
         console.print(
             say(
-                f"{numbers.results} results are the least: this U is not used. Measure the part again, "
+                f"{numbers.results} results are the least: this U is not used. Measure the part "
+                f"again, "
                 "each time taken out and clamped again."
             ),
             style="yellow",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
-from ocmm_core.cli.terminal import say, say_word
+from ocmm_core.cli.terminal import heads, say, say_word
 from ocmm_core.studies import CharacteristicStudy, StudyReport
 
 
@@ -22,8 +22,10 @@ def print_study(console: Console, report: StudyReport) -> None:
         highlight=False,
     )
     table = Table(
-        say_word("Characteristic"), say_word("GRR, µm (90 %)"), say_word("EV"), say_word("AV"), say_word("PV"), say_word("% study"), say_word("% tol."), say_word("ndc"), say_word("Q_MS, %"),
-        say_word("Q_MP, %"), say_word("Word"),
+        *heads(
+            "Characteristic", "GRR, µm (90 %)", "EV", "AV", "PV", "% study", "% tol.", "ndc",
+            "Q_MS, %", "Q_MP, %", "Word",
+        )
     )  # fmt: skip
     for one in report.characteristics:
         table.add_row(*_row(one))

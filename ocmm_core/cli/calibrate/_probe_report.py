@@ -108,7 +108,8 @@ def _print_validation(console: Console, outcome: PivotOutcome) -> None:
     sigma = ", ".join(f"{value:.1f}" for value in 2e3 * check.tip_difference_sigma)
     console.print(
         say(
-            f"Second against first: tip {off} um (U {sigma}), LEDs {1e3 * check.led_difference:.1f} um "
+            f"Second against first: tip {off} um (U {sigma}), LEDs "
+            f"{1e3 * check.led_difference:.1f} um "
             f"RMS, cone {check.place_distance:.0f} mm and attitude "
             f"{np.degrees(check.attitude_distance):.0f} degrees apart."
         ),
@@ -117,7 +118,8 @@ def _print_validation(console: Console, outcome: PivotOutcome) -> None:
     if np.isfinite(check.articulation_2s):
         console.print(
             say(
-                f"Articulation of the tip in the second sweep: 2s {1e3 * check.articulation_2s:.1f} "
+                f"Articulation of the tip in the second sweep: 2s "
+                f"{1e3 * check.articulation_2s:.1f} "
                 f"um, largest {1e3 * check.articulation_max:.1f} um."
             ),
             highlight=False,

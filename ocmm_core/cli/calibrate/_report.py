@@ -48,7 +48,8 @@ def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
     _say(
         console,
         say(
-            f"Residuals {record.rms_px:.4f} px RMS, chi-square {record.chi2_per_dof:.2f} per degree of "
+            f"Residuals {record.rms_px:.4f} px RMS, chi-square {record.chi2_per_dof:.2f} per "
+            f"degree of "
             f"freedom, {record.points} points or poses."
         ),
     )
@@ -61,7 +62,8 @@ def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
         _say(
             console,
             say(
-                f"Errors at {len(outcome.errors_world)} control places: {x:.1f}, {y:.1f}, {z:.1f} um "
+                f"Errors at {len(outcome.errors_world)} control places: {x:.1f}, {y:.1f}, "
+                f"{z:.1f} um "
                 f"RMS per axis."
             ),
         )
@@ -126,7 +128,8 @@ def _print_session(console: Console, record: VerificationRecord) -> None:
         _say(
             console,
             say(
-                f"Repeat   {seat.place} moved by {shift:.1f} um: normalised square {seat.square:.1f}, "
+                f"Repeat   {seat.place} moved by {shift:.1f} um: normalised square "
+                f"{seat.square:.1f}, "
                 f"limit {seat.limit:.1f}"
             ),
         )
@@ -163,7 +166,8 @@ def print_status(console: Console, document: Path, folder: Path, now: datetime) 
         _say(
             console,
             say(
-                f"Record   {store.active_hash}\n         {record.method}, {record.made_utc[:19]} UTC "
+                f"Record   {store.active_hash}\n         {record.method}, {record.made_utc[:19]} "
+                f"UTC "
                 f"by {record.made_by}, valid until {record.valid_until_utc[:10]}"
             ),
         )
@@ -221,7 +225,8 @@ def _print_comparison(console: Console, found: CalibrationComparison) -> None:
         console,
         say(
             f"  With the old one, points in the volume would be up to {largest:.0f} um off; "
-            f"standard uncertainty of a length: {1e3 * found.length_sigma_after_mm:.1f} um (before: "
+            f"standard uncertainty of a length: {1e3 * found.length_sigma_after_mm:.1f} um "
+            f"(before: "
             f"{1e3 * found.length_sigma_before_mm:.1f} um)."
         ),
     )

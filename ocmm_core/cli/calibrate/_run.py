@@ -218,7 +218,8 @@ def collect(
                         except AcquisitionError as error:
                             recorder = None
                             console.print(
-                                f"{say(error.what)} {say('Calibration continues.')} {say(error.remedy)}"
+                                f"{say(error.what)} {say('Calibration continues.')} "
+                                f"{say(error.remedy)}"
                             )
                     procedure.watch(block)
                     seen += len(block)

@@ -42,7 +42,8 @@ def print_sphere(console: Console, view: TouchView) -> None:
         _say(
             console,
             say(
-                f"         point {point + 1} does not fit: {1e3 * sphere.residuals_mm[point]:+.0f} um"
+                f"         point {point + 1} does not fit: "
+                f"{1e3 * sphere.residuals_mm[point]:+.0f} um"
             ),
         )
 
@@ -68,7 +69,8 @@ def print_cone(console: Console, view: TouchView) -> None:
         console,
         say(
             f"Articulation 2s {1e3 * cone.spread_2s_mm:.1f} um, largest "
-            f"{1e3 * cone.largest_mm:.1f} um, (max - min) / 2 of X, Y, Z: {x:.1f}, {y:.1f}, {z:.1f} um"
+            f"{1e3 * cone.largest_mm:.1f} um, (max - min) / 2 of X, Y, Z: {x:.1f}, {y:.1f}, "
+            f"{z:.1f} um"
         ),
     )
 
@@ -81,7 +83,8 @@ def print_qualification(console: Console, outcome: TipOutcome) -> None:
         console,
         say(
             f"Ball     {record.diameter_mm:.4f} mm, U = {2e3 * record.diameter_sigma_mm:.1f} um "
-            f"(k = 2); form {1e3 * record.form_mm:.1f} um, one point {1e3 * record.point_sigma_mm:.1f} "
+            f"(k = 2); form {1e3 * record.form_mm:.1f} um, one point "
+            f"{1e3 * record.point_sigma_mm:.1f} "
             f"um (standard deviation)"
         ),
     )

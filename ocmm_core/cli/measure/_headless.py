@@ -205,14 +205,16 @@ def print_counters(console: Console, status: AcquisitionStatus) -> None:
     """Print what became of every cycle and frame."""
     console.print(
         say(
-            f"Cycles  {status.elapsed}: {status.good} good, {status.late} late, {status.lost} lost, "
+            f"Cycles  {status.elapsed}: {status.good} good, {status.late} late, {status.lost} "
+            f"lost, "
             f"{status.bad} bad"
         ),
         highlight=False,
     )
     console.print(
         say(
-            f"Frames  {status.frames} delivered, {status.frames_lost} lost, {status.overrun} overrun"
+            f"Frames  {status.frames} delivered, {status.frames_lost} lost, {status.overrun} "
+            f"overrun"
         ),
         highlight=False,
     )

@@ -183,7 +183,8 @@ def _print_uncertainty(console: Console, rows: Sequence[FitRow]) -> None:
         factors = _range([one.k for one in known if one.k is not None], 2)
         console.print(
             say(
-                f"U from the scatter of the points: {degrees} degrees of freedom, k = {factors}. It "
+                f"U from the scatter of the points: {degrees} degrees of freedom, k = {factors}. "
+                f"It "
                 "excludes the measuring system."
             ),
             style="dim",
@@ -214,7 +215,8 @@ def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
     for row in found[:LISTED]:
         console.print(
             say(
-                f"Outlier: point {row + 1} is {fit.residuals[row]:+.6f} mm off; still used in the fit."
+                f"Outlier: point {row + 1} is {fit.residuals[row]:+.6f} mm off; still used in "
+                f"the fit."
             ),
             style="yellow",
             highlight=False,
@@ -237,7 +239,8 @@ def _print_rival(console: Console, fit: Fit) -> None:
         Text.assemble(
             ("AMBIGUOUS:", "bold red"),
             say(
-                " the points fit two elements, and their noise cannot tell which. Use neither; take "
+                " the points fit two elements, and their noise cannot tell which. Use neither; "
+                "take "
                 "more points, spread over more of the feature."
             ),
         )

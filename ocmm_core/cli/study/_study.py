@@ -141,7 +141,8 @@ def probe_calibration(
     d = 1e3 * result.distances
     console.print(
         say(
-            f"{runs} calibrations of {poses} poses, estimator '{estimator.value}': error of the tip "
+            f"{runs} calibrations of {poses} poses, estimator '{estimator.value}': error of the "
+            f"tip "
             f"RMS {np.sqrt(np.mean(d**2)):.3f} um, mean {d.mean():.3f}, largest {d.max():.2f}."
         )
     )
@@ -156,7 +157,8 @@ def probe_calibration(
         )
     console.print(
         say(
-            f"{elapsed:.1f} s; {runs * poses / result.cpu_s / 1e6:.2f} million poses per second per "
+            f"{elapsed:.1f} s; {runs * poses / result.cpu_s / 1e6:.2f} million poses per second "
+            f"per "
             "processor."
         )
     )

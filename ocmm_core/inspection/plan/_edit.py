@@ -95,7 +95,7 @@ def with_alignment(plan: Plan, rule: Alignment | None) -> Plan:
 
 
 def with_head(plan: Plan, head: Plan) -> Plan:
-    """Return the plan with name, part, rule, compensation, cameras, material and limits of the room of another.
+    """Return the plan with name, part, rules, material and limits of the room of another.
 
     Raises
     ------

@@ -66,7 +66,9 @@ def unsaid(source: str) -> list[str]:
     ]  # fmt: skip
     return [
         one for one in dict.fromkeys(found)
-        if _WORD.search(re.sub(r"\{.*?\}+", "", one)) and one.strip() not in _NO_SENTENCE and not _NOT_READ.fullmatch(one)
+        if _WORD.search(re.sub(r"\{.*?\}+", "", one))
+        and one.strip() not in _NO_SENTENCE
+        and not _NOT_READ.fullmatch(one)
     ]  # fmt: skip
 
 
