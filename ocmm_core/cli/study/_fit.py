@@ -144,9 +144,11 @@ def _print_fit(
     from ocmm_core.cli.study._fit_rows import rows_of
     from ocmm_core.tolerances.decisions import U_LABEL
 
-    how = f"{criterion.value} ({fit.criterion.value})" + (", one problem in space" if free else "")
+    how = f"{say_word(criterion.value)} ({say_word(fit.criterion.value)})"
+    if free:
+        how += f", {say('one problem in space')}"
     table = Table(
-        title=say(f"{fit.shape.value} through {n} points, {how}"),
+        title=say(f"{fit.shape.value} through {n:d} points:") + f" {how}",
         title_justify="left",
         box=box.SIMPLE_HEAD,
     )
