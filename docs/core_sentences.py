@@ -68,7 +68,13 @@ class Reader:
                 continue
             for form in self._forms(node):
                 sentence = named(form).strip()
-                if sentence and _is_said(sentence, coded=bool(code) or spoken):
+                if not sentence:
+                    continue
+                if (
+                    _WORD.search(_literal(sentence))
+                    if spoken
+                    else _is_said(sentence, coded=bool(code))
+                ):
                     yield sentence, code, is_remedy
 
     def words(self, *, single: bool) -> Iterator[str]:
@@ -91,6 +97,19 @@ class Reader:
                         yield word
                     case _:
                         pass
+
+    def spoken_words(self) -> Iterator[str]:
+        """Return the words that a command says in the language: heads, labels, verdicts."""
+        for node in ast.walk(self._tree):
+            if not isinstance(node, ast.Call):
+                continue
+            if getattr(node.func, "id", "") not in {"say_word", "heads", "lead"}:
+                continue
+            for value in node.args:
+                sides = [value.body, value.orelse] if isinstance(value, ast.IfExp) else [value]
+                for side in sides:
+                    if isinstance(side, ast.Constant) and _WORD.search(str(side.value)):
+                        yield str(side.value).strip()
 
     def _is_inner(self, node: ast.AST) -> bool:
         parent = self._parents.get(node)
@@ -122,7 +141,10 @@ class Reader:
     def _is_spoken(self, node: ast.AST) -> bool:
         """Return whether a command says it in the language of the terminal."""
         parent = self._parents.get(node)
-        return isinstance(parent, ast.Call) and getattr(parent.func, "id", "") == "say"
+        return isinstance(parent, ast.Call) and getattr(parent.func, "id", "") in {
+            "say",
+            "say_later",
+        }
 
     def _is_silent(self, node: ast.AST) -> bool:
         """Return whether a text is a docstring, a key, a pattern, or for a log."""

@@ -26,6 +26,7 @@ ROOMS = ("ocmm_core", "ocmm_gui/reports")
 ERRORS_ONLY = ("ocmm_gui", "ocmm_core/cli", "ocmm_core/simulation")
 """Only what is raised with a code, and what a command says by `say`: sentences of the window have
 `tr`, help stays English."""
+COMMANDS = "ocmm_core/cli"
 LEFT_OUT = (
     # Words that other programs read.
     "ocmm_core/export/qif", "ocmm_core/export/aqdef", "ocmm_core/export/certificate/_dcc.py",
@@ -95,6 +96,8 @@ def collect(root: Path = ROOT) -> Texts:
                 remedies.add(sentence)
         if name.startswith(ROOMS[0]) and not name.startswith(ERRORS_ONLY):
             words.update(reader.words(single=bool(WORD_FILES.search(name))))
+        elif name.startswith(COMMANDS):
+            words.update(reader.spoken_words())
     sentences = {sentence: sorted(found[sentence]) for sentence in sorted(found)}
     return Texts(sentences, sorted(words), sorted(remedies))
 

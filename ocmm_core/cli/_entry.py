@@ -10,6 +10,7 @@ from typing import NoReturn
 
 from ocmm_core.acquisition.bus_process import hold_nothing
 from ocmm_core.blas import use_one_thread
+from ocmm_core.cli.terminal import say
 from ocmm_core.errors import InternalError, OcmmError
 from ocmm_core.failure import EXIT_INTERNAL, ThreadNet, contained
 from ocmm_core.host import HOST
@@ -37,7 +38,7 @@ def main() -> None:
                 _give_up(cause.__cause__ or cause, piped=piped)
             raise
         except KeyboardInterrupt:
-            sys.stderr.write("ocmm: stopped; all points taken are saved in the job file.\n")
+            sys.stderr.write(say("ocmm: stopped; all points taken are saved in the job file.\n"))
             sys.exit(130)
         except Exception as error:
             _give_up(error, piped=piped)

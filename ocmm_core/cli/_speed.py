@@ -18,6 +18,7 @@ from ocmm_core.cli.terminal import (
     SourceOption,
     SpeedOption,
     make_console,
+    say,
 )
 from ocmm_core.composition import (
     DEFAULT_SEED,
@@ -100,4 +101,6 @@ def compile_command(
     from ocmm_core.composition import compile_all
 
     done = compile_all(processes)
-    typer.echo(f"{done.listed} compiled functions are ready, {done.compiled} were compiled now.")
+    typer.echo(
+        say(f"{done.listed} compiled functions are ready, {done.compiled} were compiled now.")
+    )

@@ -93,7 +93,7 @@ def station_state(settings: Settings, now: datetime | None = None) -> StationSta
 
 def _cameras(view: CalibrationView, now: datetime) -> StateLine:
     due = "" if view.record is None else view.record.valid_until_utc
-    return _line("Cameras", f"Rig {view.rig}.", view, due, now)
+    return _line("Cameras", f"Camera rig {view.rig}.", view, due, now)
 
 
 def _line(

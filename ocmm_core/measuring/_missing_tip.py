@@ -87,9 +87,9 @@ def _who_sees_nothing(
     parts = []
     for camera, leds in zip(rig.cameras, hidden, strict=True):
         if leds.all():
-            parts.append(f"camera {camera.name} does not see {what}")
+            parts.append(f"Camera {camera.name} does not see {what}.")
         elif leds.any():
             numbers = ", ".join(f"{each}{led + 1}" for led in np.flatnonzero(leds))
-            parts.append(f"camera {camera.name} does not see {before}{numbers}")
-    sentence = " and ".join(parts) or "too few targets are seen by two cameras"
-    return f"{sentence[0].upper()}{sentence[1:]}."
+            parts.append(f"Camera {camera.name} does not see {before}{numbers}.")
+    # Whole sentences: what is joined from halves is known in no other language.
+    return " ".join(parts) or "Too few targets are seen by two cameras."

@@ -24,6 +24,9 @@ from ocmm_gui.kit import (
 REFUSED_MS = 4000
 """So long a refused touch stays on the screen."""
 _LINE_PX = 15
+_LEAST_PX = 14
+"""What is to be done is no smaller: where it would be, it takes the place of the picture."""
+_GREATEST_PX = 24
 _HARD_BLANK = "\u00a0"
 _LOW, _PICTURE_SHARE, _WORDS_SHARE = 1.1, 0.5, 0.4
 """Lower than so many widths it has its words beside the picture, elsewhere below it."""
@@ -125,13 +128,16 @@ class CoachPanel(Painted):
         if words and frame.height() < _LOW * frame.width():
             left = QRectF(frame)
             left.setWidth(_PICTURE_SHARE * frame.width())
-            self._paint_words(painter, frame.adjusted(left.width() + 4.0, 0.0, 0.0, 0.0), words)
-            frame = left
+            room, frame = frame.adjusted(left.width() + 4.0, 0.0, 0.0, 0.0), left
         elif words:
             high = _WORDS_SHARE * frame.height()
-            below = QRectF(frame.left(), frame.bottom() - high, frame.width(), high)
-            self._paint_words(painter, below, words)
+            room = QRectF(frame.left(), frame.bottom() - high, frame.width(), high)
             frame = frame.adjusted(0.0, 0.0, 0.0, -high - 2.0)
+        if words and self._is_urgent() and self._words_px(room, words) < _LEAST_PX:
+            self._paint_words(painter, frame.united(room), words)
+            return
+        if words:
+            self._paint_words(painter, room, words)
         if self.shows_probe() and view.picture is not None:
             high = 0.09 * frame.height() if self._far else float(_LINE_PX) - 2.0
             if self._far:
@@ -154,19 +160,29 @@ class CoachPanel(Painted):
             frame = self._paint_line(painter, frame, scale, self._theme.muted)
             paint_ellipse(painter, view.ellipsoid, frame, self._theme)
 
+    def _is_urgent(self) -> bool:
+        """Return whether there is something to be done."""
+        return bool(self._view.remedy) or self._view.hint is not None
+
+    def _lines(self, words: str) -> str:
+        if self._view.hint is None:
+            return words
+        # The numbers stay together, below what is to be done.
+        turns, _, numbers = words.partition(": ")
+        return f"{turns}\n{numbers.replace(' ', _HARD_BLANK)}"
+
+    def _words_px(self, frame: QRectF, words: str) -> int:
+        box = frame.adjusted(0.0, 0.0, 0.0, -2.0 * _LINE_PX)
+        return wrapped_pixels(self._lines(words), box, _GREATEST_PX, bold=self._is_urgent())
+
     def _paint_words(self, painter: QPainter, frame: QRectF, words: str) -> None:
         where = QRectF(frame)
         where.setTop(frame.bottom() - 2.0 * _LINE_PX)
         self._paint_where(painter, where, 12)
-        if self._view.hint is not None:
-            # The numbers stay together, below what is to be done.
-            turns, _, numbers = words.partition(": ")
-            words = f"{turns}\n{numbers.replace(' ', _HARD_BLANK)}"
         box = frame.adjusted(0.0, 0.0, 0.0, -where.height())
-        urgent = bool(self._view.remedy) or self._view.hint is not None
         painter.setPen(QColor(self._theme.bad if self._view.remedy else self._theme.text))
-        painter.setFont(text_font(wrapped_pixels(words, box, 17, bold=urgent), bold=urgent))
-        painter.drawText(box, WRAPPED, words)
+        painter.setFont(text_font(self._words_px(frame, words), bold=self._is_urgent()))
+        painter.drawText(box, WRAPPED, self._lines(words))
 
     def _paint_where(self, painter: QPainter, box: QRectF, limit: int) -> None:
         painter.setPen(QColor(self._theme.muted))

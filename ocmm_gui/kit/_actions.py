@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from ocmm_gui.kit._narrow import NarrowButton
@@ -342,6 +342,27 @@ def usable_keys(changed: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ..
         if key in known and sound and not any(conflict_of(key, one, trial) for one in shortcuts):
             usable[key] = tuple(shortcuts)
     return usable
+
+
+_NEVER_TYPED = frozenset({"zoom_in", "zoom_out", "zoom_reset", "manual"})
+"""Actions whose keys mean nothing in a field: they work from it, too."""
+
+
+def is_never_typed(event: QKeyEvent) -> bool:
+    """Return whether a key changes the size of the window or asks for the manual.
+
+    Keys of the pad and shifted ones are the same: ``+`` has its own key in some countries only.
+    """
+    held = event.modifiers() & ~(
+        Qt.KeyboardModifier.KeypadModifier | Qt.KeyboardModifier.ShiftModifier
+    )
+    pressed = QKeySequence(held.value | event.key())
+    return any(
+        pressed == QKeySequence(key)
+        for info in ACTIONS
+        if info.key in _NEVER_TYPED
+        for key in info.shortcuts
+    )
 
 
 def use_shortcuts(actions: Mapping[str, QAction], changed: Mapping[str, Sequence[str]]) -> None:

@@ -9,6 +9,7 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QFileDialog, QFrame, QHBoxLayout
 
 from ocmm_core.settings import RecentPlaces
+from ocmm_gui.kit._actions import is_never_typed
 from ocmm_gui.kit._narrow import HintField, NarrowButton
 from ocmm_gui.kit._texts import PlainLabel, tr
 
@@ -111,7 +112,7 @@ class OwnKeysField(HintField):
     def event(self, event: QEvent) -> bool:
         """Keep every key from the shortcuts of the window but F1 and those that change its size."""
         if event.type() is QEvent.Type.ShortcutOverride:
-            if isinstance(event, QKeyEvent) and (is_zoom(event) or event.key() == Qt.Key.Key_F1):
+            if isinstance(event, QKeyEvent) and is_never_typed(event):
                 event.ignore()
                 return False
             event.accept()
@@ -126,18 +127,9 @@ class OwnKeysField(HintField):
         super().keyPressEvent(event)
 
 
-_ZOOMS = (Qt.Key.Key_Plus, Qt.Key.Key_Equal, Qt.Key.Key_Minus, Qt.Key.Key_0)
-
-
 def list_step(event: QKeyEvent) -> int:
     """Return how a key of a field moves in the list that belongs to it: down, up, or not at all."""
     return {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}.get(Qt.Key(event.key()), 0)
-
-
-def is_zoom(event: QKeyEvent) -> bool:
-    """Return whether a key changes the size of the window: nobody types it."""
-    held = event.modifiers() & Qt.KeyboardModifier.ControlModifier
-    return bool(held) and event.key() in _ZOOMS
 
 
 _DROPPED = (".ocmm", ".toml")

@@ -24,8 +24,6 @@ from ocmm_core.camera import Rig
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.evaluation import FeatureState, JobView, LiveView
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.measuring import Refusal
-from ocmm_core.station.coaching import CoachView
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.help import CoachPanel
 from ocmm_gui.kit import (
@@ -43,7 +41,7 @@ from ocmm_gui.operator._feature_panel import FeaturePanel
 from ocmm_gui.operator._guidance import Guidance
 from ocmm_gui.operator._part_view import PartVerdictView
 from ocmm_gui.operator._plan_list import PlanList
-from ocmm_gui.operator._readout import Readout
+from ocmm_gui.operator._readout import CoachedView, Readout
 from ocmm_gui.operator._status_strip import StatusStrip
 from ocmm_gui.views import CameraViews, PointView, StepPicture
 
@@ -63,7 +61,7 @@ _READOUT_SHARE = 70
 """In hundredths; the coach, which is read from near, has the rest."""
 
 
-class DeskView(QWidget):
+class DeskView(CoachedView):
     """Everything that the technician looks at.
 
     Parameters
@@ -156,21 +154,6 @@ class DeskView(QWidget):
         self.camera_bar.show_live(live)
         if self.cameras.isVisible():
             self.cameras.show_live(live)
-
-    def show_coach(self, view: CoachView) -> None:
-        """Show what the coach says."""
-        self.coach.show_coach(view)
-        self.readout.show_remedy(said(view.remedy))
-
-    def show_refusal(self, refusal: Refusal) -> None:
-        """Show for a while why a touch gave no point, and what to do."""
-        self.coach.show_refusal(refusal)
-        self.readout.show_refusal(said(refusal.what), said(refusal.remedy))
-
-    def forget_refusal(self) -> None:
-        """Show what is measured again: a point was taken."""
-        self.coach.forget_refusal()
-        self.readout.forget_refusal()
 
     def show_job(self, job: JobView) -> None:
         """Show the job as it stands."""

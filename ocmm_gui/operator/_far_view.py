@@ -19,7 +19,6 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_core.inspection.evaluation import JobView, LiveView
-from ocmm_core.measuring import Refusal
 from ocmm_core.station.coaching import CoachView
 from ocmm_core.tolerances.decisions import NO_VERDICT, Verdict, VerdictSummary
 from ocmm_gui.charts import ToleranceBar
@@ -57,7 +56,7 @@ from ocmm_gui.kit import (
 from ocmm_gui.operator._coverage_view import CoverageView
 from ocmm_gui.operator._far_message import FarMessage
 from ocmm_gui.operator._part_view import PartVerdictView
-from ocmm_gui.operator._readout import Readout
+from ocmm_gui.operator._readout import CoachedView, Readout
 from ocmm_gui.operator._target_ring import TargetRing
 
 _VALUES = (
@@ -76,7 +75,7 @@ _PART_PX = (220, 30)
 """Greatest type of the verdict on the part, and least type of what stands below it."""
 
 
-class FarView(QWidget):
+class FarView(CoachedView):
     """Status, feature, digits, tolerance bar, verdict and three large buttons.
 
     Parameters
@@ -99,7 +98,7 @@ class FarView(QWidget):
         self._verdict = FitText(
             tr("Verdict"), limit=_TYPE_PX, align=right, reserve=tr("NOT MEASURED")
         )
-        self._readout = Readout()
+        self.readout = Readout()
         self._coverage = CoverageView()
         self._ring = TargetRing()
         self.coach = CoachPanel(far=True)
@@ -140,7 +139,7 @@ class FarView(QWidget):
         grid.addLayout(_beside(self._status, self._verdict, 41), 0, 0)
         work = QHBoxLayout()
         work.setSpacing(24)
-        work.addWidget(self._readout, 38)
+        work.addWidget(self.readout, 38)
         work.addLayout(pictures, 12)
         work.addLayout(side, 50)
         self._one = QWidget()
@@ -182,7 +181,7 @@ class FarView(QWidget):
             # What to do next is another thing now.
             self.show_job(self._job)
         self._show_status()
-        self._readout.show_live(live)
+        self.readout.show_live(live)
         self._show_ring()
 
     def show_job(self, job: JobView) -> None:
@@ -214,7 +213,7 @@ class FarView(QWidget):
             return
         summary, result = job.verdict_of(feature.name), job.deciding(feature.name)
         self._feature.show_text(feature_title(feature))
-        what = tr("Measured") if result is None else result.kind.capitalize()
+        what = tr("Measured") if result is None else _first_large(said_word(result.kind))
         warm = ", 20 °C" if job.at_20_c else ""
         self._captions["measured"].show_text(f"{what}{warm}", self._theme.muted)
         self._count.show_text(f"{len(feature.points)}/{feature.needed}")
@@ -249,10 +248,6 @@ class FarView(QWidget):
         """Return the verdict on the shown feature; empty where that on the part is shown."""
         return self._verdict.text()
 
-    def readout(self) -> Readout:
-        """Return the large digits."""
-        return self._readout
-
     def type_pixels(self) -> dict[str, int]:
         """Return the pixel size of the type of everything that is read from afar."""
         texts = (self._status, self._verdict, self._feature, self._count, *self._values.values())
@@ -278,25 +273,12 @@ class FarView(QWidget):
 
     def show_coach(self, view: CoachView) -> None:
         """Show what the coach says, while the probe is lost in place of what is not known then."""
-        self.coach.show_coach(view)
-        self._readout.show_remedy(said(view.remedy))
-        self._show_pictures()
+        super().show_coach(view)
         if self._job is not None:
             self.show_job(self._job)
 
-    def show_refusal(self, refusal: Refusal) -> None:
-        """Show for a while why a touch gave no point, and what to do."""
-        self.coach.show_refusal(refusal)
-        self._readout.show_refusal(said(refusal.what), said(refusal.remedy))
-        self._show_pictures()
-
-    def forget_refusal(self) -> None:
-        """Show what is measured again: a point was taken."""
-        self.coach.forget_refusal()
-        self._readout.forget_refusal()
-        self._show_pictures()
-
-    def _show_pictures(self) -> None:
+    def coach_changed(self) -> None:
+        """Show the probe in place of the coverage, and of the ring while something is wrong."""
         probe = self.coach.shows_probe()
         self.coach.setVisible(probe)
         self._coverage.setHidden(probe)
@@ -355,6 +337,10 @@ class _Air:
             self._layout.setVerticalSpacing(round(self._down * share))
         else:
             self._layout.setSpacing(round(self._across * share))
+
+
+def _first_large(word: str) -> str:
+    return word[:1].upper() + word[1:]
 
 
 def _beside(left: QWidget, right: QWidget, share: int) -> QHBoxLayout:

@@ -10,6 +10,9 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.inspection.evaluation import LiveView
+from ocmm_core.measuring import Refusal
+from ocmm_core.station.coaching import CoachView
+from ocmm_gui.help import CoachPanel
 from ocmm_gui.kit import (
     CAP_HEIGHT,
     DASHES,
@@ -243,3 +246,31 @@ class Readout(QWidget):
 
 def _known(value: float | None) -> str:
     return DASHES if value is None or not math.isfinite(value) else length_number(value)
+
+
+class CoachedView(QWidget):
+    """A view with a readout and a coach, which say the same of what is wrong and what to do."""
+
+    readout: Readout
+    coach: CoachPanel
+
+    def show_coach(self, view: CoachView) -> None:
+        """Show what the coach says."""
+        self.coach.show_coach(view)
+        self.readout.show_remedy(said(view.remedy))
+        self.coach_changed()
+
+    def show_refusal(self, refusal: Refusal) -> None:
+        """Show for a while why a touch gave no point, and what to do."""
+        self.coach.show_refusal(refusal)
+        self.readout.show_refusal(said(refusal.what), said(refusal.remedy))
+        self.coach_changed()
+
+    def forget_refusal(self) -> None:
+        """Show what is measured again: a point was taken."""
+        self.coach.forget_refusal()
+        self.readout.forget_refusal()
+        self.coach_changed()
+
+    def coach_changed(self) -> None:
+        """Show what follows from what the coach says; nothing does in many views."""

@@ -35,7 +35,14 @@ _ALL: Mapping[str, Words] = {
     "digest": (later("SHA-256"), later("Hash of the frame document; Shift+F9 imports one")),
 }
 
+_ROOM = later("E.g. 19 – 21; empty: no limit")
+
 _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
+    "EnvironmentLimits": {
+        "temperature_c": (later("Room, °C"), _ROOM),
+        "humidity_percent": (later("Humidity, %"), _ROOM),
+        "pressure_hpa": (later("Air pressure, hPa"), _ROOM),
+    },
     "NominalFeature": {
         "shape": (later("Shape"), later("Features to probe")),
         "points": (later("Points"), later("Number of points")),
@@ -92,6 +99,7 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
             later("Cameras"),
             later("unproven: also such that cannot prove the age of their data"),
         ),
+        "environment": (later("Room"), _ROOM),
         "material": (later("Material"), later("Needed to report results at 20 °C; or empty")),
     },
     "Material": {

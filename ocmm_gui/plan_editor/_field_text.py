@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -27,8 +28,13 @@ _WANTED: Mapping[FieldKind, str] = {
     FieldKind.NUMBER: "a number",
     FieldKind.VECTOR: "three numbers separated by spaces",
     FieldKind.NUMBERS: "numbers separated by spaces",
+    FieldKind.SPAN: "two numbers, least and most",
     FieldKind.PLACES: "one name and three numbers per line",
 }
+
+
+_TO = re.compile(r"\s+(?:to|bis|-|–|…)\s+|\s*[–…]\s*|\s+")
+"""Between the least and the most."""
 
 
 def text_of(line: FormLine, value: Any, *, angle: bool = False) -> str:
@@ -48,6 +54,8 @@ def text_of(line: FormLine, value: Any, *, angle: bool = False) -> str:
             return ", ".join(value)
         case FieldKind.VECTOR | FieldKind.NUMBERS:
             return _row(value)
+        case FieldKind.SPAN:
+            return " – ".join(map(_plain, value or ()))
         case FieldKind.PLACES:
             return "\n".join(_place(item) for item in value)
         case FieldKind.FIXED if isinstance(value, list | tuple):
@@ -78,6 +86,11 @@ def value_of(line: FormLine, text: str, *, angle: bool = False) -> Any:
             return [part.strip() for part in text.split(",") if part.strip()]
         case FieldKind.TEXT | FieldKind.CHOICE:
             return text
+        case FieldKind.SPAN:
+            ends = _numbers(line, text, _TO.split(text), None) if text else []
+            if len(ends) not in (0, 2):
+                raise _fault(line, text)
+            return ends or None
         case FieldKind.PLACES:
             rows = [row.split() for row in text.splitlines() if row.strip()]
             units = [_taken_unit(line, row, angle=angle) for row in rows]

@@ -34,6 +34,7 @@ class FieldKind(Enum):
     NUMBERS = "any count of numbers"
     NAMES = "names"
     PLACES = "a name and three numbers on every line"
+    SPAN = "least and most, or nothing"
     FIXED = "only shown: it comes from a document with a hash"
 
 
@@ -139,10 +140,12 @@ def opened(make: Any, data: Any) -> dict[str, Any]:
 
 def closed(make: Any, data: Mapping[str, Any]) -> Any:
     """Return what `opened` got: plain data of the item, with no field that its type has not."""
-    variants, _ = _variants(make)
+    variants, optional = _variants(make)
     field = tag_field(make)
     struct = variants.get(str(data.get(field, "")) if field else next(iter(variants)))
     if struct is None:
+        return None
+    if not field and optional and all(data.get(name) is None for name in struct.__struct_fields__):
         return None
     plain = {field: data[field]} if field and field != GIVEN else {}
     for item in msgspec.structs.fields(struct):
@@ -153,12 +156,20 @@ def closed(make: Any, data: Mapping[str, Any]) -> Any:
 
 
 def tag_field(make: Any) -> str:
-    """Return the field that tells which struct of a union an item is; empty where there is one."""
+    """Return the field that tells which struct of a union an item is; empty where there is one.
+
+    A struct that need not be there, and whose fields need not either, is there by its fields.
+    """
     variants, optional = _variants(make)
-    if len(variants) == 1 and not optional:
+    first = next(iter(variants.values()))
+    if len(variants) == 1 and (not optional or _is_all_optional(first)):
         return ""
-    config = next(iter(variants.values())).__struct_config__
+    config = first.__struct_config__
     return str(config.tag_field) if config.tag_field else GIVEN
+
+
+def _is_all_optional(struct: type[msgspec.Struct]) -> bool:
+    return all(item.default is None for item in msgspec.structs.fields(struct))
 
 
 def _variants(make: Any) -> tuple[dict[str, type[msgspec.Struct]], bool]:
@@ -204,6 +215,9 @@ def _line(struct: type[msgspec.Struct], item: msgspec.structs.FieldInfo, at: str
 def _held(make: Any) -> tuple[FieldKind, tuple[str, ...], Any]:
     """Return what a field of a type holds, its choices, and what stands there at first."""
     origin, inner = get_origin(make), get_args(make)
+    if _is_union(make):
+        # The only ones that stand in a plan are the limits of a room.
+        return FieldKind.SPAN, (), None
     if origin is Literal:
         return FieldKind.CHOICE, inner, inner[0]
     if origin in (list, tuple):

@@ -139,7 +139,7 @@ class MainWindow(QMainWindow):
         self._use_plan()
         self._feedback = Feedback(
             sounds, notices,
-            lambda: self.far.readout() if self.is_far() else self.desk.readout,
+            lambda: self.far.readout if self.is_far() else self.desk.readout,
         )  # fmt: skip
         self.hand = HandControl(
             hand, bridge, self.desk.points, self.actions_by_key, notices, self._to_desk,
@@ -392,7 +392,7 @@ class MainWindow(QMainWindow):
         except Exception as error:
             # What cannot be shown must not leave standing what was shown before it.
             self._bridge.station.faults.fail(error, _PART)
-            for readout in (self.desk.readout, self.far.readout()):
+            for readout in (self.desk.readout, self.far.readout):
                 readout.withdraw(self._why_failed())
 
     def _why_failed(self) -> str:

@@ -4556,6 +4556,14 @@ Startet: {source}</translation>
         <translation>Hash des Systemdokuments; Umschalt+F9 importiert eines</translation>
     </message>
     <message>
+        <source>E.g. 19 – 21; empty: no limit</source>
+        <translation>z. B. 19 – 21; leer: keine Grenze</translation>
+    </message>
+    <message>
+        <source>Air pressure, hPa</source>
+        <translation>Luftdruck, hPa</translation>
+    </message>
+    <message>
         <source>Shape</source>
         <translation>Form</translation>
     </message>
@@ -4774,6 +4782,10 @@ Startet: {source}</translation>
     <message>
         <source>unproven: also such that cannot prove the age of their data</source>
         <translation>unproven: auch solche, die das Alter ihrer Daten nicht belegen</translation>
+    </message>
+    <message>
+        <source>Room</source>
+        <translation>Raum</translation>
     </message>
     <message>
         <source>Material</source>

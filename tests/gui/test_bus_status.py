@@ -100,11 +100,11 @@ def test_an_alarm_is_shown_in_its_own_words(
     assert SENTENCE in bench.window.desk.guidance.trouble()
     bench.window.show_far(True)
     far = bench.window.far
-    qtbot.waitUntil(lambda: far.readout().values() == (DASHES,) * 3, timeout=PATIENCE_MS)
-    qtbot.waitUntil(lambda: far.readout().accessibleDescription() == SENTENCE, timeout=HANG_MS)
+    qtbot.waitUntil(lambda: far.readout.values() == (DASHES,) * 3, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: far.readout.accessibleDescription() == SENTENCE, timeout=HANG_MS)
     # The word is to be read at 3 m (63 px), the sentence of fourteen words at 2 m.
     assert 0.729 * far.type_pixels()[f"Status: {StatusWord.NOT_READY.value}"] >= 63.0
-    assert 0.729 * far.readout().reason_pixels() >= 42.0
+    assert 0.729 * far.readout.reason_pixels() >= 42.0
 
 
 def test_what_was_tracked_before_is_not_shown_as_new(bench: Bench) -> None:

@@ -265,4 +265,4 @@ def test_capitals_of_the_far_view_are_a_share_of_the_height(
     least = FAR_SHARE * size[1] - ratio
     for text, pixels in window.far.type_pixels().items():
         assert ratio * CAP_HEIGHT * pixels >= least, (text, pixels)
-    assert ratio * window.far.readout().cap_height() >= least
+    assert ratio * window.far.readout.cap_height() >= least

@@ -13,7 +13,7 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.plan import load_plan
+from ocmm_core.inspection.plan import EnvironmentLimits, load_plan
 from ocmm_core.tolerances.kinds import KINDS
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.plan_editor import PlanSheet
@@ -109,6 +109,44 @@ def test_what_is_wrong_is_said_and_not_taken_over(
     assert sheet.checks.text().startswith("✖")
     assert said in sheet.checks.text()
     assert sheet.form().faulty() == key
+
+
+@pytest.mark.parametrize("text", ["19 – 21.5", "19 to 21,5", "19 bis 21,5", "19 21.5", "19 - 21.5"])
+def test_limits_of_the_room_are_in_the_plan_and_go_with_an_empty_field(
+    sheet: PlanSheet, text: str
+) -> None:
+    sheet.items.choose(HEAD)
+    assert sheet.draft.plan.environment is None
+    _fill(sheet, "environment.temperature_c", text)
+    _fill(sheet, "environment.humidity_percent", "30 60")
+    found = sheet.draft.plan.environment
+    assert found == EnvironmentLimits(temperature_c=(19.0, 21.5), humidity_percent=(30.0, 60.0))
+    assert sheet.form().fields["environment.temperature_c"].text() == "19 – 21.5"
+    assert sheet.form().item().environment == found
+    _fill(sheet, "environment.temperature_c", "")
+    _fill(sheet, "environment.humidity_percent", "")
+    assert sheet.draft.plan.environment is None
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("20", "two numbers, least and most"),
+        ("warm", "two numbers, least and most"),
+        ("19 20 21", "two numbers, least and most"),
+        ("21 – 19", "smaller number last"),
+        ("190 – 210", "a room has"),
+    ],
+)
+def test_a_room_that_cannot_be_is_said_and_not_taken_over(
+    sheet: PlanSheet, text: str, said: str
+) -> None:
+    sheet.items.choose(HEAD)
+    _fill(sheet, "environment.temperature_c", text)
+    assert sheet.draft.plan.environment is None
+    assert sheet.checks.text().startswith("✖")
+    assert said in sheet.checks.text()
+    assert sheet.form().faulty() == "environment.temperature_c"
 
 
 def test_features_and_tolerances_are_added_moved_removed_and_undone(sheet: PlanSheet) -> None:

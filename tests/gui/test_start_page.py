@@ -55,7 +55,7 @@ def _words(window: StartWindow) -> str:
 def test_a_newcomer_is_told_that_cameras_are_simulated(make_start: MakeStart, qtbot: QtBot) -> None:
     window = make_start()
     qtbot.waitUntil(lambda: "SIMULATED" in window.page.hint.text(), timeout=HANG_MS)
-    assert "Rig recommended." in _words(window)
+    assert "Camera rig recommended." in _words(window)
     assert not window.page.keys["continue"].isEnabled()
     assert "No jobs" in window.page.heading.text()
 

@@ -40,7 +40,7 @@ def test_a_dead_reconstruction_leaves_no_digits_and_names_cause_and_log(
     bench = open_window(speed=1.0, stay=True)
     window = bench.window
     window.show_far(far)
-    readout = window.far.readout() if far else window.desk.readout
+    readout = window.far.readout if far else window.desk.readout
     qtbot.waitUntil(lambda: DASHES not in readout.values(), timeout=20000)
     monkeypatch.setattr("ocmm_core.tracking._pipeline.TrackingPipeline.process", _raising)
     qtbot.waitUntil(lambda: readout.values() == NO_DIGITS, timeout=5000)

@@ -109,4 +109,4 @@ def test_the_far_view_is_read_at_three_metres(open_window: OpenWindow, qapp: QAp
         least = FAR_SHARE * size[1] - 1.0
         for text, pixels in window.far.type_pixels().items():
             assert CAP_HEIGHT * pixels >= least, (text, size)
-        assert window.far.readout().cap_height() >= least
+        assert window.far.readout.cap_height() >= least

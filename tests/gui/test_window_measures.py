@@ -134,7 +134,7 @@ def test_a_lost_probe_shows_dashes_and_the_reason(qtbot: QtBot, open_window: Ope
     assert "LOST" in desk.guidance.trouble()
     assert bench.built.station.looks.live().reason in desk.guidance.trouble()
     bench.window.show_far(True)
-    qtbot.waitUntil(lambda: far.readout().values() == (DASHES,) * 3, timeout=HANG_MS)
+    qtbot.waitUntil(lambda: far.readout.values() == (DASHES,) * 3, timeout=HANG_MS)
 
 
 def test_the_far_view_can_be_read_at_three_metres(qtbot: QtBot, open_window: OpenWindow) -> None:
@@ -144,7 +144,7 @@ def test_the_far_view_can_be_read_at_three_metres(qtbot: QtBot, open_window: Ope
     assert bench.window.is_far()
     qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=PATIENCE_MS)
     # 63 px of capital are 20 minutes of arc at 3 m on a 24-inch screen.
-    assert bench.window.far.readout().cap_height() >= 63.0
+    assert bench.window.far.readout.cap_height() >= 63.0
     for name, pixels in bench.window.far.type_pixels().items():
         assert 0.729 * pixels >= 63.0, name
     QTest.keyClick(bench.window, Qt.Key.Key_V)

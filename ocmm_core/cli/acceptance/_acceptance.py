@@ -18,7 +18,10 @@ from ocmm_core.cli.terminal import (
     SourceOption,
     SpeedOption,
     TipOption,
+    lead,
     make_console,
+    say,
+    say_word,
 )
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 
@@ -55,11 +58,17 @@ def list_command() -> None:
 
     from ocmm_core.acceptance import load_procedure, procedure_files
 
-    table = Table("Id", "Title", "Standard", "Limits", "Minutes")
+    table = Table(
+        say_word("Id"),
+        say_word("Title"),
+        say_word("Standard"),
+        say_word("Limits"),
+        say_word("Minutes"),
+    )
     for name, path in {**procedure_files(), **procedure_files(of_jobs=True)}.items():
         one = load_procedure(path)[0]
         limits = "\n".join(f"{key} {limit.describe()}" for key, limit in one.limits.items())
-        table.add_row(name, one.title, one.wording, limits, f"{one.minutes:g}")
+        table.add_row(name, say_word(one.title), say(one.wording), limits, f"{one.minutes:g}")
     make_console().print(table)
 
 
@@ -85,14 +94,16 @@ def plan(
         procedure, artefact or [], source, rig, probe, calibrations, probes, tip, seed
     )
     positions, notes = plan_of(site.stage)
-    console.print(f"{site.stage.procedure.title}, {site.stage.procedure.wording}")
+    console.print(f"{say_word(site.stage.procedure.title)}, {say(site.stage.procedure.wording)}")
     for number, one in enumerate(positions, start=1):
         ends = (one.points_world[0], one.points_world[-1])
         begin, end = ("({:.0f}, {:.0f}, {:.0f})".format(*point) for point in ends)
         count = len(one.points_world) * one.repeats
-        console.print(f"{number:3}  {one.name}: {count} points, {begin} to {end}", highlight=False)
+        console.print(
+            say(f"{number:3}  {say(one.name)}: {count} points, {begin} to {end}"), highlight=False
+        )
     for note in notes:
-        console.print(f"Note     {note}", highlight=False)
+        console.print(f"{lead('Note     ')}{say(note)}", highlight=False)
 
 
 @acceptance_app.command()
@@ -147,7 +158,7 @@ def run(
         condition=condition, retest=retest, new=new, speed=speed, record=record, force=force,
     )  # fmt: skip
     print_record(console, found)
-    console.print(f"Record   {save_record(base / 'records', found)}", highlight=False)
+    console.print(f"{lead('Record   ')}{save_record(base / 'records', found)}", highlight=False)
     _exit(found)
 
 
@@ -181,10 +192,10 @@ def recompute(
         found += recompute_tips(stored, cameras.rig, body)
     print_record(console, again)
     for one in found:
-        console.print(f"Differs  {one}", style="red", highlight=False)
+        console.print(f"{lead('Differs  ')}{one}", style="red", highlight=False)
     if found:
         raise typer.Exit(2)
-    console.print("Recomputed from raw data: matches the file.")
+    console.print(say("Recomputed from raw data: matches the file."))
     _exit(again)
 
 
@@ -198,24 +209,47 @@ def status(*, folder: FolderOption = None) -> None:
     from ocmm_core.errors import OcmmError
 
     console, base = make_console(), folder or default_test_folder()
-    table = Table("Test", "Begun", "Points", "Verdict", "File")
+    table = Table(
+        say_word("Test"),
+        say_word("Begun"),
+        say_word("Points"),
+        say_word("Verdict"),
+        say_word("File"),
+    )
     for path in sorted(base.rglob("*.chain")):
         try:
             view = AcceptanceSession.resume(path).view
         except OcmmError as error:
-            console.print(f"Left out {error.what}", style="dim", highlight=False, markup=False)
+            console.print(
+                say(f"{lead('Left out ')}{say(error.what)}"),
+                style="dim",
+                highlight=False,
+                markup=False,
+            )
             continue
         if not (view.finished or view.abandoned):
             wanted = sum(len(one.points_world) * one.repeats for one in view.positions)
-            table.add_row(view.title, "", f"{sum(view.done)} of {wanted}", "unfinished", path.name)
+            table.add_row(
+                say_word(view.title),
+                "",
+                f"{sum(view.done)}/{wanted}",
+                say_word("unfinished"),
+                path.name,
+            )
     for path in sorted(base.rglob("records/*.json")):
         try:
             one = load_record(path)
         except OcmmError as error:
-            console.print(f"Left out {error.what}", style="red", highlight=False, markup=False)
+            console.print(
+                say(f"{lead('Left out ')}{say(error.what)}"),
+                style="red",
+                highlight=False,
+                markup=False,
+            )
             continue
         table.add_row(
-            one.procedure.id, one.begun_utc[:16], str(len(one.observations)), one.verdict.value,
+            one.procedure.id, one.begun_utc[:16], str(len(one.observations)),
+            say_word(one.verdict.value),
             path.name,
         )  # fmt: skip
     console.print(table)

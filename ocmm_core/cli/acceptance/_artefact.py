@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from ocmm_core.cli.terminal import make_console
+from ocmm_core.cli.terminal import lead, make_console, say, say_word
 
 if TYPE_CHECKING:
     from ocmm_core.acceptance import ArtefactKind
@@ -91,7 +91,7 @@ def add(
             form=form, expansion=expansion, expansion_sigma=expansion_u, supports=supports,
         )  # fmt: skip
     ArtefactRegister(folder).add(entry, who, datetime.now(UTC), replace=replace)
-    make_console().print(f"Added    {entry.id}: {entry.name}, serial {entry.serial}")
+    make_console().print(say(f"Added    {entry.id}: {entry.name}, serial {entry.serial}"))
 
 
 @artefact_app.command(name="list")
@@ -104,9 +104,16 @@ def list_command(*, folder: FolderOption = None) -> None:
     console, now = make_console(), datetime.now(UTC)
     entries = ArtefactRegister(folder).entries
     if not entries:
-        console.print("No artefacts yet. Add one: ocmm artefact add FILE")
+        console.print(say("No artefacts yet. Add one: ocmm artefact add FILE"))
         return
-    table = Table("Id", "Kind", "Serial", "U (k = 2), µm", "Certificate", "Due")
+    table = Table(
+        say_word("Id"),
+        say_word("Kind"),
+        say_word("Serial"),
+        say_word("U (k = 2), µm"),
+        say_word("Certificate"),
+        say_word("Due"),
+    )
     for one in entries.values():
         due = datetime.fromisoformat(one.used().use.due_utc)
         word = f"{due.date().isoformat()}{' EXPIRED' if due <= now else ''}"
@@ -132,4 +139,4 @@ def remove(*, name: NameArgument, who: WhoOption = "unnamed", folder: FolderOpti
     from ocmm_core.acceptance import ArtefactRegister
 
     ArtefactRegister(folder).remove(name, who, datetime.now(UTC))
-    make_console().print(f"Removed  {name}", highlight=False)
+    make_console().print(f"{lead('Removed  ')}{name}", highlight=False)

@@ -20,6 +20,8 @@ from ocmm_core.cli.terminal import (
     SpeedOption,
     TipOption,
     make_console,
+    say,
+    say_word,
 )
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 
@@ -80,7 +82,9 @@ def interim(
             break
     if chart.word is InterimWord.STOP:
         if site.cameras.store is not None:
-            console.print("Held     Points since the last good check, until a verification passes")
+            console.print(
+                say("Held     Points since the last good check, until a verification passes")
+            )
         raise typer.Exit(1)
 
 
@@ -88,9 +92,9 @@ def _print(chart: InterimChart) -> None:
     console, last = make_console(), chart.points[-1]
     known = "" if last.z != last.z else f", {last.z:+.1f} s from the centre"
     console.print(
-        f"Check    {len(chart.points)}: {1e3 * last.check.error_mm:+.1f} µm{known}: "
-        f"{last.word.value}",
+        say(f"Check    {len(chart.points)}: {1e3 * last.check.error_mm:+.1f} µm{known}: ")
+        + say_word(last.word.value),
         highlight=False,
     )
     if last.reason:
-        console.print(f"         {last.reason}", highlight=False)
+        console.print(f"         {say(last.reason)}", highlight=False)

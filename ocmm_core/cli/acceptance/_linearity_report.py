@@ -6,7 +6,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from ocmm_core.cli.terminal import label, nice_limit, page
+from ocmm_core.cli.terminal import label, nice_limit, page, say, say_word
 from ocmm_core.geometry import Float
 from ocmm_core.studies import LinearityReport
 
@@ -17,8 +17,16 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 80.0, 740.0, 70.0, 400.0
 def print_linearity(console: Console, found: LinearityReport) -> None:
     """Print references with their bias, the line, its chart and the verdict."""
     study = found.study
-    console.print(f"Linearity of {found.name}", highlight=False, markup=False)
-    table = Table("Part", "Reference, mm", "N", "Bias, µm", "Line, µm", "± band, µm", "Zero inside")
+    console.print(f"{say_word('Linearity')}: {found.name}", highlight=False, markup=False)
+    table = Table(
+        say_word("Part"),
+        say_word("Reference, mm"),
+        "N",
+        say_word("Bias, µm"),
+        say_word("Line, µm"),
+        say_word("± band, µm"),
+        say_word("Zero inside"),
+    )
     lines = found.line(study.references)
     for part, value, bias, line, band in zip(
         found.parts, study.references, found.biases, lines, study.bands, strict=True
@@ -32,13 +40,20 @@ def print_linearity(console: Console, found: LinearityReport) -> None:
     for row in text_chart(found):
         console.print(row, highlight=False, markup=False, soft_wrap=True)
     console.print(
-        f"Bias = {1e3 * study.intercept:+.3f} µm {1e3 * study.slope:+.5f} µm/mm × reference; "
-        f"p {study.p_intercept:.3g} and {study.p_slope:.3g}; s {1e3 * study.sigma:.2f} µm",
+        say(
+            f"Bias = {1e3 * study.intercept:+.3f} µm {1e3 * study.slope:+.5f} µm/mm × reference; "
+            f"p {study.p_intercept:.3g} and {study.p_slope:.3g}; s {1e3 * study.sigma:.2f} µm"
+        ),
         highlight=False,
     )
     for sentence in found.left_out:
-        console.print(f"left out: {sentence}", style="yellow", highlight=False, markup=False)
-    console.print(f"{found.word}: {found.reason}", highlight=False)
+        console.print(
+            f"{say_word('left out')}: {say(sentence)}",
+            style="yellow",
+            highlight=False,
+            markup=False,
+        )
+    console.print(f"{say_word(found.word)}: {say(found.reason)}", highlight=False)
 
 
 def text_chart(found: LinearityReport) -> list[str]:
@@ -65,7 +80,7 @@ def text_chart(found: LinearityReport) -> list[str]:
         row[column(float(line))] = "o"
         row[column(float(mean))] = "x"
         rows.append(f"{value:11.4f}  {''.join(row).rstrip()}")
-    rows.append("             - 95 % band of the line, o line, x mean bias, | zero")
+    rows.append(say("             - 95 % band of the line, o line, x mean bias, | zero"))
     return rows
 
 

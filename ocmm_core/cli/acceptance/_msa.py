@@ -22,7 +22,9 @@ from ocmm_core.cli.terminal import (
     RigOption,
     SeedOption,
     SourceOption,
+    lead,
     make_console,
+    say,
 )
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, DEMO_PLAN, RECOMMENDED_RIG
 
@@ -54,7 +56,7 @@ def plan(
     names = [f"{number + 1:0{len(str(parts))}}" for number in range(parts)]
     drawn = plan_study(name, names, [one.strip() for one in operators.split(",")], trials, seed)
     store_plan(file, drawn)
-    make_console().print(f"Plan     {file}: {len(drawn.runs)} measurements", highlight=False)
+    make_console().print(say(f"Plan     {file}: {len(drawn.runs)} measurements"), highlight=False)
 
 
 @msa_app.command()
@@ -83,9 +85,11 @@ def run(
     console, planned = make_console(), load_study(study)
     seen = {one.serial for one in parts_of_batch(out, planned.name)} if out.is_dir() else set()
     left = open_runs(planned, seen)
-    console.print(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}")
+    console.print(say(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}"))
     for number, one in enumerate(left[:most], start=1):
-        console.print(f"Operator {one.operator}: part {one.part}, code {one.code}", highlight=False)
+        console.print(
+            say(f"Operator {one.operator}: part {one.part}, code {one.code}"), highlight=False
+        )
         if origin_of(source) is not Origin.VIRTUAL:
             await_part(console, number, len(left), one.code, replayed=False)
         request = StationRequest(
@@ -94,7 +98,7 @@ def run(
             calibrations=calibrations, probes=probes,
         )  # fmt: skip
         run_job(build_station(request), out / "reports", console)
-    console.print(f"To go    {max(len(left) - most, 0)}")
+    console.print(f"{lead('To go    ')}{max(len(left) - most, 0)}")
 
 
 @msa_app.command()
@@ -106,11 +110,12 @@ def status(*, study: StudyArgument, jobs: JobsArgument) -> None:
     console, planned = make_console(), load_study(study)
     seen = {one.serial for one in parts_of_batch(jobs, planned.name)}
     left = open_runs(planned, seen)
-    console.print(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}")
+    console.print(say(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}"))
     if left:
         one = left[0]
         console.print(
-            f"Next     operator {one.operator}, part {one.part}, code {one.code}", highlight=False
+            say(f"Next     operator {one.operator}, part {one.part}, code {one.code}"),
+            highlight=False,
         )
 
 

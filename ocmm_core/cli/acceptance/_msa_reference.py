@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ocmm_core.cli.terminal import CalibrationsOption, ProbesOption, make_console
+from ocmm_core.cli.terminal import (
+    CalibrationsOption,
+    ProbesOption,
+    lead,
+    make_console,
+    say,
+    say_word,
+)
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -39,15 +46,20 @@ def type1(
     found = type1_study(trend.values, reference, width)
     _say_simulated(console, simulated)
     console.print(
-        f"N {found.results}, mean {found.mean:.5f}, s {found.scatter:.5f}, "
-        f"bias {found.bias:+.5f} mm (t {found.t:.2f}, "
-        f"{'significant' if found.biased else 'not significant'} at 5 %)"
+        say(
+            f"N {found.results}, mean {found.mean:.5f}, s {found.scatter:.5f}, "
+            f"bias {found.bias:+.5f} mm (t {found.t:.2f}, "
+            f"{'significant' if found.biased else 'not significant'} at 5 %)"
+        )
     )
     console.print(
-        f"Cg {found.cg:.3f} (95 %: {found.cg_low:.2f} to {found.cg_high:.2f}), Cgk {found.cgk:.3f}"
+        say(
+            f"Cg {found.cg:.3f} (95 %: {found.cg_low:.2f} to {found.cg_high:.2f}), Cgk "
+            f"{found.cgk:.3f}"
+        )
     )
-    console.print(f"Least tolerance {found.least_tolerance:.4f} mm")
-    console.print("CAPABLE" if found.capable else "NOT CAPABLE")
+    console.print(say(f"Least tolerance {found.least_tolerance:.4f} mm"))
+    console.print(say("CAPABLE") if found.capable else say("NOT CAPABLE"))
     if not found.capable:
         raise typer.Exit(1)
 
@@ -89,7 +101,7 @@ def linearity(
     print_linearity(console, found)
     if picture is not None:
         write_atomic(picture, linearity_chart(found, simulated=simulated).encode("utf-8"))
-        console.print(f"Chart    {picture}", highlight=False, markup=False)
+        console.print(f"{lead('Chart    ')}{picture}", highlight=False, markup=False)
     if not found.study.linear:
         raise typer.Exit(1)
 
@@ -153,22 +165,29 @@ def part(
         u_expansion=u_expansion, expanded_model=stated,
     )  # fmt: skip
     _say_simulated(console, simulated)
-    console.print(f"{rule.title}, {rule.wording}", highlight=False)
-    console.print(f"N {found.results}, bias {found.bias:+.6f}, s {found.scatter:.6f} (mm)")
+    console.print(f"{say_word(rule.title)}, {say(rule.wording)}", highlight=False)
+    console.print(say(f"N {found.results}, bias {found.bias:+.6f}, s {found.scatter:.6f} (mm)"))
     console.print(
-        f"U {found.expanded:.6f} of a corrected result, {found.expanded_uncorrected:.6f} of an "
-        "uncorrected one (k = 2, mm)"
+        say(
+            f"U {found.expanded:.6f} of a corrected result, {found.expanded_uncorrected:.6f} of an "
+            "uncorrected one (k = 2, mm)"
+        )
     )
     few = found.results < numbers.results
     if few:
         console.print(
-            f"{numbers.results} results are the least: this U is not used. Measure the part again, "
-            "each time taken out and clamped again.",
+            say(
+                f"{numbers.results} results are the least: this U is not used. Measure the part "
+                f"again, "
+                "each time taken out and clamped again."
+            ),
             style="yellow",
         )
     if found.normalized is not None:
-        word = "agrees" if found.normalized <= 1.0 else "does NOT agree"
-        console.print(f"E_n {found.normalized:.2f}: the stated uncertainty {word} with the part")
+        word = "agrees" if found.normalized <= 1.0 else say("does NOT agree")
+        console.print(
+            say(f"E_n {found.normalized:.2f}: the stated uncertainty {word} with the part")
+        )
     if wanted is not None and out is not None:
         study = make_part_study(
             results, wanted, procedure=procedure, characteristic=name, certificate=certificate,
@@ -177,7 +196,7 @@ def part(
             expanded_model=stated, made_by=who, now=datetime.now(UTC), simulated=simulated,
         )  # fmt: skip
         path = save_part_study(out, study)
-        console.print(f"Study    {path}", highlight=False, markup=False)
+        console.print(f"{lead('Study    ')}{path}", highlight=False, markup=False)
     if few or (found.normalized or 0.0) > 1.0:
         raise typer.Exit(1)
 
@@ -196,13 +215,15 @@ def part_use(
     console = make_console()
     _say_simulated(console, kept.simulated)
     console.print(
-        f"{kept.characteristic}: U {found.expanded:.6f} of a result that the bias "
-        f"{found.bias:+.6f} was taken off, {found.expanded_uncorrected:.6f} of one as measured "
-        "(k = 2, mm)",
+        say(
+            f"{kept.characteristic}: U {found.expanded:.6f} of a result that the bias "
+            f"{found.bias:+.6f} was taken off, {found.expanded_uncorrected:.6f} of one as measured "
+            "(k = 2, mm)"
+        ),
         highlight=False,
     )
     console.print(
-        f"{kept.procedure.wording}, N {found.results}, {kept.made_utc[:10]} by {kept.made_by}",
+        f"{say(kept.procedure.wording)}, N {found.results}, {kept.made_utc[:10]}, {kept.made_by}",
         highlight=False, markup=False,
     )  # fmt: skip
 
@@ -232,7 +253,7 @@ def _references(texts: list[str]) -> dict[str, float]:
 def _say_simulated(console: Console, simulated: bool) -> None:
     """Say first that a study is of the virtual rig: it tests the program, and no gauge."""
     if simulated:
-        console.print("SIMULATED: the study was measured on the virtual rig", style="yellow")
+        console.print(say("SIMULATED: the study was measured on the virtual rig"), style="yellow")
 
 
 def _found(

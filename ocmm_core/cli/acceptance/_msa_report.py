@@ -5,6 +5,7 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
+from ocmm_core.cli.terminal import heads, say, say_word
 from ocmm_core.studies import CharacteristicStudy, StudyReport
 
 
@@ -12,28 +13,32 @@ def print_study(console: Console, report: StudyReport) -> None:
     """Print every characteristic of a study, what does not count, and what the words mean."""
     plan = report.plan
     if report.simulated:
-        console.print("SIMULATED: measured on the virtual rig", style="yellow")
+        console.print(say("SIMULATED: measured on the virtual rig"), style="yellow")
     console.print(
-        f"{plan.name}: {len(plan.parts)} parts, {len(plan.operators)} operators, {plan.trials} "
-        f"trials; {report.measured} of {len(plan.runs)} measured",
+        say(
+            f"{plan.name}: {len(plan.parts)} parts, {len(plan.operators)} operators, {plan.trials} "
+            f"trials; {report.measured} of {len(plan.runs)} measured"
+        ),
         highlight=False,
     )
     table = Table(
-        "Characteristic", "GRR, µm (90 %)", "EV", "AV", "PV", "% study", "% tol.", "ndc", "Q_MS, %",
-        "Q_MP, %", "Word",
+        *heads(
+            "Characteristic", "GRR, µm (90 %)", "EV", "AV", "PV", "% study", "% tol.", "ndc",
+            "Q_MS, %", "Q_MP, %", "Word",
+        )
     )  # fmt: skip
     for one in report.characteristics:
         table.add_row(*_row(one))
     console.print(table)
     for one in report.characteristics:
         if one.why_not:
-            console.print(f"{one.name}: {one.why_not}", highlight=False)
+            console.print(f"{one.name}: {say(one.why_not)}", highlight=False)
         if one.stated is not None and one.stated.message:
-            console.print(f"{one.name}: {one.stated.message}", highlight=False)
+            console.print(f"{one.name}: {say(one.stated.message)}", highlight=False)
     for sentence in report.left_out:
-        console.print(f"left out: {sentence}", style="yellow", highlight=False)
+        console.print(f"{say_word('left out')}: {say(sentence)}", style="yellow", highlight=False)
     console.print(
-        "Standard deviations in µm. Q by the study, in brackets by the stated uncertainty.",
+        say("Standard deviations in µm. Q by the study, in brackets by the stated uncertainty."),
         style="dim",
     )
 

@@ -22,6 +22,7 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.camera import load_rig
 from ocmm_core.cli.acceptance._collecting import PointCollector
+from ocmm_core.cli.terminal import lead, say, say_word
 from ocmm_core.composition import (
     DEMO_PLAN,
     AcceptanceSite,
@@ -90,10 +91,10 @@ def run_test(
             condition=condition, calibration_artefacts=of_cameras,
             qualification_artefacts=of_tip, reserved=reserved_spots(folders), air=air,
         )  # fmt: skip
-    console.print(f"Test     {session.stage.procedure.title}", highlight=False)
-    console.print(f"Session  {session.path}", highlight=False)
+    console.print(f"{lead('Test     ')}{say_word(session.stage.procedure.title)}", highlight=False)
+    console.print(f"{lead('Session  ')}{session.path}", highlight=False)
     for note in session.notes:
-        console.print(f"Note     {note}", highlight=False)
+        console.print(f"{lead('Note     ')}{say(note)}", highlight=False)
     with _Source(session, site, console, temperature_c, speed, record, force) as source:
         while True:
             source.collect()
@@ -103,9 +104,11 @@ def run_test(
             try:
                 positions = session.retest(datetime.now(UTC))
             except CalibrationError as error:
-                console.print(f"Retest   {error.what}", highlight=False)
+                console.print(f"{lead('Retest   ')}{say(error.what)}", highlight=False)
                 break
-            console.print(f"Retest   {', '.join(one.name for one in positions)}", highlight=False)
+            console.print(
+                f"{lead('Retest   ')}{', '.join(one.name for one in positions)}", highlight=False
+            )
     return session.finish(datetime.now(UTC), temperature_c)
 
 
@@ -117,13 +120,18 @@ def _unfinished(site: AcceptanceSite, base: Path, console: Console) -> Acceptanc
         try:
             session = AcceptanceSession.resume(path)
         except OcmmError as error:
-            console.print(f"Left out {error.what}", style="dim", highlight=False, markup=False)
+            console.print(
+                say(f"{lead('Left out ')}{say(error.what)}"),
+                style="dim",
+                highlight=False,
+                markup=False,
+            )
             continue
         same = session.stage.instrument == site.stage.instrument and (
             session.stage.procedure == site.stage.procedure
         )
         if same and not (session.view.finished or session.view.abandoned):
-            console.print(f"Continue {path}", highlight=False)
+            console.print(f"{lead('Continue ')}{path}", highlight=False)
             return session
     return None
 
@@ -209,7 +217,7 @@ class _Source:
 
     def _start(self, feed: Feed) -> None:
         self._feed = feed
-        self._console.print(f"Source   {feed.description.name}", highlight=False)
+        self._console.print(f"{lead('Source   ')}{feed.description.name}", highlight=False)
         if self._record is not None:
             # The virtual rig begins anew for a retest, with a time of its own: another file.
             self._shown += 1

@@ -17,7 +17,7 @@ from ocmm_core.cli.archive._app import (
     place_of,
 )
 from ocmm_core.cli.archive._hand_over import send_now
-from ocmm_core.cli.terminal import make_console
+from ocmm_core.cli.terminal import lead, make_console, say, say_word, told
 from ocmm_core.errors import OcmmError
 
 if TYPE_CHECKING:
@@ -40,17 +40,23 @@ def status(*, archive: ArchiveOption = None, outbox: OutboxOption = None) -> Non
     except OcmmError as error:
         # What waits is here, whatever became of the archive.
         reached = False
-        console.print(f"Archive  {error}", style="yellow", highlight=False, markup=False)
-    told = hand_over(place.outbox)
-    console.print(f"Outbox   {place.outbox}", highlight=False, markup=False)
+        console.print(
+            f"{lead('Archive  ')}{told(error)}", style="yellow", highlight=False, markup=False
+        )
+    state = hand_over(place.outbox)
+    console.print(f"{lead('Outbox   ')}{place.outbox}", highlight=False, markup=False)
     console.print(
-        f"Waiting  {told.waiting}, set aside {len(told.aside)}", highlight=False, markup=False
+        say(f"Waiting  {state.waiting}, set aside {len(state.aside)}"),
+        highlight=False,
+        markup=False,
     )
-    for sentence in told.sentences:
-        console.print(sentence, style="yellow", highlight=False, markup=False)
-    for item in told.aside:
-        console.print(f"{item.name}: {item.said}", style="yellow", highlight=False, markup=False)
-    if told.needs_attention or not reached:
+    for sentence in state.sentences:
+        console.print(say(sentence), style="yellow", highlight=False, markup=False)
+    for item in state.aside:
+        console.print(
+            f"{item.name}: {say(item.said)}", style="yellow", highlight=False, markup=False
+        )
+    if state.needs_attention or not reached:
         raise typer.Exit(1)
 
 
@@ -98,9 +104,11 @@ def send(
             signal.signal(number, lambda *_: stop.set())
         follow_outbox(place, stop, random.Random())  # noqa: S311 - pauses only
         return
-    told = hand_over(place.outbox)
-    console.print(told.line or "Nothing waits for the archive.", highlight=False, markup=False)
-    raise typer.Exit(1 if told.waiting or told.needs_attention else code)
+    state = hand_over(place.outbox)
+    console.print(
+        state.line or say("Nothing waits for the archive."), highlight=False, markup=False
+    )
+    raise typer.Exit(1 if state.waiting or state.needs_attention else code)
 
 
 @archive_app.command()
@@ -127,7 +135,7 @@ def set_up(
         if with_roles:
             give_roles(open_one)
         make_console().print(
-            f"{open_one.place}: archive of version {VERSION}", highlight=False, markup=False
+            say(f"{open_one.place}: archive of version {VERSION}"), highlight=False, markup=False
         )
 
 
@@ -144,7 +152,9 @@ def replace_computer(
     place = place_of(archive, outbox)
     with Outbox(place.outbox) as box, opened(place) as open_one:
         open_one.replace_computer(station, sender_of(box, station))
-    make_console().print(f"This computer is station {station} now.", highlight=False, markup=False)
+    make_console().print(
+        say(f"This computer is station {station} now."), highlight=False, markup=False
+    )
 
 
 @archive_app.command(name="new-outbox")
@@ -154,16 +164,18 @@ def new_outbox(*, outbox: OutboxOption = None) -> None:
 
     with Outbox(outbox or default_outbox()) as box:
         box.renew()
-        make_console().print(f"Outbox   {box.identity}", highlight=False)
+        make_console().print(f"{lead('Outbox   ')}{box.identity}", highlight=False)
 
 
 def _print_archive(console: Console, archive: OpenArchive) -> None:
-    console.print(f"Archive  {archive.place}", highlight=False, markup=False)
+    console.print(f"{lead('Archive  ')}{archive.place}", highlight=False, markup=False)
     jobs, stations = (
         int(str(archive.ask(f"SELECT count(*) FROM {view}").rows[0][0]))  # noqa: S608 - two views
         for view in ("archived_job", "archive_station")
     )
-    console.print(f"Jobs     {jobs} of {stations} stations", highlight=False)
+    console.print(say(f"Jobs     {jobs} of {stations} stations"), highlight=False)
     encrypted = getattr(archive, "encrypted", None)
     if encrypted is not None:
-        console.print(f"TLS      {'yes' if encrypted else 'no'}", highlight=False)
+        console.print(
+            f"{lead('TLS      ')}{say_word('yes' if encrypted else 'no')}", highlight=False
+        )

@@ -21,7 +21,7 @@ from ocmm_core.cli.archive._app import (
     opened,
     place_of,
 )
-from ocmm_core.cli.terminal import make_console
+from ocmm_core.cli.terminal import lead, make_console, say
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def export_command(
     with opened(place_of(archive, None), read_only=True) as open_one:
         table = open_one.ask(f"SELECT * FROM {view} LIMIT :most", {"most": most})  # noqa: S608 - one of the views above
     export_answer(ArchiveAnswer(view, table.columns, table.rows), file)
-    make_console().print(f"{len(table.rows)} rows  {file}", highlight=False, markup=False)
+    make_console().print(say(f"{len(table.rows)} rows  {file}"), highlight=False, markup=False)
 
 
 def _answer(name: str, archive: str | None, asked: Asked, export: Path | None) -> None:
@@ -165,4 +165,4 @@ def _answer(name: str, archive: str | None, asked: Asked, export: Path | None) -
     print_answer(console, answer)
     if export is not None:
         export_answer(answer, export)
-        console.print(f"Table  {export}", highlight=False, markup=False)
+        console.print(f"{lead('Table  ')}{export}", highlight=False, markup=False)

@@ -15,7 +15,7 @@ from ocmm_core.cli.archive._app import (
     opened,
     place_of,
 )
-from ocmm_core.cli.terminal import make_console, progress_line
+from ocmm_core.cli.terminal import make_console, progress_line, say
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -54,8 +54,8 @@ def rebuild(
         with progress_line() as tell:
             done = rebuild_archive(target, contents, names, tell)
     for sentence in (*unread, *done.unread):
-        console.print(sentence, style="yellow", highlight=False, markup=False)
-    console.print(f"Kept {done.kept} jobs in {new}", highlight=False, markup=False)
+        console.print(say(sentence), style="yellow", highlight=False, markup=False)
+    console.print(say(f"Kept {done.kept} jobs in {new}"), highlight=False, markup=False)
     raise typer.Exit(1 if unread or done.unread else 0)
 
 
@@ -92,8 +92,8 @@ def verify(
             with open_archive(against, read_only=True) as other:
                 told = differences(open_one, other)
             for sentence in told:
-                console.print(sentence, style="yellow", highlight=False, markup=False)
-            console.print("The same rows." if not told else f"{len(told)} differences.")
+                console.print(say(sentence), style="yellow", highlight=False, markup=False)
+            console.print(say("The same rows.") if not told else say(f"{len(told)} differences."))
             raise typer.Exit(1 if told else 0)
         with progress_line() as tell:
             found: Checked = (
@@ -102,9 +102,11 @@ def verify(
                 else verify_archive(open_one, deep=not quick, tell=tell)
             )
         for job, why in found.faults:
-            console.print(f"{job[:8]}  {why}", style="yellow", highlight=False, markup=False)
+            console.print(f"{job[:8]}  {say(why)}", style="yellow", highlight=False, markup=False)
         if mark:
             marked = mark_altered(open_one, found, who)
-            console.print(f"Marked {marked} jobs: they count in no statistic.", highlight=False)
-    console.print(f"Checked {found.looked_at}, wrong {len(found.faults)}", highlight=False)
+            console.print(
+                say(f"Marked {marked} jobs: they count in no statistic."), highlight=False
+            )
+    console.print(say(f"Checked {found.looked_at}, wrong {len(found.faults)}"), highlight=False)
     raise typer.Exit(1 if found.faults else 0)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
+from ocmm_core.cli.terminal import lead, say, told
 from ocmm_core.errors import OcmmError
 
 if TYPE_CHECKING:
@@ -58,13 +59,18 @@ class MeasuredJobs:
                 for note in self._notes:
                     note.done()
                 send_now(self._place, outbox)
-            told = hand_over(self._place.outbox)
+            state = hand_over(self._place.outbox)
         except OcmmError as error:
-            self._console.print(f"Archive  {error}", style="yellow", highlight=False, markup=False)
-            return
-        if told.line:
             self._console.print(
-                f"Archive  {told.line}", style="yellow", highlight=False, markup=False
+                f"{lead('Archive  ')}{told(error)}", style="yellow", highlight=False, markup=False
+            )
+            return
+        if state.line:
+            self._console.print(
+                f"{lead('Archive  ')}{say(state.line)}",
+                style="yellow",
+                highlight=False,
+                markup=False,
             )
 
 

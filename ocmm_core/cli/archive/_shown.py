@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ocmm_core.archive.questions import ArchiveAnswer
+from ocmm_core.cli.terminal import say
 from ocmm_core.tolerances.decisions import PartWord, Verdict
 
 _STYLES = {
@@ -31,7 +32,7 @@ def print_answer(console: Console, answer: ArchiveAnswer) -> None:
         table.add_row(*(_cell(cell) for cell in row))
     console.print(table)
     for note in answer.notes:
-        console.print(note, style="yellow", highlight=False, markup=False)
+        console.print(say(note), style="yellow", highlight=False, markup=False)
     for trend in answer.trends:
         if trend.chart is not None:
             counted = [part for part in trend.parts if part.value is not None]
@@ -40,7 +41,7 @@ def print_answer(console: Console, answer: ArchiveAnswer) -> None:
                     f"{counted[index].job}: {why.rule}, {why.value}.", highlight=False, markup=False
                 )
     if answer.study is not None:
-        console.print(f"Gauge R&R: {answer.study.word}.", highlight=False, markup=False)
+        console.print(say(f"Gauge R&R: {answer.study.word}."), highlight=False, markup=False)
 
 
 def _cell(cell: object) -> Text:

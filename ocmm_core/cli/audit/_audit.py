@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ocmm_core.cli.terminal import told
+from ocmm_core.cli.terminal import lead, say, told
 from ocmm_core.errors import OcmmError
 
 if TYPE_CHECKING:
@@ -82,23 +82,23 @@ def adopt(
             typer.echo(told(error), err=True)
             worst = 2
         else:
-            typer.echo(f"{path}: taken over by {who}.")
+            typer.echo(say(f"{path}: taken over by {who}."))
     raise typer.Exit(worst)
 
 
 def _print(found: Audit, *, everything: bool) -> None:
-    word = "INTACT" if found.intact else "NOT INTACT"
+    word = "INTACT" if found.intact else say("NOT INTACT")
     typer.echo(f"{found.path}: {word} ({found.kind.value})")
-    typer.echo(f"  Signed   {found.signer.word.value}, by {found.signer.signer}")
+    typer.echo(say(f"  Signed   {found.signer.word.value}, by {found.signer.signer}"))
     for fault in found.faults:
-        typer.echo(f"  Fault    {_plain(fault)}")
+        typer.echo(f"{lead('  Fault    ')}{_plain(say(fault))}")
     for proof in found.proofs:
-        typer.echo(f"  Proof    {_plain(proof)}")
+        typer.echo(f"{lead('  Proof    ')}{_plain(say(proof))}")
     if not found.rows:
         return
     first, last = found.rows[0], found.rows[-1]
     steps = f"{len(found.rows)} step{'s' if len(found.rows) > 1 else ''}"
-    typer.echo(f"  Steps    {steps}, {first.utc[:19]} to {last.utc[:19]} UTC")
+    typer.echo(say(f"  Steps    {steps}, {first.utc[:19]} to {last.utc[:19]} UTC"))
     shown = found.rows if everything else found.rows[-_SHOWN:]
     for row in shown:
         typer.echo(f"  {row.utc[:19]}  {_plain(row.who) or '-'}  {_plain(row.what)}")

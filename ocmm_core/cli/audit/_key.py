@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ocmm_core.cli.terminal import lead, say
+
 if TYPE_CHECKING:
     from ocmm_core.seals import TokenPlace
 
@@ -27,13 +29,15 @@ def show() -> None:
 
     keys = KeyFolder()
     own = keys.station_key()
-    typer.echo(f"This station  {shown_key(own.fingerprint)}")
-    typer.echo(f"  Public key  {public_text(own.public)}")
-    typer.echo(f"  Kept in     {own.kept_in}")
+    typer.echo(f"{lead('This station  ')}{shown_key(own.fingerprint)}")
+    typer.echo(f"{lead('  Public key  ')}{public_text(own.public)}")
+    typer.echo(f"{lead('  Kept in     ')}{own.kept_in}")
     for key in keys.known():
         until = f", replaced {key.until_utc[:10]}" if key.until_utc else ""
-        typer.echo(f"{key.name}  {shown_key(key.fingerprint)}, since {key.since_utc[:10]}{until}")
-        typer.echo(f"  By {key.who}: {key.reason}")
+        typer.echo(
+            say(f"{key.name}  {shown_key(key.fingerprint)}, since {key.since_utc[:10]}{until}")
+        )
+        typer.echo(f"{lead('  By ')}{key.who}: {key.reason}")
 
 
 @key_app.command()
@@ -51,7 +55,7 @@ def trust(
 
     keys = KeyFolder()
     key = keys.trust(public_from_text(public.strip()), name, who, reason, datetime.now(UTC))
-    typer.echo(f"{key.name} is believed from now on: key {shown_key(key.fingerprint)}.")
+    typer.echo(say(f"{key.name} is believed from now on: key {shown_key(key.fingerprint)}."))
 
 
 @key_app.command()
@@ -84,9 +88,9 @@ def replace(
     keys = KeyFolder()
     place = None if in_file else _place(token, module, pin_file) or keys.token_place()
     key = keys.replace(who, reason, datetime.now(UTC), place)
-    typer.echo(f"This station signs with key {shown_key(key.fingerprint)} from now on.")
-    typer.echo(f"  Kept in     {key.kept_in}")
-    typer.echo("Tell those who trust this station: ocmm key show prints the new public key.")
+    typer.echo(say(f"This station signs with key {shown_key(key.fingerprint)} from now on."))
+    typer.echo(f"{lead('  Kept in     ')}{key.kept_in}")
+    typer.echo(say("Tell those who trust this station: ocmm key show prints the new public key."))
 
 
 def _place(token: str, module: Path | None, pin_file: Path | None) -> TokenPlace | None:
@@ -103,7 +107,7 @@ def _place(token: str, module: Path | None, pin_file: Path | None) -> TokenPlace
             "Give both: --token LABEL --module LIBRARY",
         )
     if pin_file is None:
-        pin: str = typer.prompt(f"PIN of token {token}", hide_input=True)
+        pin: str = typer.prompt(say(f"PIN of token {token}"), hide_input=True)
     else:
         pin = read_bytes(pin_file).decode("utf-8", "replace").strip()
     return TokenPlace(module=str(module.absolute()), label=token, pin=pin)

@@ -12,7 +12,16 @@ from rich.table import Table
 from ocmm_core.cli.bus._camera import black_app, history, intrinsics_app, snapshot
 from ocmm_core.cli.bus._options import BusOption, CameraArgument, write_bytes
 from ocmm_core.cli.bus._record import record
-from ocmm_core.cli.terminal import BusProcessorOption, ForceOption, RigOption, make_console, told
+from ocmm_core.cli.terminal import (
+    BusProcessorOption,
+    ForceOption,
+    RigOption,
+    heads,
+    lead,
+    make_console,
+    say,
+    told,
+)
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import BusError, InputError
 
@@ -56,13 +65,15 @@ def scan_command(
     devices = scan(source, rig, force=force)
     names = {camera.serial: camera.name for camera in expected}
     table = Table(box=box.SIMPLE_HEAD)
-    for title in ("Place", "Camera", "Serial", "Alias", "Vendor", "Product", "Revision", "State"):
+    for title in heads(
+        "Place", "Camera", "Serial", "Alias", "Vendor", "Product", "Revision", "State"
+    ):
         table.add_column(title, no_wrap=True)
     for position, scanned in enumerate(devices, start=1):
         device = scanned.device
         serial = device.serial if device.serial is not None else -1
         table.add_row(
-            str(position), names.get(serial, "not in the rig"), str(device.serial),
+            str(position), names.get(serial, say("not in the rig")), str(device.serial),
             str(device.alias), f"{device.vendor:#010x}", f"{device.product:#010x}",
             f"{device.revision:#010x}", scanned.state,
         )  # fmt: skip
@@ -72,7 +83,7 @@ def scan_command(
     except BusError as error:
         console.print(told(error), highlight=False)
         raise typer.Exit(1) from error
-    console.print("These are the cameras of the rig.")
+    console.print(say("These are the cameras of the rig."))
 
 
 @object_app.command()
@@ -97,12 +108,12 @@ def read(
         write_bytes(out, value)
         return
     console = make_console()
-    console.print(f"{index:04x}:{sub:02x}  {len(value)} bytes", highlight=False)
-    console.print(value.hex(" ", 1) or "(empty)", highlight=False, soft_wrap=True)
+    console.print(say(f"{index:04x}:{sub:02x}  {len(value)} bytes"), highlight=False)
+    console.print(value.hex(" ", 1) or say("(empty)"), highlight=False, soft_wrap=True)
     if 1 <= len(value) <= 8:
-        console.print(f"number  {int.from_bytes(value, 'little')}", highlight=False)
+        console.print(f"{lead('number  ')}{int.from_bytes(value, 'little')}", highlight=False)
     if value and value.isascii() and value.decode("ascii").isprintable():
-        console.print(f"text    {value.decode('ascii')}", highlight=False, markup=False)
+        console.print(f"{lead('text    ')}{value.decode('ascii')}", highlight=False, markup=False)
 
 
 @object_app.command()
@@ -138,7 +149,7 @@ def write(
             f"{content.hex(' ')} was written.",
             "This is normal for commands; for a setting, check the value.",
         )
-    make_console().print(f"{index:04x}:{sub:02x} of camera '{camera}' is {content.hex(' ')}")
+    make_console().print(say(f"{index:04x}:{sub:02x} of camera '{camera}' is {content.hex(' ')}"))
 
 
 @bus_app.command()

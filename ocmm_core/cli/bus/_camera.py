@@ -17,7 +17,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 
 from ocmm_core.cli.bus._options import BusOption, CameraArgument, write_bytes
-from ocmm_core.cli.terminal import ForceOption, RigOption, make_console
+from ocmm_core.cli.terminal import ForceOption, RigOption, make_console, say, say_word
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import InputError
 
@@ -68,12 +68,14 @@ def snapshot(
     console = make_console()
     with open_bus(source, rig, camera=camera, force=force) as bus, interruptible(console):
         access = bus.objects(camera)
-        console.print(f"Camera '{camera}' takes a picture; Ctrl-C cancels.")
-        with bar(console, "Fetching it") as told:
+        console.print(say(f"Camera '{camera}' takes a picture; Ctrl-C cancels."))
+        with bar(console, say("Fetching it")) as told:
             picture = take_snapshot(access, window, told)
     console.print(
-        f"{picture.shape[1]} x {picture.shape[0]} pixels, grey levels {picture.min()} to "
-        f"{picture.max()}, mean {picture.mean():.1f}",
+        say(
+            f"{picture.shape[1]} x {picture.shape[0]} pixels, grey levels {picture.min()} to "
+            f"{picture.max()}, mean {picture.mean():.1f}"
+        ),
         highlight=False,
     )
     write_bytes(file, encode(picture))
@@ -162,19 +164,19 @@ def read_command(
         stored = read_intrinsics(bus.objects(camera))
         expected = Intrinsics.of(camera_of(bus.rig, camera), 0)
     if stored is None:
-        console.print(f"Camera '{camera}' stores no intrinsics.")
+        console.print(say(f"Camera '{camera}' stores no intrinsics."))
         raise typer.Exit(1)
-    table = Table("", "Camera", "Rig document", box=box.SIMPLE_HEAD)
+    table = Table("", say_word("Camera"), say_word("Rig document"), box=box.SIMPLE_HEAD)
     same = True
     for field in fields(Intrinsics):
         if field.name == "date_s":
             continue
         ours, theirs = getattr(expected, field.name), getattr(stored, field.name)
         same = same and ours == theirs
-        table.add_row(field.name, repr(theirs), repr(ours) if ours != theirs else "the same")
+        table.add_row(field.name, repr(theirs), repr(ours) if ours != theirs else say("the same"))
     console.print(table)
     date = datetime.fromtimestamp(stored.date_s, UTC)
-    console.print(f"Written {date:%Y-%m-%d %H:%M:%S} UTC.", highlight=False)
+    console.print(say(f"Written {date:%Y-%m-%d %H:%M:%S} UTC."), highlight=False)
     raise typer.Exit(0 if same else 1)
 
 
@@ -196,7 +198,7 @@ def write_command(
         intrinsics = Intrinsics.of(camera_of(bus.rig, camera), int(time.time()))
         write_intrinsics(bus.objects(camera), intrinsics, note)
     make_console().print(
-        f"Camera '{camera}' (serial {intrinsics.serial}) stores the intrinsics of {rig}."
+        say(f"Camera '{camera}' (serial {intrinsics.serial}) stores the intrinsics of {rig}.")
     )
 
 
@@ -219,15 +221,22 @@ def history(
         if clear:
             clear_error_history(access)
     if not messages:
-        console.print(f"Camera '{camera}' has no errors in its history.")
+        console.print(say(f"Camera '{camera}' has no errors in its history."))
         return
-    table = Table("Bus time s", "Code", "Meaning", "Register", "Data", box=box.SIMPLE_HEAD)
+    table = Table(
+        say_word("Bus time s"),
+        say_word("Code"),
+        say_word("Meaning"),
+        say_word("Register"),
+        say_word("Data"),
+        box=box.SIMPLE_HEAD,
+    )
     for message in messages:
         emergency = Emergency(message.code, message.register, message.data)
         table.add_row(
             f"{message.time_ns * 1e-9:.3f}",
             f"{message.code:#06x}",
-            emergency.text,
+            say(emergency.text),
             f"{message.register:#04x}",
             message.data.hex(" "),
         )
@@ -255,7 +264,7 @@ def interruptible(console: Console) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        console.print("Stopped; the camera was notified.")
+        console.print(say("Stopped; the camera was notified."))
         raise typer.Exit(_INTERRUPTED) from None
 
 
@@ -278,14 +287,16 @@ def _window(text: str | None) -> Window | None:
 def _print_black(console: Console, state: BlackImageState) -> None:
     from ocmm_core.fieldbus.device import BlackImage
 
-    images = {BlackImage.IN_USE: "in use", BlackImage.STORED: "stored"}
+    images = {BlackImage.IN_USE: say("in use"), BlackImage.STORED: say("stored")}
     words = [word for flag, word in images.items() if state.images & flag]
     if BlackImage.IN_USE not in state.images:
-        console.print(f"No black image is in use{'; one is stored' if words else ''}.")
+        console.print(say(f"No black image is in use{'; one is stored' if words else ''}."))
         return
     console.print(
-        f"Black image {' and '.join(words)}: mean {state.mean:.1f} grey levels, "
-        f"SHA-256 {state.sha256}",
+        say(
+            f"Black image {say(' and ').join(words)}: mean {state.mean:.1f} grey levels, "
+            f"SHA-256 {state.sha256}"
+        ),
         highlight=False,
         soft_wrap=True,
     )

@@ -15,22 +15,23 @@ from rich.table import Table
 from ocmm_core.acquisition.frames import FrameBlock, SourceDescription
 from ocmm_core.acquisition.recording import BusCapture, CaptureAccount, FrameRecorder
 from ocmm_core.camera import Rig
+from ocmm_core.cli.terminal import say, say_later, say_word
 from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.wire import Command
 
 _CYCLE_NS = 1_000_000
 _MEANINGS = {
-    "answers": "answers",
-    "damaged": "  check sum wrong",
-    "unproven": "  before their serial number was told",
-    "idle": "  not in operation",
-    "repeated": "  repeated",
-    "contradicting": "  contradicting",
-    "frames": "frames",
-    "known": "  sent again",
-    "missing": "  left out",
-    "overruns": "buffer overruns",
-    "restarts": "new starts",
+    "answers": say_later("answers"),
+    "damaged": say_later("  check sum wrong"),
+    "unproven": say_later("  before their serial number was told"),
+    "idle": say_later("  not in operation"),
+    "repeated": say_later("  repeated"),
+    "contradicting": say_later("  contradicting"),
+    "frames": say_later("frames"),
+    "known": say_later("  sent again"),
+    "missing": say_later("  left out"),
+    "overruns": say_later("buffer overruns"),
+    "restarts": say_later("new starts"),
 }
 """Of a camera's account, by field."""
 
@@ -56,7 +57,7 @@ def decode_capture(
         progress = stack.enter_context(
             Progress(
                 SpinnerColumn(),
-                TextColumn("{task.fields[packets]} packets", markup=False),
+                TextColumn("{task.fields[packets]} " + say("packets"), markup=False),
                 TimeElapsedColumn(),
                 console=console,
                 transient=True,
@@ -87,37 +88,45 @@ def decode_capture(
 def print_account(account: CaptureAccount, console: Console) -> None:
     """Print what a recorded bus holds."""
     console.print(
-        f"Packets    {account.packets}: {account.other} not EtherCAT, {account.malformed} "
-        f"malformed, {account.cut} recorded in part",
+        say(
+            f"Packets    {account.packets}: {account.other} not EtherCAT, {account.malformed} "
+            f"malformed, {account.cut} recorded in part"
+        ),
         highlight=False,
     )
     if account.first_ns:
         begin = datetime.fromtimestamp(account.first_ns * 1e-9, UTC)
         seconds = (account.last_ns - account.first_ns) * 1e-9
-        console.print(f"Time       {begin:%Y-%m-%d %H:%M:%S} UTC, {seconds:.3f} s", highlight=False)
+        console.print(
+            say(f"Time       {begin:%Y-%m-%d %H:%M:%S} UTC, {seconds:.3f} s"), highlight=False
+        )
     if account.cut_off:
-        console.print("The file ends in the middle of a packet.")
+        console.print(say("The file ends in the middle of a packet."))
     names = [command.name for command in Command]
     known = [name for name in names if name in account.sent or name in account.returned]
     unknown = sorted((set(account.sent) | set(account.returned)) - set(names))
-    commands = Table("Command", "Sent", "Returned", box=box.SIMPLE_HEAD)
+    commands = Table(
+        say_word("Command"), say_word("Sent"), say_word("Returned"), box=box.SIMPLE_HEAD
+    )
     for name in (*known, *unknown):
         commands.add_row(name, str(account.sent[name]), str(account.returned[name]))
     console.print(commands)
     console.print(
-        f"Cycles     {account.cycles} sent, {account.answered} answered, "
-        f"{account.short} answers with a low working counter",
+        say(
+            f"Cycles     {account.cycles} sent, {account.answered} answered, "
+            f"{account.short} answers with a low working counter"
+        ),
         highlight=False,
     )
     console.print(
-        f"Exposures  {account.joined} from all cameras, {account.unjoined} not from all",
+        say(f"Exposures  {account.joined} from all cameras, {account.unjoined} not from all"),
         highlight=False,
     )
-    cameras = Table("Answers and frames", box=box.SIMPLE_HEAD)
+    cameras = Table(say_word("Answers and frames"), box=box.SIMPLE_HEAD)
     for camera in account.cameras:
         cameras.add_column(camera.name, justify="right", no_wrap=True)
     for field, meaning in _MEANINGS.items():
-        cameras.add_row(meaning, *(str(getattr(camera, field)) for camera in account.cameras))
+        cameras.add_row(say(meaning), *(str(getattr(camera, field)) for camera in account.cameras))
     if account.cameras:
         console.print(cameras)
 

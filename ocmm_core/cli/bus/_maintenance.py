@@ -12,7 +12,7 @@ import typer
 from ocmm_core.cli.bus._camera import bar, interruptible
 from ocmm_core.cli.bus._conform import conform
 from ocmm_core.cli.bus._options import BusOption, CameraArgument
-from ocmm_core.cli.terminal import ForceOption, RigOption, make_console
+from ocmm_core.cli.terminal import ForceOption, RigOption, make_console, say
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import BusError
 
@@ -61,7 +61,9 @@ def firmware(
 
     # What is no firmware is refused before anybody is disturbed.
     found = Firmware.read(read_bytes(file))
-    make_console().print(f"Firmware {found.version}, {len(found.content)} bytes", highlight=False)
+    make_console().print(
+        say(f"Firmware {found.version}, {len(found.content)} bytes"), highlight=False
+    )
     _maintain(source, rig, camera, image=file, force=force)
 
 
@@ -83,7 +85,7 @@ def clear(
         clear_error_history(access)
         left = len(read_error_history(access))
     make_console().print(
-        f"Camera '{camera}' forgot {count} error(s); {left} left.", highlight=False
+        say(f"Camera '{camera}' forgot {count} error(s); {left} left."), highlight=False
     )
     raise typer.Exit(1 if left else 0)
 
@@ -105,7 +107,7 @@ def identify(
 
     with open_bus(source, rig, camera=camera, force=force) as bus:
         left = blink(bus.objects(camera), seconds)
-    make_console().print(f"Camera '{camera}' blinks for {left} s.", highlight=False)
+    make_console().print(say(f"Camera '{camera}' blinks for {left} s."), highlight=False)
 
 
 def _maintain(

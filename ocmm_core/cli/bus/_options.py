@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ocmm_core.cli.terminal import make_console
+from ocmm_core.cli.terminal import make_console, say
 from ocmm_core.composition import SOURCES, source_help
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
@@ -32,4 +32,4 @@ def write_bytes(path: Path, content: bytes) -> None:
             f"{path}: cannot be written ({error.strerror}).",
             "Give a file in a folder that exists and that you may write to.",
         ) from error
-    make_console().print(f"{path}: {len(content)} bytes", highlight=False)
+    make_console().print(say(f"{path}: {len(content)} bytes"), highlight=False)

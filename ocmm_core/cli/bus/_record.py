@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from ocmm_core.cli.bus._options import BusOption
-from ocmm_core.cli.terminal import ForceOption, make_console
+from ocmm_core.cli.terminal import ForceOption, make_console, say
 from ocmm_core.errors import BusError, StorageError
 
 _PIECE = 1 << 16
@@ -57,7 +57,7 @@ def record(
                 raise BusError("bus.record", "The process does not start.", "Try again.")
             process.stdin.write(first_lines)
             process.stdin.flush()
-            console.print(f"Recording for {seconds:g} s; Ctrl-C ends it.", highlight=False)
+            console.print(say(f"Recording for {seconds:g} s; Ctrl-C ends it."), highlight=False)
             while True:
                 try:
                     piece = os.read(process.stdout.fileno(), _PIECE)
@@ -86,6 +86,6 @@ def record(
         ) from error
     finally:
         part.unlink(missing_ok=True)
-    console.print(f"{file}: {size} bytes", highlight=False)
+    console.print(say(f"{file}: {size:d} bytes"), highlight=False)
     if size < _NOTHING:
-        console.print("No EtherCAT frame passed: is the bus running?", highlight=False)
+        console.print(say("No EtherCAT frame passed: is the bus running?"), highlight=False)

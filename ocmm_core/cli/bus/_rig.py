@@ -14,6 +14,7 @@ from ocmm_core.cli.terminal import (
     RigOption,
     SeedOption,
     make_console,
+    say,
 )
 from ocmm_core.composition import (
     DEFAULT_SEED,
@@ -62,9 +63,9 @@ def down() -> None:
 
     removed = rig_down()
     if removed is None:
-        make_console().print("No virtual rig on named interfaces.")
+        make_console().print(say("No virtual rig on named interfaces."))
     else:
-        make_console().print(f"Removed {removed.host}, {removed.cameras} and their cameras.")
+        make_console().print(say(f"Removed {removed.host}, {removed.cameras} and their cameras."))
 
 
 @rig_app.command()
@@ -79,11 +80,13 @@ def _print(state: RigStatus) -> None:
     console = make_console()
     record = state.record
     if record is None:
-        console.print("No virtual rig on named interfaces. Create one: ocmm rig up")
+        console.print(say("No virtual rig on named interfaces. Create one: ocmm rig up"))
         return
-    console.print(f"Master's side   {record.host}: {'there' if state.interface_there else 'gone'}")
-    running = f"running, process {record.pid}" if state.cameras_running else "not running"
-    console.print(f"Cameras         {', '.join(record.names)} on {record.cameras}: {running}")
     console.print(
-        f"Measure         ocmm measure --source ethercat:{record.host} --plan ... --out ..."
+        say(f"Master's side   {record.host}: {'there' if state.interface_there else 'gone'}")
+    )
+    running = say(f"running, process {record.pid}") if state.cameras_running else say("not running")
+    console.print(say(f"Cameras         {', '.join(record.names)} on {record.cameras}: {running}"))
+    console.print(
+        say(f"Measure         ocmm measure --source ethercat:{record.host} --plan ... --out ...")
     )

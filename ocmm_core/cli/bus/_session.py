@@ -23,7 +23,7 @@ from ocmm_core.acquisition.bus_process import (
 )
 from ocmm_core.acquisition.frames import AcquisitionState, read_status
 from ocmm_core.camera import CameraModel, Rig, load_rig
-from ocmm_core.cli.terminal import make_console
+from ocmm_core.cli.terminal import make_console, say
 from ocmm_core.composition import (
     DEMO_PLAN,
     SOURCES,
@@ -137,7 +137,7 @@ def open_bus(
         process.start()
         session = BusSession(rig, feed, process)
         if wait:
-            with make_console().status("Bringing the cameras to operation"):
+            with make_console().status(say("Bringing the cameras to operation")):
                 _await_operation(session)
         yield session
     finally:

@@ -2,31 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ocmm_core.calibration.relocation import BARS_WANTED, LENGTH_LIMIT_MM, POSES_WANTED
-from ocmm_core.calibration.verification import Limits
 from ocmm_core.cli.calibrate._options import (
-    VERIFICATION_BAR,
-    VIRTUAL_BAR,
     WAVE_S,
-    BarOption,
-    CheckBarOption,
     DecisionOption,
     FolderOption,
     MoveOption,
     NewOption,
     OverruleOption,
     RecordOption,
-    ShotsOption,
     TemperatureOption,
     WhoOption,
 )
+from ocmm_core.cli.calibrate._relocate import relocate
+from ocmm_core.cli.calibrate._verify import verify
 from ocmm_core.cli.terminal import (
     ForceOption,
     ProbeOption,
@@ -37,13 +30,13 @@ from ocmm_core.cli.terminal import (
     SpeedOption,
     TipOption,
     make_console,
+    say,
 )
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.errors import CalibrationError
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure
-    from ocmm_core.calibration.guided import Shot
 
 
 calibrate_app = typer.Typer(
@@ -54,37 +47,6 @@ calibrate_app = typer.Typer(
     "stopped when started again.\n\nExit codes: 0 accepted (and passed), 1 old one kept, "
     "waiting, or failed, 2 could not run.",
 )
-
-
-class LensChoice(StrEnum):
-    """What happens to the lenses in a relocation."""
-
-    FIXED = "fixed"
-    PRIOR = "prior"
-    FREE = "free"
-
-
-class GeometryChoice(StrEnum):
-    """How the LEDs of the probe are known."""
-
-    KNOWN = "known"
-    UNCERTAIN = "uncertain"
-    UNKNOWN = "unknown"
-
-
-class RuleChoice(StrEnum):
-    """How limits of a verification are applied."""
-
-    GUARDED = "guarded"
-    SIMPLE = "simple"
-
-
-class WorldChoice(StrEnum):
-    """What the world frame hangs on."""
-
-    CAMERAS = "cameras"
-    POINTS = "points"
-    SET = "set"
 
 
 @calibrate_app.command()
@@ -164,267 +126,12 @@ def cameras(
     outcome = procedure.view.outcome
     if outcome is not None:
         print_calibration(console, outcome)
-    finish(procedure, site, decision, "calibrated from known points", console)
+    finish(procedure, site, decision, say("calibrated from known points"), console)
     store_in_cameras(site, source, rig, force, console)
 
 
-@calibrate_app.command()
-def relocate(
-    *,
-    bar: BarOption = VIRTUAL_BAR,
-    shots: ShotsOption = None,
-    world: Annotated[
-        WorldChoice,
-        typer.Option(
-            "--world",
-            help=(
-                "World frame: kept by the cameras, by known control points, or defined by three."
-            ),
-        ),
-    ] = WorldChoice.CAMERAS,
-    control: Annotated[
-        Path | None, typer.Option("--control", help="List of known control points (CSV).")
-    ] = None,
-    lens: Annotated[
-        LensChoice, typer.Option("--lens", help="Lenses: kept, refined from known values, or free.")
-    ] = LensChoice.PRIOR,
-    geometry: Annotated[
-        GeometryChoice, typer.Option("--geometry", help="Source of the LED positions.")
-    ] = GeometryChoice.UNCERTAIN,
-    poses: Annotated[int, typer.Option("--poses", min=20, help="At least.")] = POSES_WANTED,
-    placements: Annotated[
-        int, typer.Option("--placements", min=1, help="Least number of bar placements.")
-    ] = BARS_WANTED,
-    limit: Annotated[
-        float,
-        typer.Option("--limit", help="Target: standard uncertainty of a length, mm."),
-    ] = LENGTH_LIMIT_MM,
-    seats: Annotated[
-        bool,
-        typer.Option(
-            "--seats/--no-seats", help="Skip seats: for recordings without them (--source replay:)."
-        ),
-    ] = True,
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    probes: ProbesOption = None,
-    tip: TipOption = None,
-    calibrations: FolderOption = None,
-    who: WhoOption = "unnamed",
-    temperature: TemperatureOption = None,
-    decision: DecisionOption = None,
-    overrule: OverruleOption = "",
-    new: NewOption = False,
-    seed: SeedOption = DEFAULT_SEED,
-    move: MoveOption = None,
-    speed: SpeedOption = 0.0,
-    record: RecordOption = None,
-    force: ForceOption = False,
-) -> None:
-    """Calibrate cameras that were moved, without a CMM: wave the probe, show the bar.
-
-    Two cones that are fixed to the table are visited first and last: what moved meanwhile shows.
-    """
-    from ocmm_core.calibration.cameras import load_reference_points
-    from ocmm_core.calibration.guided import ProcedureKind, load_shots
-    from ocmm_core.calibration.records import load_bar
-    from ocmm_core.calibration.relocation import RelocationProcedure
-    from ocmm_core.cli.calibrate._report import print_calibration
-    from ocmm_core.cli.calibrate._run import continued, open_site, take_relocation_shots
-    from ocmm_core.cli.calibrate._steps import (
-        body_in_use_of,
-        collect_from,
-        compute,
-        finish,
-        is_lacking,
-        now,
-        require_end,
-        store_in_cameras,
-    )
-    from ocmm_core.composition import VirtualSite, scenes_of_relocation
-
-    console, site = make_console(), open_site(rig, calibrations)
-    body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
-    known = None if control is None else load_reference_points(control)
-    procedure = (
-        None
-        if new
-        else continued(
-            site,
-            ProcedureKind.RELOCATION,
-            lambda path: RelocationProcedure.resume(path, site.rig, body, site.store),
-            console,
-        )
-    )
-    recorded = () if shots is None else load_shots(shots, site.rig, body.n_leds)
-    if procedure is None:
-        procedure = RelocationProcedure.begin(
-            site.sessions, site.rig, body, site.store, artefact, now(),
-            who=who, temperature_c=temperature, world=world.value, control=known, lens=lens.value,
-            geometry=geometry.value, poses_wanted=poses, bars_wanted=placements,
-            length_limit_mm=limit, seats=_has_seats(source, recorded, seats=seats),
-        )  # fmt: skip
-    if shots is not None:
-        take_relocation_shots(procedure, recorded)
-        require_end(procedure)
-    elif is_lacking(procedure):
-        virtual = VirtualSite(rig, probe, seed, move)
-        scenes = scenes_of_relocation(
-            virtual, site.design, procedure.view, procedure.bar, procedure.control
-        )
-        collect_from(procedure, site, rig, source, virtual, scenes, speed, record, force, console)
-    compute(procedure, overrule)
-    outcome = procedure.view.outcome
-    if outcome is not None:
-        print_calibration(console, outcome)
-    finish(procedure, site, decision, "relocated", console)
-    store_in_cameras(site, source, rig, force, console)
-
-
-def _has_seats(source: str, recorded: Sequence[Shot], *, seats: bool) -> bool:
-    """Return whether two seats are visited first and last; only what was recorded may lack them."""
-    from ocmm_core.composition import Origin, origin_of
-
-    if recorded:
-        return any(shot.kind == "repeat" for shot in recorded)
-    if not seats and origin_of(source) is not Origin.RECORDING:
-        raise CalibrationError(
-            "calibrate.seats",
-            "--no-seats is only for recordings without seats, and the source is not a recording.",
-            "Omit it, and visit two cones fixed to the table first and last.",
-        )
-    return seats
-
-
-@calibrate_app.command()
-def verify(
-    *,
-    bar: CheckBarOption = VERIFICATION_BAR,
-    sphere: Annotated[
-        list[Path] | None,
-        typer.Option("--sphere", help="Sphere document; can be repeated."),
-    ] = None,
-    two_places: Annotated[
-        bool,
-        typer.Option(
-            "--two-places", help="Touch each sphere in the near and in the far third of the volume."
-        ),
-    ] = False,
-    excuse: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--excuse",
-            help="Why a corner of the volume cannot be reached, e.g. 'X- Y+ Z-: a post stands "
-            "there'; recorded.",
-        ),
-    ] = None,
-    shots: ShotsOption = None,
-    constant: Annotated[
-        float, typer.Option("--limit", help="Permissible error of a length: constant part, mm.")
-    ] = Limits().constant,
-    per_length: Annotated[
-        float,
-        typer.Option(
-            "--limit-per-length", help="Permissible error of a length: proportional part."
-        ),
-    ] = Limits().per_length,
-    largest: Annotated[
-        float, typer.Option("--limit-largest", help="Permissible error of a length: maximum, mm.")
-    ] = Limits().largest,
-    diameter: Annotated[
-        float, typer.Option("--limit-diameter", help="Permissible error of a diameter, mm.")
-    ] = Limits().diameter,
-    form: Annotated[
-        float, typer.Option("--limit-form", help="Permissible form of a sphere, mm.")
-    ] = Limits().form,
-    rule: Annotated[
-        RuleChoice,
-        typer.Option(
-            "--rule", help="Artefact uncertainty: subtracted from the limit, or only stated."
-        ),
-    ] = RuleChoice.GUARDED,
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    probes: ProbesOption = None,
-    tip: TipOption = None,
-    calibrations: FolderOption = None,
-    who: WhoOption = "unnamed",
-    temperature: TemperatureOption = None,
-    decision: DecisionOption = None,
-    new: NewOption = False,
-    seed: SeedOption = DEFAULT_SEED,
-    move: MoveOption = None,
-    speed: SpeedOption = 0.0,
-    record: RecordOption = None,
-    force: ForceOption = False,
-) -> None:
-    """Verify the calibration in force with a bar along seven lines, and with spheres.
-
-    Two cones that are fixed to the table are visited first and last: what moved meanwhile shows.
-    """
-    from ocmm_core.calibration.guided import ProcedureKind, load_shots
-    from ocmm_core.calibration.records import load_bar, load_sphere
-    from ocmm_core.calibration.verification import VerificationProcedure
-    from ocmm_core.cli.calibrate._report import print_status, print_verification
-    from ocmm_core.cli.calibrate._run import (
-        continued,
-        open_site,
-        retake_misplaced,
-        take_verification_shots,
-    )
-    from ocmm_core.cli.calibrate._steps import (
-        body_in_use_of,
-        collect_from,
-        decided_code,
-        is_lacking,
-        now,
-        require_end,
-    )
-    from ocmm_core.composition import VirtualSite, scenes_of_verification
-
-    console, site = make_console(), open_site(rig, calibrations)
-    body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
-    spheres = tuple(load_sphere(path) for path in sphere or ())
-    procedure = (
-        None
-        if new
-        else continued(
-            site,
-            ProcedureKind.VERIFICATION,
-            lambda path: VerificationProcedure.resume(path, site.rig, body, site.store),
-            console,
-        )
-    )
-    if procedure is None:
-        procedure = VerificationProcedure.begin(
-            site.sessions, site.rig, body, site.store, artefact, now(),
-            who=who, temperature_c=temperature, spheres=spheres,
-            two_places=two_places,
-            limits=Limits(constant, per_length, largest, diameter, rule.value, form),
-        )  # fmt: skip
-    for one in excuse or ():
-        corner, _, reason = one.partition(":")
-        procedure.excuse_corner(corner, reason, now())
-    retake_misplaced(procedure, console)
-    if shots is not None:
-        take_verification_shots(procedure, load_shots(shots, site.rig, body.n_leds))
-        require_end(procedure)
-    elif is_lacking(procedure):
-        virtual = VirtualSite(rig, probe, seed, move)
-        scenes = scenes_of_verification(
-            virtual, site.rig, procedure.view, procedure.bar, procedure.spheres
-        )
-        collect_from(procedure, site, rig, source, virtual, scenes, speed, record, force, console)
-    procedure.compute()
-    outcome = procedure.view.outcome
-    if outcome is not None:
-        print_verification(console, outcome)
-    code = decided_code(procedure, decision, "verified", console)
-    print_status(console, site.document, site.calibrations, now())
-    failed = outcome is None or not outcome.record.passed
-    raise typer.Exit(1 if failed else code)
+calibrate_app.command()(relocate)
+calibrate_app.command()(verify)
 
 
 @calibrate_app.command()

@@ -31,6 +31,7 @@ from ocmm_core.cli.terminal import (
     SeedOption,
     SourceOption,
     SpeedOption,
+    lead,
     make_console,
 )
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
@@ -187,7 +188,9 @@ def probe_command(
         print_probe(console, outcome)
     made = decide(procedure, decision, because, console)
     if made is ProcedureDecision.ACCEPTED:
-        console.print(f"Record   {store.folder}: {store.active_hash(tip)}", highlight=False)
+        console.print(
+            f"{lead('Record   ')}{store.folder}: {store.active_hash(tip)}", highlight=False
+        )
     print_tip_status(console, store, tip, now())
     if made is not ProcedureDecision.ACCEPTED:
         raise typer.Exit(1)

@@ -11,7 +11,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ocmm_core.cli.terminal import ProbeOption, make_console
+from ocmm_core.cli.terminal import ProbeOption, heads, lead, make_console, say, say_word
 from ocmm_core.composition import STANDARD_PROBE
 
 if TYPE_CHECKING:
@@ -35,29 +35,31 @@ def probe_status(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption = 
 
     console, store = make_console(), _store(probe, probes)
     found = probe_overview(store, datetime.now(UTC))
-    _say(console, f"Probe    {load_probe(probe).name}, by {probe}\nFolder   {store.folder}")
+    _say(console, say(f"Probe    {load_probe(probe).name}, by {probe}"))
+    _say(console, f"{lead('Folder   ')}{store.folder}")
     if found.fault:
-        _say(console, f"Records  cannot be used. {found.fault}")
+        _say(console, f"{lead('Records  ')}{say('cannot be used.')} {say(found.fault)}")
         raise typer.Exit(1)
     if not found.tips:
-        _say(console, f"Tips     none: probe never calibrated ({store.folder}).")
+        _say(console, say(f"Tips     none: probe never calibrated ({store.folder})."))
         raise typer.Exit(1)
     for state in found.tips:
         _print_tip(console, state)
         if state.status.state is not State.UNUSABLE:
-            _say(console, f"Evidence {evidence_words(store, state.tip)}")
+            _say(console, f"{lead('Evidence ')}{evidence_words(store, state.tip)}")
     mounted = found.tips[0]
     raise typer.Exit(0 if mounted.mounted and mounted.status.state.usable else 1)
 
 
 def probe_history(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption = None) -> None:
     """List what happened to a probe and its tips."""
-    table = Table(title="History", title_justify="left", box=box.SIMPLE_HEAD)
-    for name in ("UTC", "Tip", "What", "Record", "Who", "Reason"):
-        table.add_column(name, no_wrap=name != "Reason")
+    table = Table(title=say_word("History"), title_justify="left", box=box.SIMPLE_HEAD)
+    for name in heads("UTC", "Tip", "What", "Record", "Who"):
+        table.add_column(name, no_wrap=True)
+    table.add_column(say_word("Reason"))
     for event in _store(probe, probes).events:
-        since = f" Good until {event.since_utc[:19]}." if event.since_utc else ""
-        lost = f" Lost before: {', '.join(event.lost)}." if event.lost else ""
+        since = say(f" Good until {event.since_utc[:19]}.") if event.since_utc else ""
+        lost = say(f" Lost before: {', '.join(event.lost)}.") if event.lost else ""
         table.add_row(
             event.utc[:19], event.tip, event.kind.value, event.record[:12], event.who,
             f"{event.reason}{since}{lost}",
@@ -79,7 +81,7 @@ def mount_tip(
     store = _store(probe, probes)
     store.mount(tip, who, datetime.now(UTC))
     status = store.status(tip, datetime.now(UTC))
-    _say(make_console(), f"Tip '{tip}' is mounted. {status.reason} {status.remedy}")
+    _say(make_console(), say(f"Tip '{tip}' is mounted. {status.reason} {status.remedy}"))
 
 
 def _store(probe: Path, folder: Path | None) -> ProbeStore:
@@ -94,30 +96,35 @@ def _print_tip(console: Console, state: TipState) -> None:
     from ocmm_core.calibration.records import record_hash
 
     record, qualified, status = state.calibration, state.qualification, state.status
-    on = "mounted" if state.mounted else "not mounted"
-    _say(console, f"Tip      {state.tip} ({on})")
-    _say(console, f"State    {status.state.value}")
+    on = say("mounted") if state.mounted else say("not mounted")
+    _say(console, say(f"Tip      {state.tip} ({on})"))
+    _say(console, f"{lead('State    ')}{say_word(status.state.value)}")
     if status.reason:
-        _say(console, f"         {status.reason} {status.remedy}")
+        _say(console, f"         {say(status.reason)} {say(status.remedy)}")
     if status.since_utc:
-        _say(console, f"         Points since {status.since_utc[:19]} UTC are suspect.")
+        _say(console, say(f"         Points since {status.since_utc[:19]} UTC are suspect."))
     _say(
         console,
-        f"Record   {record_hash(record)}\n         calibrated {record.made_utc[:19]} UTC by "
-        f"{record.made_by}{_warmth(record.temperature_c)}, valid until "
-        f"{record.valid_until_utc[:10]}",
+        say(
+            f"Record   {record_hash(record)}\n         calibrated {record.made_utc[:19]} UTC by "
+            f"{record.made_by}{_warmth(record.temperature_c)}, valid until "
+            f"{record.valid_until_utc[:10]}"
+        ),
     )
     if qualified is not None:
         _say(
             console,
-            f"Ball     {qualified.diameter_mm:.4f} mm, standard uncertainty "
-            f"{1e3 * qualified.diameter_sigma_mm:.1f} um, form {1e3 * qualified.form_mm:.1f} um\n"
-            f"         qualified {qualified.made_utc[:19]} UTC by {qualified.made_by}"
-            f"{_warmth(qualified.temperature_c)}, valid until {qualified.valid_until_utc[:10]}",
+            say(
+                f"Ball     {qualified.diameter_mm:.4f} mm, standard uncertainty "
+                f"{1e3 * qualified.diameter_sigma_mm:.1f} um, form {1e3 * qualified.form_mm:.1f} "
+                f"um\n"
+                f"         qualified {qualified.made_utc[:19]} UTC by {qualified.made_by}"
+                f"{_warmth(qualified.temperature_c)}, valid until {qualified.valid_until_utc[:10]}"
+            ),
         )
     if state.check is not None:
         verdict = "passed" if state.check.passed else "FAILED"
-        _say(console, f"Checked  {state.check.made_utc[:19]} UTC: {verdict}")
+        _say(console, say(f"Checked  {state.check.made_utc[:19]} UTC: {verdict}"))
 
 
 def _warmth(celsius: float | None) -> str:

@@ -28,15 +28,16 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.camera import load_rig
 from ocmm_core.cli.calibrate._tip_report import print_passed
-from ocmm_core.cli.terminal import told
+from ocmm_core.cli.terminal import heads, lead, say, say_word, told
 
 
 def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
     """Print cameras, residuals, errors and what changes."""
     record = outcome.record
     table = Table(title=f"{record.rig}: {record.method}", title_justify="left", box=box.SIMPLE_HEAD)
-    for name in ("Camera", "Serial", "f", "u0", "v0", "RMS px", "Spots", "Left out"):
-        table.add_column(name, justify="left" if name == "Camera" else "right", no_wrap=True)
+    table.add_column(say_word("Camera"), no_wrap=True)
+    for name in heads("Serial", "f", "u0", "v0", "RMS px", "Spots", "Left out"):
+        table.add_column(name, justify="right", no_wrap=True)
     for camera, left in zip(record.cameras, outcome.residuals, strict=True):
         rms = float(np.sqrt(np.mean(left.residuals_px[left.used] ** 2)))
         table.add_row(
@@ -46,19 +47,25 @@ def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
     console.print(table)
     _say(
         console,
-        f"Residuals {record.rms_px:.4f} px RMS, chi-square {record.chi2_per_dof:.2f} per degree of "
-        f"freedom, {record.points} points or poses.",
+        say(
+            f"Residuals {record.rms_px:.4f} px RMS, chi-square {record.chi2_per_dof:.2f} per "
+            f"degree of "
+            f"freedom, {record.points} points or poses."
+        ),
     )
     if record.outliers:
         shown = ", ".join(record.outliers[:5])
-        more = f" and {len(record.outliers) - 5} more" if len(record.outliers) > 5 else ""
-        _say(console, f"Left out: {shown}{more}.")
+        more = say(f" and {len(record.outliers) - 5:d} more") if len(record.outliers) > 5 else ""
+        _say(console, say(f"Left out: {shown}{more}."))
     if len(outcome.errors_world):
         x, y, z = 1e3 * np.sqrt(np.mean(outcome.errors_world**2, axis=0))
         _say(
             console,
-            f"Errors at {len(outcome.errors_world)} control places: {x:.1f}, {y:.1f}, {z:.1f} um "
-            f"RMS per axis.",
+            say(
+                f"Errors at {len(outcome.errors_world)} control places: {x:.1f}, {y:.1f}, "
+                f"{z:.1f} um "
+                f"RMS per axis."
+            ),
         )
     for warning in outcome.warnings:
         console.print(told(warning), style="yellow", highlight=False)
@@ -69,9 +76,9 @@ def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
 def print_verification(console: Console, outcome: VerificationOutcome) -> None:
     """Print every check against its limit, and the verdict."""
     record = outcome.record
-    table = Table(title="Verification", title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column("Check", no_wrap=True)
-    for name in ("Certified", "Measured", "E um", "U um", "Limit um"):
+    table = Table(title=say_word("Verification"), title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column(say_word("Check"), no_wrap=True)
+    for name in heads("Certified", "Measured", "E um", "U um", "Limit um"):
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("", no_wrap=True)
     for index, check in enumerate(record.checks):
@@ -79,25 +86,29 @@ def print_verification(console: Console, outcome: VerificationOutcome) -> None:
             check.name, f"{check.certified_mm:.4f}", f"{check.measured_mm:.4f}",
             f"{1e3 * check.error_mm:+.1f}", f"{1e3 * check.expanded_mm:.1f}",
             f"{1e3 * check.limit_mm:.1f}",
-            Text("FAILED", "bold red") if index in outcome.failed else "",
+            Text(say_word("FAILED"), "bold red") if index in outcome.failed else "",
         )  # fmt: skip
     console.print(table)
     if outcome.failed:
-        _say(console, f"Failed   {len(outcome.failed)} of {len(record.checks)} checks")
+        _say(console, say(f"Failed   {len(outcome.failed)} of {len(record.checks)} checks"))
     for old in record.superseded:
         _say(
             console,
-            f"First    {old.name}: E = {1e3 * old.error_mm:+.1f} um, limit "
-            f"{1e3 * old.limit_mm:.1f} um; repeated.",
+            say(
+                f"First    {old.name}: E = {1e3 * old.error_mm:+.1f} um, limit "
+                f"{1e3 * old.limit_mm:.1f} um; repeated."
+            ),
         )
     worst = record.checks[outcome.largest]
-    where = "Farthest beyond" if outcome.failed else "Nearest to"
+    where = say("Farthest beyond") if outcome.failed else say("Nearest to")
     _say(
         console,
-        f"{where} its limit: {worst.name}, E = {1e3 * worst.error_mm:+.1f} um, "
-        f"U = {1e3 * worst.expanded_mm:.1f} um, limit {1e3 * worst.limit_mm:.1f} um.",
+        say(
+            f"{where} its limit: {worst.name}, E = {1e3 * worst.error_mm:+.1f} um, "
+            f"U = {1e3 * worst.expanded_mm:.1f} um, limit {1e3 * worst.limit_mm:.1f} um."
+        ),
     )
-    _say(console, f"Rule: {record.rule}.")
+    _say(console, f"{say_word('Rule')}: {say(record.rule)}.")
     _print_session(console, record)
     for warning in outcome.warnings:
         console.print(told(warning), style="yellow", highlight=False)
@@ -107,20 +118,23 @@ def print_verification(console: Console, outcome: VerificationOutcome) -> None:
 def _print_session(console: Console, record: VerificationRecord) -> None:
     """Print corners, seats, and what else speaks for or against the session."""
     reached = sum(one.reached for one in record.corners)
-    _say(console, f"Corners  {reached} of {len(record.corners)} reached")
+    _say(console, say(f"Corners  {reached} of {len(record.corners)} reached"))
     for corner in record.corners:
         if not corner.reached:
-            why = corner.reason or "no reason given"
-            _say(console, f"         {corner.name}: not reached, {why}")
+            why = corner.reason or say("no reason given")
+            _say(console, say(f"         {corner.name}: not reached, {why}"))
     for seat in record.repeats:
         shift = 1e3 * float(np.linalg.norm(seat.shift_mm))
         _say(
             console,
-            f"Repeat   {seat.place} moved by {shift:.1f} um: normalised square {seat.square:.1f}, "
-            f"limit {seat.limit:.1f}",
+            say(
+                f"Repeat   {seat.place} moved by {shift:.1f} um: normalised square "
+                f"{seat.square:.1f}, "
+                f"limit {seat.limit:.1f}"
+            ),
         )
     for note in record.notes:
-        _say(console, f"Note     {note}")
+        _say(console, f"{lead('Note     ')}{say(note)}")
     for one in record.objections:
         console.print(told(one), style="bold red", highlight=False)
 
@@ -138,24 +152,27 @@ def print_status(console: Console, document: Path, folder: Path, now: datetime) 
     in_use = open_calibration(document, folder)
     design = load_rig(document)
     cameras = ", ".join(f"{one.name} (serial {one.serial})" for one in design.cameras)
-    _say(console, f"Rig      {design.name}: {cameras}")
-    _say(console, f"         by {document}")
-    _say(console, f"Folder   {store_folder(folder, design.name)}")
+    _say(console, f"{lead('Rig      ')}{design.name}: {cameras}")
+    _say(console, f"{lead('         by ')}{document}")
+    _say(console, f"{lead('Folder   ')}{store_folder(folder, design.name)}")
     view = judge(in_use, now)
-    _say(console, f"State    {view.word.value}")
+    _say(console, f"{lead('State    ')}{say_word(view.word.value)}")
     for sentence in (*([str(view.blocker)] if view.blocker else []), *view.warnings):
-        _say(console, f"         {sentence}")
+        _say(console, f"         {say(sentence)}")
     if view.since_utc:
-        _say(console, f"         Points since {view.since_utc[:19]} UTC are suspect.")
+        _say(console, say(f"         Points since {view.since_utc[:19]} UTC are suspect."))
     record, store = view.record, in_use.store
     if record is not None and store is not None:
         _say(
             console,
-            f"Record   {store.active_hash}\n         {record.method}, {record.made_utc[:19]} UTC "
-            f"by {record.made_by}, valid until {record.valid_until_utc[:10]}",
+            say(
+                f"Record   {store.active_hash}\n         {record.method}, {record.made_utc[:19]} "
+                f"UTC "
+                f"by {record.made_by}, valid until {record.valid_until_utc[:10]}"
+            ),
         )
         if view.word is not CalibrationStatus.UNUSABLE:
-            _say(console, f"Evidence {evidence_words(store)}")
+            _say(console, f"{lead('Evidence ')}{evidence_words(store)}")
     return view.blocker is None
 
 
@@ -166,7 +183,7 @@ def evidence_words(store: RecordStore[Any], about: str | None = None) -> str:
     sessions = len(wanted) - records
     lost = sum(len(event.lost) for event in store.events)
     before = f"; {lost} lost earlier, see the history" if lost else ""
-    return (
+    return say(
         f"whole: history of {_counted(len(store.events), 'event')}, {_counted(records, 'record')}, "
         f"{_counted(sessions, 'session')}{before}"
     )
@@ -174,11 +191,12 @@ def evidence_words(store: RecordStore[Any], about: str | None = None) -> str:
 
 def print_history(console: Console, store: CalibrationStore) -> None:
     """Print what happened to the calibrations of a rig, oldest first."""
-    table = Table(title="History", title_justify="left", box=box.SIMPLE_HEAD)
-    for name in ("UTC", "Calibration", "What", "Who", "Reason"):
-        table.add_column(name, no_wrap=name != "Reason")
+    table = Table(title=say_word("History"), title_justify="left", box=box.SIMPLE_HEAD)
+    for name in heads("UTC", "Calibration", "What", "Who"):
+        table.add_column(name, no_wrap=True)
+    table.add_column(say_word("Reason"))
     for event in store.events:
-        lost = f" Lost before: {', '.join(event.lost)}." if event.lost else ""
+        lost = say(f" Lost before: {', '.join(event.lost)}.") if event.lost else ""
         table.add_row(
             event.utc[:19], event.calibration[:12], event.kind.value, event.who,
             f"{event.reason}{lost}",
@@ -189,21 +207,28 @@ def print_history(console: Console, store: CalibrationStore) -> None:
 def _print_comparison(console: Console, found: CalibrationComparison) -> None:
     _say(
         console,
-        f"Against the active calibration: the frame moved by {found.moved_mm:.2f} mm and "
-        f"rotated by {np.degrees(found.turned_rad):.3f} degrees.",
+        say(
+            f"Against the active calibration: the frame moved by {found.moved_mm:.2f} mm and "
+            f"rotated by {np.degrees(found.turned_rad):.3f} degrees."
+        ),
     )
     for camera in found.cameras:
         _say(
             console,
-            f"  {camera.name}: additionally {camera.shift_mm:.3f} mm and "
-            f"{np.degrees(camera.turn_rad):.4f} degrees, f {1e3 * camera.focal_mm:+.1f} um.",
+            say(
+                f"  {camera.name}: additionally {camera.shift_mm:.3f} mm and "
+                f"{np.degrees(camera.turn_rad):.4f} degrees, f {1e3 * camera.focal_mm:+.1f} um."
+            ),
         )
     largest = 1e3 * float(np.linalg.norm(found.differences_world, axis=1).max())
     _say(
         console,
-        f"  With the old one, points in the volume would be up to {largest:.0f} um off; "
-        f"standard uncertainty of a length: {1e3 * found.length_sigma_after_mm:.1f} um (before: "
-        f"{1e3 * found.length_sigma_before_mm:.1f} um).",
+        say(
+            f"  With the old one, points in the volume would be up to {largest:.0f} um off; "
+            f"standard uncertainty of a length: {1e3 * found.length_sigma_after_mm:.1f} um "
+            f"(before: "
+            f"{1e3 * found.length_sigma_before_mm:.1f} um)."
+        ),
     )
 
 

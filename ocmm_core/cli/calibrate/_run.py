@@ -36,6 +36,7 @@ from ocmm_core.calibration.records import (
 from ocmm_core.calibration.relocation import BAR, RelocationProcedure
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig, load_rig
+from ocmm_core.cli.terminal import lead, say
 from ocmm_core.composition import (
     DEMO_PLAN,
     SOURCES,
@@ -107,15 +108,21 @@ def continued(
             # Begun with another calibration or probe, by another version, or at a temperature that
             # nobody measures at: its observations are of no use any more.
             if not is_ended(path):
-                console.print(f"Left out {error.what}", style="dim", highlight=False, markup=False)
+                console.print(
+                    say(f"{lead('Left out ')}{say(error.what)}"),
+                    style="dim",
+                    highlight=False,
+                    markup=False,
+                )
             continue
         if is_open(procedure.base):
             step = procedure.base.step
             console.print(
-                f"Continue {path}: {step.title}, {step.done} of {step.wanted}", highlight=False
+                f"{lead('Continue ')}{path}: {say(step.title)}, {step.done}/{step.wanted}",
+                highlight=False,
             )
             if procedure.base.torn:
-                console.print(procedure.base.torn, highlight=False)
+                console.print(say(procedure.base.torn), highlight=False)
             return procedure
     return None
 
@@ -184,7 +191,7 @@ def collect(
     CalibrationError
         The source ended before the last step; what was taken is in the session.
     """
-    console.print(f"Source   {feed.description.name}")
+    console.print(f"{lead('Source   ')}{feed.description.name}")
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(),
@@ -210,7 +217,10 @@ def collect(
                             recorder.append(block)
                         except AcquisitionError as error:
                             recorder = None
-                            console.print(f"{error.what} Calibration continues. {error.remedy}")
+                            console.print(
+                                f"{say(error.what)} {say('Calibration continues.')} "
+                                f"{say(error.remedy)}"
+                            )
                     procedure.watch(block)
                     seen += len(block)
                     if procedure.base.live.ready:
@@ -233,7 +243,7 @@ def collect(
     if procedure.base.current < last:
         view = procedure.base
         hint = view.live.hint
-        why = f"{view.step.gate.reason} At its end: {hint}" if hint else view.step.gate.reason
+        why = say(f"{view.step.gate.reason} At its end: {hint}") if hint else view.step.gate.reason
         if status.internal:
             raise status.error(
                 "calibrate.source", "All observations are stored: start the command again."
@@ -253,7 +263,7 @@ def retake_misplaced(procedure: Procedure, console: Console) -> None:
         return
     for number, line in enumerate(procedure.view.lines):
         if line.hint:
-            console.print(f"Again    {line.name}: {line.hint}", highlight=False)
+            console.print(f"{lead('Again    ')}{line.name}: {say(line.hint)}", highlight=False)
             procedure.repeat_line(number, _now())
 
 
@@ -281,10 +291,11 @@ def decide(
 ) -> ProcedureDecision:
     """Accept the result, keep the old one, or leave the session open for a later decision."""
     if accept is None and console.is_terminal:
-        accept = console.input("Accept it? [y/n] ").strip().lower().startswith("y")
+        accept = console.input(say("Accept it? [y/n] ")).strip().lower().startswith("y")
     if accept is None:
         console.print(
-            f"Session  {procedure.base.session}: waiting for --accept or --keep.", highlight=False
+            say(f"Session  {procedure.base.session}: waiting for --accept or --keep."),
+            highlight=False,
         )
     elif accept:
         procedure.accept(_now(), reason)

@@ -18,6 +18,7 @@ from ocmm_core.calibration.monitor import (
     save_baseline,
 )
 from ocmm_core.cli.calibrate._run import Site
+from ocmm_core.cli.terminal import lead, say
 from ocmm_core.composition import Feed
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody, TrackingPipeline
@@ -55,10 +56,10 @@ def wave(
     looks: list[ResidualSample] = []
     left = round(seconds * 1e9 / feed.description.frame_period_ns)
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
-    console.print(f"Source   {feed.description.name}")
+    console.print(f"{lead('Source   ')}{feed.description.name}")
     try:
         with Progress(*columns, console=console, transient=True) as progress:
-            task = progress.add_task("Wave the probe through the whole volume", total=left)
+            task = progress.add_task(say("Wave the probe through the whole volume"), total=left)
             feed.acquisition.start()
             while left > 0:
                 stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
@@ -84,9 +85,11 @@ def learn(
     path = save_baseline(site.store.folder, baseline, calibration, body.identity)
     whole = site.rig.noise.pattern_px
     console.print(
-        f"Sensors  {baseline.looks} samples; pattern {whole:.4f} px, residual "
-        f"{baseline.left_px:.4f} px",
+        say(
+            f"Sensors  {baseline.looks} samples; pattern {whole:.4f} px, residual "
+            f"{baseline.left_px:.4f} px"
+        ),
         highlight=False,
     )
-    console.print(f"Baseline {path}", highlight=False)
+    console.print(f"{lead('Baseline ')}{path}", highlight=False)
     return path

@@ -23,7 +23,7 @@ from ocmm_core.cli.calibrate._run import (
     virtual_feed,
 )
 from ocmm_core.cli.calibrate._write_cameras import write_accepted
-from ocmm_core.cli.terminal import make_console
+from ocmm_core.cli.terminal import lead, make_console, say
 from ocmm_core.composition import Origin, VirtualSite, choose_probe, origin_of
 from ocmm_core.errors import CalibrationError
 from ocmm_core.simulation.calibration_scenes import Scene
@@ -113,7 +113,7 @@ def body_in_use_of(source: str, probe: Path, probes: Path | None, tip: str | Non
         if defect is not None:
             raise defect
         view = judge(in_use, now())
-        make_console().print(f"Probe  {view.label}", highlight=False)
+        make_console().print(f"{lead('Probe  ')}{say(view.label)}", highlight=False)
     return in_use.body
 
 

@@ -30,6 +30,7 @@ from ocmm_core.cli.terminal import (
     SeedOption,
     SourceOption,
     SpeedOption,
+    lead,
     make_console,
 )
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
@@ -230,7 +231,7 @@ def _mounted(place: TerminalProbeSite, tip: str | None, who: str, console: Conso
         )
     if name != place.store.mounted:
         place.store.mount(name, who, now())
-        console.print(f"Mounted  {name}", highlight=False)
+        console.print(f"{lead('Mounted  ')}{name}", highlight=False)
     return name
 
 

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from ocmm_core.calibration.records import Check
 from ocmm_core.calibration.tip import TipCheckOutcome, TipCheckView, TipOutcome, TouchView
-from ocmm_core.cli.terminal import told
+from ocmm_core.cli.terminal import heads, say, say_word, told
 
 
 def print_sphere(console: Console, view: TouchView) -> None:
@@ -20,22 +20,31 @@ def print_sphere(console: Console, view: TouchView) -> None:
     sphere = view.sphere
     _say(
         console,
-        f"Sphere   {view.sphere_name}: {view.sphere_diameter_mm:.4f} mm, "
-        f"U = {1e3 * view.sphere_expanded_mm:.1f} um (k = 2)",
+        say(
+            f"Sphere   {view.sphere_name}: {view.sphere_diameter_mm:.4f} mm, "
+            f"U = {1e3 * view.sphere_expanded_mm:.1f} um (k = 2)"
+        ),
     )
     touched = len(sphere.places) - len(sphere.missing)
-    known = "compared with the qualified one" if isinstance(view, TipCheckView) else "known"
+    known = (
+        say("compared with the qualified one") if isinstance(view, TipCheckView) else say("known")
+    )
     _say(
         console,
-        f"Points   {len(sphere.tips_world)}, at {touched} of {len(sphere.places)} places; ball "
-        f"diameter {known} to {1e3 * sphere.diameter_sigma_mm:.1f} um (standard uncertainty)",
+        say(
+            f"Points   {len(sphere.tips_world)}, at {touched} of {len(sphere.places)} places; ball "
+            f"diameter {known} to {1e3 * sphere.diameter_sigma_mm:.1f} um (standard uncertainty)"
+        ),
     )
     for index in sphere.missing:
-        _say(console, f"         not touched: {sphere.places[index].name}")
+        _say(console, f"         {say('not touched:')} {sphere.places[index].name}")
     for point in sphere.doubtful:
         _say(
             console,
-            f"         point {point + 1} does not fit: {1e3 * sphere.residuals_mm[point]:+.0f} um",
+            say(
+                f"         point {point + 1} does not fit: "
+                f"{1e3 * sphere.residuals_mm[point]:+.0f} um"
+            ),
         )
 
 
@@ -44,9 +53,9 @@ def print_cone(console: Console, view: TouchView) -> None:
     cone = view.cone
     if len(cone.tips_world) < 2:
         return
-    table = Table(title="Ball in the cone", title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column("Probe", no_wrap=True)
-    for name in ("dX um", "dY um", "dZ um", "Distance um"):
+    table = Table(title=say_word("Ball in the cone"), title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column(say_word("Probe"), no_wrap=True)
+    for name in heads("dX um", "dY um", "dZ um", "Distance um"):
         table.add_column(name, justify="right", no_wrap=True)
     held = {one.point: one.name for one in cone.attitudes if one.point is not None}
     for number, off in enumerate(1e3 * cone.off_world):
@@ -58,8 +67,11 @@ def print_cone(console: Console, view: TouchView) -> None:
     x, y, z = 1e3 * cone.half_range_mm
     _say(
         console,
-        f"Articulation 2s {1e3 * cone.spread_2s_mm:.1f} um, largest "
-        f"{1e3 * cone.largest_mm:.1f} um, (max - min) / 2 of X, Y, Z: {x:.1f}, {y:.1f}, {z:.1f} um",
+        say(
+            f"Articulation 2s {1e3 * cone.spread_2s_mm:.1f} um, largest "
+            f"{1e3 * cone.largest_mm:.1f} um, (max - min) / 2 of X, Y, Z: {x:.1f}, {y:.1f}, "
+            f"{z:.1f} um"
+        ),
     )
 
 
@@ -69,18 +81,23 @@ def print_qualification(console: Console, outcome: TipOutcome) -> None:
     _print_checks(console, "Qualification", record.checks)
     _say(
         console,
-        f"Ball     {record.diameter_mm:.4f} mm, U = {2e3 * record.diameter_sigma_mm:.1f} um "
-        f"(k = 2); form {1e3 * record.form_mm:.1f} um, one point {1e3 * record.point_sigma_mm:.1f} "
-        f"um (standard deviation)",
+        say(
+            f"Ball     {record.diameter_mm:.4f} mm, U = {2e3 * record.diameter_sigma_mm:.1f} um "
+            f"(k = 2); form {1e3 * record.form_mm:.1f} um, one point "
+            f"{1e3 * record.point_sigma_mm:.1f} "
+            f"um (standard deviation)"
+        ),
     )
     if outcome.previous is not None:
         change = record.diameter_mm - outcome.previous.diameter_mm
         _say(
             console,
-            f"         {1e3 * change:+.1f} um since {outcome.previous.made_utc[:10]} by "
-            f"{outcome.previous.made_by}",
+            say(
+                f"         {1e3 * change:+.1f} um since {outcome.previous.made_utc[:10]} by "
+                f"{outcome.previous.made_by}"
+            ),
         )
-    _say(console, f"Valid    until {record.valid_until_utc[:10]}")
+    _say(console, say(f"Valid    until {record.valid_until_utc[:10]}"))
     for warning in outcome.warnings:
         console.print(told(warning), style="yellow", highlight=False)
     print_passed(console, passed=record.passed)
@@ -88,7 +105,7 @@ def print_qualification(console: Console, outcome: TipOutcome) -> None:
 
 def print_check(console: Console, outcome: TipCheckOutcome) -> None:
     """Print the checks, what is the matter, and the verdict."""
-    _print_checks(console, "Quick check", outcome.record.checks)
+    _print_checks(console, say("Quick check"), outcome.record.checks)
     for finding in outcome.findings:
         console.print(told(finding), style="red", highlight=False)
     for warning in outcome.warnings:
@@ -98,8 +115,8 @@ def print_check(console: Console, outcome: TipCheckOutcome) -> None:
 
 def _print_checks(console: Console, title: str, checks: Sequence[Check]) -> None:
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column("Check", no_wrap=True)
-    for name in ("Expected", "Measured", "E um", "U um", "Limit um"):
+    table.add_column(say_word("Check"), no_wrap=True)
+    for name in heads("Expected", "Measured", "E um", "U um", "Limit um"):
         table.add_column(name, justify="right", no_wrap=True)
     for check in checks:
         bad = abs(check.error_mm) > check.limit_mm

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from ocmm_core.cli.bus import BusOption
-from ocmm_core.cli.terminal import CalibrationsOption, ForceOption, RigOption, make_console
+from ocmm_core.cli.terminal import CalibrationsOption, ForceOption, RigOption, make_console, say
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import OcmmError
 
@@ -67,8 +67,10 @@ def write_accepted(
             write_to_cameras(record, bus.objects)
     except OcmmError as error:
         console.print(
-            f"The cameras could not store its intrinsics: {error.what} {error.remedy} Then: "
-            f"ocmm calibrate write-cameras --source {source}",
+            say(
+                f"The cameras could not store its intrinsics: {error.what} {error.remedy} Then: "
+                f"ocmm calibrate write-cameras --source {source}"
+            ),
             style="yellow",
             highlight=False,
             markup=False,
@@ -81,4 +83,4 @@ def _print_stored(record: CameraRecord, console: Console) -> None:
     from ocmm_core.calibration.records import record_hash
 
     names = ", ".join(f"'{entry.name}' ({entry.serial})" for entry in record.cameras)
-    console.print(f"{names} now store calibration {record_hash(record)}.", highlight=False)
+    console.print(say(f"{names} now store calibration {record_hash(record)}."), highlight=False)

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
+from ocmm_core.cli.terminal import say, say_word
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -23,20 +25,27 @@ def print_account(account: Account, console: Console) -> None:
 
     if not account.items:
         for remark in account.remarks:
-            console.print(remark, highlight=False)
+            console.print(say(remark), highlight=False)
         return
-    console.print("Tolerances of the model:", highlight=False)
-    table = Table("", "label", "says", "in the plan, or why not", box=None, pad_edge=False)
+    console.print(say("Tolerances of the model:"), highlight=False)
+    table = Table(
+        "",
+        say_word("label"),
+        say_word("says"),
+        say_word("in the plan, or why not"),
+        box=None,
+        pad_edge=False,
+    )
     for item in account.by_itself():
         became = ", ".join(item.became)
-        said = "; ".join(filter(None, (became, item.why, item.remark)))
-        table.add_row(*(Text(text) for text in (item.status, item.name, item.kind, said)))
+        said = "; ".join(filter(None, (became, say(item.why), say(item.remark))))
+        table.add_row(*(Text(text) for text in (say(item.status), item.name, item.kind, said)))
     console.print(table, highlight=False)
     for group, counts in account.counts().items():
-        told = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
-        console.print(f"{group}: {sum(counts.values())} ({told})", highlight=False)
+        told = ", ".join(f"{count} {say(word)}" for word, count in counts.items() if count)
+        console.print(f"{say(group)}: {sum(counts.values())} ({told})", highlight=False)
     for remark in account.remarks:
-        console.print(remark, highlight=False, markup=False)
+        console.print(say(remark), highlight=False, markup=False)
 
 
 def account_json(account: Account, more: dict[str, Any]) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import msgspec
 import typer
 
-from ocmm_core.cli.terminal import make_console
+from ocmm_core.cli.terminal import lead, make_console, say
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def align_command(
     console = make_console(soft_wrap=True)
     opened = reopen_job(job)
     for doubt in opened.doubts:
-        console.print(f"{job.name}: {doubt}", style="yellow", highlight=False, markup=False)
+        console.print(f"{job.name}: {say(doubt)}", style="yellow", highlight=False, markup=False)
     print_states(console, opened.view)
     report = alignment_of_points(
         opened.plan,
@@ -63,7 +63,7 @@ def align_command(
         console.print(line, highlight=False, markup=False)
     if save is not None:
         _save(save, name or save.stem, opened, report, control or [])
-        console.print(f"Frame  {save}", highlight=False, markup=False)
+        console.print(f"{lead('Frame  ')}{save}", highlight=False, markup=False)
     if not report.can_be_accepted:
         raise typer.Exit(2)
 
@@ -94,11 +94,11 @@ def align_plan_command(
     document = load_frame(frame)
     console = make_console(soft_wrap=True)
     if document.simulated:
-        said = f"{SIMULATED}: frame {document.name} comes from a virtual rig. {NO_REAL_PART}"
+        said = say(f"{SIMULATED}: frame {document.name} comes from a virtual rig. {NO_REAL_PART}")
         console.print(said, style="bold yellow", highlight=False, markup=False)
     rule = saved_frame(document) if relocate is None else relocation(document, relocate)
     save_plan(msgspec.structs.replace(load_plan(plan), alignment=rule), out)
-    console.print(f"Plan  {out}", highlight=False, markup=False)
+    console.print(f"{lead('Plan  ')}{out}", highlight=False, markup=False)
 
 
 def _save(

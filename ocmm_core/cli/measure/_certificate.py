@@ -9,7 +9,7 @@ import msgspec
 import typer
 
 from ocmm_core.cli.measure._pages import print_pages
-from ocmm_core.cli.terminal import make_console
+from ocmm_core.cli.terminal import lead, make_console, say
 
 certificate_app = typer.Typer(
     name="certificate",
@@ -77,7 +77,7 @@ def make(
     console = make_console(soft_wrap=True)
     if not pages:
         for path in write_certificate(paper, out):
-            console.print(f"Certificate  {path}", highlight=False, markup=False)
+            console.print(f"{lead('Certificate  ')}{path}", highlight=False, markup=False)
         return
     options = [str(folder), "--out", str(out), "--given", msgspec.json.encode(given).decode()]
     options += ["--tip", tip] if tip else []
@@ -88,7 +88,7 @@ def make(
         "ocmm_gui.reports._certificate", [options], "certificate.pdf",
         "The certificate was not written", "With --no-pages the DCC is written without a PDF.",
     ):  # fmt: skip
-        console.print(f"Certificate  {line}", highlight=False, markup=False)
+        console.print(f"{lead('Certificate  ')}{line}", highlight=False, markup=False)
 
 
 @certificate_app.command()
@@ -103,7 +103,7 @@ def check(
     console = make_console(soft_wrap=True)
     dcc = found.dcc
     console.print(
-        f"{dcc.number}: {dcc.laboratory}, {dcc.begin} to {dcc.end}. {found.words}",
+        f"{dcc.number}: {dcc.laboratory}, {dcc.begin} – {dcc.end}. {say(found.words)}",
         highlight=False, markup=False,
     )  # fmt: skip
     for one in dcc.quantities:
@@ -152,4 +152,4 @@ def artefact(
     except Exception:
         out.unlink()
         raise
-    make_console(soft_wrap=True).print(f"Artefact  {out}", highlight=False, markup=False)
+    make_console(soft_wrap=True).print(f"{lead('Artefact  ')}{out}", highlight=False, markup=False)

@@ -13,8 +13,12 @@ from rich.table import Table
 from ocmm_core.cli.measure._pages import print_pages
 from ocmm_core.cli.terminal import (
     computing,
+    heads,
+    lead,
     make_console,
     progress_line,
+    say,
+    say_word,
 )
 from ocmm_core.cluster import Site
 
@@ -67,22 +71,29 @@ def compare_command(
     with progress_line() as tell:
         found = compare_files(jobs, tell, probes, calibrations, site=site).about(feature)
     if found.simulated:
-        console.print(SIMULATED_LINE, style="bold yellow", highlight=False)
+        console.print(say(SIMULATED_LINE), style="bold yellow", highlight=False)
     for name, words in zip(found.jobs, found.words, strict=True):
-        console.print(f"{name}: {words}", highlight=False, markup=False)
+        console.print(f"{name}: {say(words)}", highlight=False, markup=False)
     for sentence in found.left_out:
-        console.print(f"left out: {sentence}", style="yellow", highlight=False, markup=False)
+        console.print(
+            f"{say_word('left out')}: {say(sentence)}",
+            style="yellow",
+            highlight=False,
+            markup=False,
+        )
     _print_table(console, found.trends, len(found.jobs))
     for trend in found.trends:
         for line in _lines(trend):
-            console.print(f"{trend.name}: {line}", highlight=False)
+            console.print(f"{trend.name}: {say(line)}", highlight=False)
     console.print(
-        "Lengths in mm. Chart limits: 2.66 mean moving ranges; Cp and Cpk use the same scatter.",
+        say(
+            "Lengths in mm. Chart limits: 2.66 mean moving ranges; Cp and Cpk use the same scatter."
+        ),
         style="dim",
     )
     if table is not None:
         write_atomic(table, batch_table(found))
-        console.print(f"Table  {table}", highlight=False, markup=False)
+        console.print(f"{lead('Table  ')}{table}", highlight=False, markup=False)
     if pages is not None:
         options = ["--out", str(pages), "--feature", feature]
         options += ["--probes", str(probes)] if probes is not None else []
@@ -94,15 +105,15 @@ def compare_command(
             "The pages were not written",
             "The jobs are not affected.",
         ):
-            console.print(f"Pages  {line}", highlight=False, markup=False)
+            console.print(f"{lead('Pages  ')}{line}", highlight=False, markup=False)
     if found.unread:
         raise typer.Exit(1)
 
 
 def _print_table(console: Console, trends: tuple[Trend, ...], count: int) -> None:
-    table = Table(title=f"{count} jobs", title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column("Characteristic", no_wrap=True)
-    for name in ("Parts", "Mean", "Least", "Greatest", "Cp", "Cpk", "95 %"):
+    table = Table(title=say(f"{count:d} jobs"), title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column(say_word("Characteristic"), no_wrap=True)
+    for name in heads("Parts", "Mean", "Least", "Greatest", "Cp", "Cpk", "95 %"):
         table.add_column(name, justify="right", no_wrap=True)
     for trend in trends:
         values, able = trend.values, trend.capability
@@ -111,11 +122,11 @@ def _print_table(console: Console, trends: tuple[Trend, ...], count: int) -> Non
             numbers = [f"{x:z.4f}" for x in (values.mean(), values.min(), values.max())]
         table.add_row(
             trend.name,
-            f"{len(values)} of {count}",
+            f"{len(values)}/{count}",
             *numbers,
             f"{able.cp:.2f}" if able is not None and able.cp is not None else "–",
             f"{able.cpk:.2f}" if able is not None else "–",
-            f"{able.cpk_low:.2f} to {able.cpk_high:.2f}" if able is not None else "–",
+            f"{able.cpk_low:.2f} – {able.cpk_high:.2f}" if able is not None else "–",
         )
     console.print(table)
 
@@ -131,6 +142,6 @@ def _lines(trend: Trend) -> list[str]:
     if trend.chart is not None:
         counted = [part for part in trend.parts if part.value is not None]
         lines += [
-            f"{counted[i].job} is {why.value} ({why.rule})." for i, why in trend.chart.signals
+            say(f"{counted[i].job} is {why.value} ({why.rule}).") for i, why in trend.chart.signals
         ]
     return lines

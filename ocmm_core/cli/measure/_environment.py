@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ocmm_core.cli.terminal import HumidityOption, PressureOption, RoomOption, make_console
+from ocmm_core.cli.terminal import HumidityOption, PressureOption, RoomOption, make_console, say
 
 
 def environment_command(
@@ -38,6 +38,6 @@ def environment_command(
         told = environment_words(noted_rooms(opened.events()), last)
     console = make_console(soft_wrap=True)
     if not told:
-        console.print("Nothing was read off in the room.", highlight=False)
+        console.print(say("Nothing was read off in the room."), highlight=False)
     for _, sentence in told:
-        console.print(sentence, highlight=False, markup=False)
+        console.print(say(sentence), highlight=False, markup=False)

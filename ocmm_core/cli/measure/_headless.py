@@ -15,7 +15,7 @@ from rich.text import Text
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, StopReason
 from ocmm_core.calibration.records import CalibrationStatus, ProbeView
 from ocmm_core.cli.measure._pages import print_pages
-from ocmm_core.cli.terminal import _WIDE, say, say_word, shown, told
+from ocmm_core.cli.terminal import _WIDE, lead, say, say_word, shown, told
 from ocmm_core.composition import BuiltStation
 from ocmm_core.errors import CalibrationError, MeasuringError, OcmmError
 from ocmm_core.export import DEFAULT_FORMAT, PDF, chosen_formats
@@ -68,18 +68,20 @@ def run_job(
     """
     station, reported = built.station, False
     chosen = chosen_formats(formats or [DEFAULT_FORMAT])
-    console.print(f"Source  {built.description.name}")
-    console.print(f"Plan    {station.job.plan.name}, part {station.job.plan.part}")
-    console.print(f"Job     {built.job_path}")
-    console.print(f"Header  {_header(station.job.view().header)}", highlight=False)
+    console.print(f"{lead('Source  ')}{built.description.name}")
+    console.print(say(f"Plan    {station.job.plan.name}, part {station.job.plan.part}"))
+    console.print(f"{lead('Job     ')}{built.job_path}")
+    console.print(f"{lead('Header  ')}{_header(station.job.view().header)}", highlight=False)
     for fault in built.passed_over:
         # It may be a part of the batch; nobody can tell.
-        console.print(f"Passed over  {fault.what}", style="yellow", highlight=False)
+        console.print(f"{lead('Passed over  ')}{say(fault.what)}", style="yellow", highlight=False)
     calibration = station.instruments.calibration()
-    console.print(f"Calibration  {say(calibration.label)}", highlight=False)
-    console.print(f"Temperature  {say(station.job.view().temperature)}", highlight=False)
+    console.print(f"{lead('Calibration  ')}{say(calibration.label)}", highlight=False)
+    console.print(f"{lead('Temperature  ')}{say(station.job.view().temperature)}", highlight=False)
     if station.instruments.reference is not None:
-        console.print(f"Reference  {station.instruments.reference.label}", highlight=False)
+        console.print(
+            f"{lead('Reference  ')}{say(station.instruments.reference.label)}", highlight=False
+        )
     for warning in calibration.warnings:
         console.print(say(warning), style="yellow", highlight=False)
     try:
@@ -88,7 +90,7 @@ def run_job(
         station.start()
         if station.stream is not None:
             host, port = station.stream.address
-            console.print(f"Stream  {host}:{port}", highlight=False)
+            console.print(f"{lead('Stream  ')}{host}:{port}", highlight=False)
         _print_probe(console, station.instruments.probe())
         _wait(built, console)
         failure = station.faults.why_failed()
@@ -101,7 +103,7 @@ def run_job(
             tables = [name for name in chosen if name != PDF.name]
             files = station.reports.export(out, tables, incomplete=incomplete) if tables else ()
             for file in files:
-                console.print(f"Report  {file}")
+                console.print(f"{lead('Report  ')}{file}")
         if not view.complete:
             raise _incomplete(view, status, built.job_path)
     finally:
@@ -122,7 +124,7 @@ def _print_pages(job: Path, out: Path, console: Console, *, incomplete: bool) ->
         "The PDF report was not written",
         "The job and the other formats are not affected.",
     ):
-        console.print(f"Report  {line}", highlight=False, markup=False)
+        console.print(f"{lead('Report  ')}{line}", highlight=False, markup=False)
 
 
 def print_table(console: Console, view: JobView, truth: Mapping[str, float] | None = None) -> None:
@@ -178,7 +180,9 @@ def print_verdict(console: Console, view: JobView) -> None:
         console.print(say(reason), style="bold yellow", highlight=False, markup=False)
     verdict = view.part_verdict.verdict
     style = "" if verdict is None else _STYLE[verdict]
-    console.print(view.part_verdict.word.value, style=style, highlight=False, markup=False)
+    console.print(
+        say_word(view.part_verdict.word.value), style=style, highlight=False, markup=False
+    )
 
 
 def print_states(console: Console, view: JobView) -> None:
@@ -200,17 +204,23 @@ def print_explanations(console: Console, explained: Sequence[Explanation]) -> No
 def print_counters(console: Console, status: AcquisitionStatus) -> None:
     """Print what became of every cycle and frame."""
     console.print(
-        f"Cycles  {status.elapsed}: {status.good} good, {status.late} late, {status.lost} lost, "
-        f"{status.bad} bad",
+        say(
+            f"Cycles  {status.elapsed}: {status.good} good, {status.late} late, {status.lost} "
+            f"lost, "
+            f"{status.bad} bad"
+        ),
         highlight=False,
     )
     console.print(
-        f"Frames  {status.frames} delivered, {status.frames_lost} lost, {status.overrun} overrun",
+        say(
+            f"Frames  {status.frames} delivered, {status.frames_lost} lost, {status.overrun} "
+            f"overrun"
+        ),
         highlight=False,
     )
     if status.mean_pace is not None:
-        words = pace_words(status.mean_pace) or "The virtual bus kept pace with real time."
-        console.print(f"Pace    {status.mean_pace:.2f}: {say(words)}", highlight=False)
+        words = pace_words(status.mean_pace) or say("The virtual bus kept pace with real time.")
+        console.print(say(f"Pace    {status.mean_pace:.2f}: {say(words)}"), highlight=False)
 
 
 def exit_code(view: JobView) -> int:
@@ -226,10 +236,10 @@ def exit_code(view: JobView) -> int:
 def missing_sentences(view: JobView, job_path: Path, *, written: bool) -> str:
     """Return what is missing in a job that has all its points or was left so, and what to do."""
     missing = ", ".join(view.part_verdict.missing)
-    said = f"{INCOMPLETE}: {missing} not measured."
+    said = say(f"{INCOMPLETE}: {missing} not measured.")
     if written:
         return said
-    return f"{said} No report written; ocmm report {job_path} --incomplete writes one."
+    return f"{said} " + say(f"No report written; ocmm report {job_path} --incomplete writes one.")
 
 
 def _header(header: JobHeader) -> str:
@@ -246,15 +256,15 @@ def _wait(built: BuiltStation, console: Console) -> None:
         TextColumn("{task.description}", markup=False),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn("points"),
+        TextColumn(say("points")),
         TimeElapsedColumn(),
     )
     with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task("Starting", total=total)
+        task = progress.add_task(say("Starting"), total=total)
         while not station.wait_finished(_POLL_S):
             missing = station.job.missing()
             left = sum(count for _, count in missing)
-            doing = f"Probing {missing[0][0]}" if missing else "Finishing"
+            doing = f"{lead('Probing ')}{missing[0][0]}" if missing else say("Finishing")
             slow = station.looks.acquisition().pace_words
             progress.update(
                 task, completed=total - left, description=f"{slow} {doing}" if slow else doing
@@ -268,7 +278,7 @@ def _wait(built: BuiltStation, console: Console) -> None:
 
 def _print_probe(console: Console, probe: ProbeView) -> None:
     # A tip that was asked for by name is mounted when the station starts.
-    console.print(f"Probe  {say(probe.label)}", highlight=False)
+    console.print(f"{lead('Probe  ')}{say(probe.label)}", highlight=False)
     for warning in probe.warnings:
         console.print(say(warning), style="yellow", highlight=False)
 
@@ -304,7 +314,7 @@ def _script_is_over(built: BuiltStation) -> bool:
 
 def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> OcmmError:
     lacking = ", ".join(
-        f"{feature.name} ({len(feature.points)} of {feature.needed} points)"
+        f"{feature.name} ({len(feature.points)}/{feature.needed})"
         for feature in view.features
         if len(feature.points) < feature.needed
     )

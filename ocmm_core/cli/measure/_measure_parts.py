@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rich.console import Console
 
+from ocmm_core.cli.terminal import say
 from ocmm_core.errors import MeasuringError
 
 _NO = ("q", "quit", "n", "no")
@@ -27,17 +28,18 @@ def await_part(console: Console, number: int, parts: int, serial: str, *, replay
         The answer is that no part follows, or nobody can answer: the input has ended.
     """
     console.print(
-        f"Part {number} of {parts} is next, serial {serial}. "
+        say(f"Part {number} of {parts} is next, serial {serial}.")
+        + " "
         + (
-            "The recording restarts from the beginning."
+            say("The recording restarts from the beginning.")
             if replayed
-            else "Put it in place and keep hands and probe off it."
+            else say("Put it in place and keep hands and probe off it.")
         ),
         highlight=False,
         markup=False,
     )
     try:
-        answer = console.input("Enter: measure it; q and Enter: stop: ", markup=False)
+        answer = console.input(say("Enter: measure it; q and Enter: stop: "), markup=False)
     except EOFError:
         console.print()
         raise _ended(number, parts, serial, "no answer: end of input") from None

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import msgspec
 import typer
 
+from ocmm_core.cli.terminal import say, say_word
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -101,14 +103,22 @@ def print_offers(offers: Sequence[Offer], model: StepModel, console: Console) ->
     from rich.table import Table
     from rich.text import Text
 
-    table = Table("name", "faces", "size, mm", "targets", "against it", box=None, pad_edge=False)
+    table = Table(
+        say_word("name"),
+        say_word("faces"),
+        say_word("size, mm"),
+        say_word("targets"),
+        say_word("against it"),
+        box=None,
+        pad_edge=False,
+    )
     for offer in offers:
         faces = ",".join(map(str, offer.faces))
         count = str(len(offer.feature.targets) or "")
         table.add_row(offer.feature.name, faces, f"{offer.size_mm:.3f}", count, Text(offer.against))
     console.print(table, highlight=False)
     for why, number in (*_no_faces(model), *model.not_measured.items()):
-        console.print(f"{number:5}  {why}", highlight=False)
+        console.print(f"{number:5}  {say(why)}", highlight=False)
     if model.free_forms:
         console.print(free_form_words(model), highlight=False)
 
@@ -116,15 +126,15 @@ def print_offers(offers: Sequence[Offer], model: StepModel, console: Console) ->
 def free_form_words(model: StepModel) -> str:
     """Return how many free forms a model has, and how they are taken."""
     count = len(model.free_forms)
-    faces = "1 free-form face" if count == 1 else f"{count} free-form faces"
-    return f"{faces} can be measured as profiles: give --profile with the width of the zone."
+    faces = say("1 free-form face") if count == 1 else say(f"{count:d} free-form faces")
+    return say(f"{faces} can be measured as profiles: give --profile with the width of the zone.")
 
 
 def _no_faces(model: StepModel) -> list[tuple[str, int]]:
     from ocmm_core.inspection.step import NOT_EXACT
 
     return [
-        (f"of the kind {kind}: no feature", count)
+        (say(f"of the kind {kind}: no feature"), count)
         for kind, count in model.others.items()
         if kind in NOT_EXACT
     ]

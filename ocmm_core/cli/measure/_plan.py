@@ -9,7 +9,7 @@ import msgspec
 import typer
 
 from ocmm_core.cli.measure import _offers as offers
-from ocmm_core.cli.terminal import make_console
+from ocmm_core.cli.terminal import make_console, say, say_word
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -42,13 +42,15 @@ def check(
     console = make_console()
     points = sum(feature.points for feature in loaded.features)
     console.print(
-        f"{plan}: good. {len(loaded.features)} features with {points} points, "
-        f"{len(loaded.constructions)} constructions, {len(loaded.characteristics)} "
-        "characteristics.",
+        say(
+            f"{plan}: good. {len(loaded.features)} features with {points} points, "
+            f"{len(loaded.constructions)} constructions, {len(loaded.characteristics)} "
+            "characteristics."
+        ),
         highlight=False,
     )
     for warning in warnings_of(loaded, plan.parent):
-        console.print(warning, style="yellow", highlight=False)
+        console.print(say(warning), style="yellow", highlight=False)
 
 
 @plan_app.command()
@@ -221,7 +223,7 @@ def part(
     cameras = load_rig(RECOMMENDED_RIG if rig is None else rig)
     made = part_as_planned(plan, plan_file.absolute().parent, cameras, Placement(up_of(up), turn))
     write_atomic(output, part_text(made).encode())
-    make_console().print(f"{output}: {len(made.features)} surfaces", highlight=False)
+    make_console().print(say(f"{output}: {len(made.features)} surfaces"), highlight=False)
 
 
 def _import_qif(
@@ -235,7 +237,9 @@ def _import_qif(
     _write(found.plan, output, overwrite=overwrite)
     console = make_console()
     for one in found.left_out:
-        console.print(f"Left out: {one.name}: {one.why}", highlight=False, markup=False)
+        console.print(
+            f"{say_word('Left out')}: {one.name}: {say(one.why)}", highlight=False, markup=False
+        )
     if found.left_out:
         raise typer.Exit(1)
 
@@ -243,14 +247,14 @@ def _import_qif(
 def _print_left_out(model: StepModel, console: Console, *, whole: bool) -> None:
     if whole and model.left_out:
         count = len(model.left_out)
-        console.print(f"{count} of these have no targets on their faces:", highlight=False)
+        console.print(say(f"{count} of these have no targets on their faces:"), highlight=False)
     elif model.why_not():
         how = "; --all takes all but free-form and tessellated faces" if model.left_out else ""
-        console.print(f"Left out{how}:", highlight=False)
+        console.print(say(f"Left out{how}:"), highlight=False)
     for why, count in model.why_not():
-        console.print(f"{count:5}  {why}", highlight=False)
+        console.print(f"{count:5}  {say(why)}", highlight=False)
     if model.remark:
-        console.print(model.remark, style="yellow", highlight=False)
+        console.print(say(model.remark), style="yellow", highlight=False)
 
 
 def _told(plan: Plan, output: Path, model: StepModel) -> dict[str, Any]:
@@ -267,17 +271,21 @@ def warnings_of(plan: Plan, folder: Path) -> list[str]:
     from ocmm_core.inspection.evaluation import places_of
 
     found = [
-        f"{feature.name}: picture {feature.picture} not found."
+        say(f"{feature.name}: picture {feature.picture} not found.")
         for feature in plan.features
         if feature.picture and not (folder / feature.picture).is_file()
     ]
     if plan.model is not None and not (folder / plan.model.file).is_file():
-        found.append(f"CAD model {plan.model.file} not found; the part is not shown.")
+        found.append(say(f"CAD model {plan.model.file} not found; the part is not shown."))
     sizeless = [f.name for f in plan.features if not len(places_of(f, f.points).points)]
     if sizeless:
-        found.append(f"No length or width: {', '.join(sizeless)}; no targets are shown for these.")
+        found.append(
+            say(f"No length or width: {', '.join(sizeless)}; no targets are shown for these.")
+        )
     if plan.alignment is None:
-        found.append("No alignment: no targets are shown, and features are probed in order only.")
+        found.append(
+            say("No alignment: no targets are shown, and features are probed in order only.")
+        )
     return found
 
 
@@ -299,7 +307,9 @@ def _write(plan: Plan, output: Path, *, overwrite: bool, silent: bool = False) -
     if not silent:
         count = len(plan.characteristics)
         told = f", {count} characteristics" if count else ""
-        make_console().print(f"{output}: {len(plan.features)} features{told}.", highlight=False)
+        make_console().print(
+            say(f"{output}: {len(plan.features)} features{told}."), highlight=False
+        )
 
 
 def _require_free(output: Path, *, overwrite: bool) -> None:

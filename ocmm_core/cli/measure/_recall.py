@@ -14,8 +14,10 @@ from rich.table import Table
 from ocmm_core.cli.measure._pages import print_pages
 from ocmm_core.cli.terminal import (
     computing,
+    lead,
     make_console,
     progress_line,
+    say,
 )
 from ocmm_core.cluster import Site
 from ocmm_core.documents import write_atomic
@@ -126,13 +128,15 @@ def _let_fall(
     fallen = artefact_wrong(folder, artefact, since.astimezone(UTC), who, datetime.now(UTC))
     for one in fallen:
         console.print(
-            f"Invalid {one.kind} of rig {one.rig}, {one.made_utc[:16]} UTC, calibration "
-            f"{one.calibration[:12]}",
+            say(
+                f"Invalid {one.kind} of rig {one.rig}, {one.made_utc[:16]} UTC, calibration "
+                f"{one.calibration[:12]}"
+            ),
             highlight=False,
             markup=False,
         )
     if not fallen:
-        console.print(f"Everything based on artefact {artefact} was already invalidated.")
+        console.print(say(f"Everything based on artefact {artefact} was already invalidated."))
 
 
 def write_recall(
@@ -143,10 +147,10 @@ def write_recall(
 
     if json_file is not None:
         _write(json_file, seal(record))
-        console.print(f"Recall  {json_file}", highlight=False, markup=False)
+        console.print(f"{lead('Recall  ')}{json_file}", highlight=False, markup=False)
     if pdf_file is not None:
         _print_pages(record, pdf_file)
-        console.print(f"Recall  {pdf_file}", highlight=False, markup=False)
+        console.print(f"{lead('Recall  ')}{pdf_file}", highlight=False, markup=False)
 
 
 def show_recall(console: Console, record: RecallRecord) -> None:
@@ -165,13 +169,13 @@ def show_recall(console: Console, record: RecallRecord) -> None:
 
     console.print(headline(record), style="bold", highlight=False)
     for sentence in not_judged(record):
-        console.print(sentence, style="yellow", highlight=False, markup=False)
+        console.print(say(sentence), style="yellow", highlight=False, markup=False)
     if not record.jobs:
         return
     for sentence in (*totals(record), decided(record)):
-        console.print(sentence, highlight=False, markup=False)
+        console.print(say(sentence), highlight=False, markup=False)
     if not record.made_by:
-        console.print("--by NAME releases the points whose verdicts hold.", highlight=False)
+        console.print(say("--by NAME releases the points whose verdicts hold."), highlight=False)
     table = Table(box=box.SIMPLE_HEAD)
     for name in COLUMNS:
         table.add_column(name, overflow="fold")

@@ -11,6 +11,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from ocmm_core.acquisition.frames import AcquisitionState, StopReason, read_status
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.cli.measure._headless import print_counters
+from ocmm_core.cli.terminal import lead, say
 from ocmm_core.composition import StationRequest, calibration_of, make_feed
 from ocmm_core.inspection.plan import load_plan
 
@@ -45,7 +46,7 @@ def record_source(
                 if block is not None:
                     recorder.append(block)
                     frames += len(block)
-                    progress.update(task, description=f"{frames} frames")
+                    progress.update(task, description=say(f"{frames:d} frames"))
                 elif stopped:
                     break
                 else:
@@ -55,13 +56,13 @@ def record_source(
     print_counters(console, status)
     if status.stop_reason is StopReason.FAILED:
         raise status.error("record.source", f"The {frames} frames before that are in {path}.")
-    console.print(f"Recording  {path}: {frames} frames")
+    console.print(say(f"Recording  {path}: {frames} frames"))
 
 
 def _progress(console: Console) -> Progress:
     return Progress(
         SpinnerColumn(),
-        TextColumn("Recording {task.description}", markup=False),
+        TextColumn(lead("Recording ") + "{task.description}", markup=False),
         TimeElapsedColumn(),
         console=console,
         transient=True,

@@ -17,8 +17,10 @@ from ocmm_core.cli.terminal import (
     HumidityOption,
     PressureOption,
     RoomOption,
+    lead,
     make_console,
     progress_line,
+    say,
 )
 from ocmm_core.errors import OcmmError
 from ocmm_core.processes import processes_for, side_by_side
@@ -172,12 +174,14 @@ def report_command(
         raise faults[0]
     if remember:
         if template is not None:
-            console.print(f"Template  {keep_template(template)}", highlight=False, markup=False)
+            console.print(
+                f"{lead('Template  ')}{keep_template(template)}", highlight=False, markup=False
+            )
         if given != Particulars():
             for one in read:
                 whole = paper_of(one.path, given, template).given
                 kept = keep_given(one.path, whole)
-                console.print(f"Kept  {kept}", highlight=False, markup=False)
+                console.print(f"{lead('Kept  ')}{kept}", highlight=False, markup=False)
     data = [replace(one.data, paper=paper_of(one.path, given, template)) for one in read]
     written = [name for name in chosen if name in EXPORTERS]
     if preview_only:
@@ -185,7 +189,7 @@ def report_command(
             typer.echo(f"== {EXPORTERS[name].title}")
             typer.echo(preview_text(preview(data, name, layout)))
         if PDF.name in chosen:
-            typer.echo("The window shows the pages of the PDF report (Results, Report).")
+            typer.echo(say("The window shows the pages of the PDF report (Results, Report)."))
         return
     folder = out if out is not None else jobs[0].parent
     if not incomplete:
@@ -193,7 +197,7 @@ def report_command(
         require_complete(data)
     if written:
         for path in write_report(data, written, folder, layout, incomplete=incomplete):
-            console.print(f"Report  {path}", highlight=False, markup=False)
+            console.print(f"{lead('Report  ')}{path}", highlight=False, markup=False)
     if PDF.name in chosen:
         paths = [one.path for one in read]
         options = ["--given", msgspec.json.encode(given).decode()]
@@ -202,7 +206,7 @@ def report_command(
         if incomplete:
             options += ["--incomplete"]
         for line in _print_pages(paths, folder, probes, calibrations, options):
-            console.print(f"Report  {line}", highlight=False, markup=False)
+            console.print(f"{lead('Report  ')}{line}", highlight=False, markup=False)
     if faults:
         raise faults[0]
 
@@ -251,8 +255,8 @@ def _read_all(
                 partial(_read, probes=probes, calibrations=calibrations),
                 jobs,
                 processes_for(len(jobs)),
-                lambda path: f"Reading {path.name}",
-                lambda done: tell(f"Read {done} of {len(jobs)} jobs", done / len(jobs)),
+                lambda path: say(f"Reading {path.name}"),
+                lambda done: tell(say(f"Read {done} of {len(jobs)} jobs"), done / len(jobs)),
             )
         )
     read: list[_Read] = []
@@ -260,7 +264,7 @@ def _read_all(
     for one in found:
         if isinstance(one, OcmmError):
             faults.append(one)
-            console.print(one.what, style="yellow", highlight=False, markup=False)
+            console.print(say(one.what), style="yellow", highlight=False, markup=False)
             continue
         read.append(one)
         for doubt in one.doubts:

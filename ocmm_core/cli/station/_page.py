@@ -38,12 +38,14 @@ def print_report(report: DoctorReport, console: Console) -> None:
             # In front: a command at the end of the line can be copied.
             fix = f"{say('With --fix, or:')} " if one.fixable else ""
             text.append(f"\n-> {fix}{shown(say(one.remedy))}", style="italic")
-        table.add_row(Text(one.light.value, style=_STYLES[one.light]), say_word(one.title), text)
+        table.add_row(
+            Text(say_word(one.light.value), style=_STYLES[one.light]), say_word(one.title), text
+        )
     console.print(table)
     counts = [(light, len(report.having(light))) for light in Light]
     console.print()
     console.print(Text(f"{say(f'This computer is {report.light.value}:')} ", style="bold").append(
-        ", ".join(f"{count} {light.value}" for light, count in counts if count) + "."
+        ", ".join(f"{count} {say_word(light.value)}" for light, count in counts if count) + "."
     ))  # fmt: skip
 
 
@@ -63,12 +65,15 @@ def print_changes(changes: Sequence[SystemChange], console: Console) -> None:
     for one in changes:
         alike.setdefault(re.sub(r"(cpu|irq/|state)\d+", r"\1N", one.words), []).append(one.words)
     for pattern, words in alike.items():
-        console.print(f"  {pattern} ({len(words)} times)" if len(words) > 1 else f"  {words[0]}")
+        console.print(
+            say(f"  {pattern} ({len(words)} times)") if len(words) > 1 else f"  {say(words[0])}"
+        )
 
 
 def print_mended(done: Sequence[Mended], what: str, console: Console) -> None:
     """Print which changes were not possible, and of how many there is ``what`` was done."""
     for one in done:
         if one.complaint:
-            console.print(f"  Not done: {one.change.place}: {one.complaint}")
-    console.print(f"{sum(not one.complaint for one in done)} of {len(done)} {what}.")
+            console.print(f"  {say('Not done:')} {one.change.place}: {say(one.complaint)}")
+    good = sum(not one.complaint for one in done)
+    console.print(say(f"{good} of {len(done)} {what}."))

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import msgspec
 import typer
 
-from ocmm_core.cli.terminal import make_console, told
+from ocmm_core.cli.terminal import make_console, say, told
 from ocmm_core.errors import InputError
 from ocmm_core.settings import (
     SETTINGS,
@@ -69,7 +69,7 @@ def show(
         value = text_of(loaded.values[spec.key]) or "-"
         console.print(f"{mark} {spec.key:34} {value}{told}", highlight=False, markup=False)
     console.print(
-        f"* differs from the default. Station: {store.station.path}  User: {store.user.path}",
+        say(f"* differs from the default. Station: {store.station.path}  User: {store.user.path}"),
         highlight=False, markup=False,
     )  # fmt: skip
     _tell(loaded.notes)
@@ -104,7 +104,7 @@ def check() -> None:
     wrong = _look(loaded)
     if loaded.notes or wrong:
         raise typer.Exit(2)
-    make_console().print("All settings can be used.", highlight=False)
+    make_console().print(say("All settings can be used."), highlight=False)
 
 
 def _look(loaded: LoadedSettings) -> bool:

@@ -125,10 +125,12 @@ def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) ->
         if not typer.confirm(say("Change it?"), err=True):
             console.print(say("Nothing was changed."))
             return
-    print_mended(mend(computer, changes), "changed", console)
+    print_mended(mend(computer, changes), say("changed"), console)
     console.print(
-        "Values of kernel and adapter hold until the next start. "
-        "To take all of it back: ocmm station doctor --undo\n"
+        say(
+            "Values of kernel and adapter hold until the next start. "
+            "To take all of it back: ocmm station doctor --undo\n"
+        )
     )
 
 
@@ -138,7 +140,7 @@ def _take_back(computer: Computer) -> None:
 
     done = undo(computer)
     console = make_console()
-    print_mended(done, "taken back", console)
+    print_mended(done, say("taken back"), console)
     if any(one.failed for one in done):
         raise StorageError(
             "doctor.undo_refused",

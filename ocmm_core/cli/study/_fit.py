@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ocmm_core.cli.terminal import make_console
+from ocmm_core.cli.terminal import make_console, say, say_later, say_word
 from ocmm_core.errors import FitError, InputError
 from ocmm_core.features.shapes import Shape
 
@@ -39,7 +39,7 @@ SHAPES = {_word_of(shape): shape for shape in Shape}
 def _shape_of(word: str) -> Shape:
     if word not in SHAPES:
         words = ", ".join(repr(known) for known in SHAPES)
-        raise typer.BadParameter(f"{word!r} is not one of {words}.")
+        raise typer.BadParameter(say(f"{word!r} is not one of {words}."))
     return SHAPES[word]
 
 
@@ -110,8 +110,10 @@ def fit_command(
     console = make_console()
     if held.unit != "mm":
         console.print(
-            f"The file names the unit {held.unit}: all numbers are in mm, "
-            f"{held.factor:g} times those of the file.",
+            say(
+                f"The file names the unit {held.unit}: all numbers are in mm, "
+                f"{held.factor:g} times those of the file."
+            ),
             style="yellow",
             highlight=False,
         )
@@ -121,8 +123,10 @@ def fit_command(
     _print_rival(console, fit)
     if fit.rival is None and shape.spec.often_ambiguous and len(points) <= MINIMUM_POINTS[shape]:
         console.print(
-            f"{len(points)} points are the minimum for a {shape.value}: other elements "
-            "may pass through them too. Take more points.",
+            say(
+                f"{len(points)} points are the minimum for a {shape.value}: other elements "
+                "may pass through them too. Take more points."
+            ),
             style="yellow",
             highlight=False,
         )
@@ -140,14 +144,16 @@ def _print_fit(
     from ocmm_core.cli.study._fit_rows import rows_of
     from ocmm_core.tolerances.decisions import U_LABEL
 
-    how = f"{criterion.value} ({fit.criterion.value})" + (", one problem in space" if free else "")
+    how = f"{say_word(criterion.value)} ({say_word(fit.criterion.value)})"
+    if free:
+        how += f", {say('one problem in space')}"
     table = Table(
-        title=f"{fit.shape.value} through {n} points, {how}",
+        title=say(f"{fit.shape.value} through {n:d} points:") + f" {how}",
         title_justify="left",
         box=box.SIMPLE_HEAD,
     )
     table.add_column("")
-    table.add_column("Value", justify="right", no_wrap=True)
+    table.add_column(say_word("Value"), justify="right", no_wrap=True)
     table.add_column(U_LABEL, justify="right", no_wrap=True)
     rows = rows_of(fit, found)
     for row in rows:
@@ -158,7 +164,7 @@ def _print_fit(
     console.print(table)
     if fit.contacts:
         held = ", ".join(str(row + 1) for row in fit.contacts)
-        console.print(f"Contact points {held} (rows of the file, from 1).")
+        console.print(say(f"Contact points {held} (rows of the file, from 1)."))
     _print_uncertainty(console, rows)
 
 
@@ -167,7 +173,9 @@ def _print_uncertainty(console: Console, rows: Sequence[FitRow]) -> None:
     stated = [row for row in rows if row.stated is not None]
     if not stated:
         console.print(
-            "No uncertainty: it needs least squares with more points than the element requires.",
+            say(
+                "No uncertainty: it needs least squares with more points than the element requires."
+            ),
             style="dim",
         )
         return
@@ -176,16 +184,21 @@ def _print_uncertainty(console: Console, rows: Sequence[FitRow]) -> None:
         degrees = _range([one.degrees for one in known], 1)
         factors = _range([one.k for one in known if one.k is not None], 2)
         console.print(
-            f"U from the scatter of the points: {degrees} degrees of freedom, k = {factors}. It "
-            "excludes the measuring system.",
+            say(
+                f"U from the scatter of the points: {degrees} degrees of freedom, k = {factors}. "
+                f"It "
+                "excludes the measuring system."
+            ),
             style="dim",
             highlight=False,
         )
     weak = [row.words for row in stated if row.stated is not None and not row.stated.valid]
     if weak:
         console.print(
-            f"No U for {', '.join(weak)}: the points determine the element too weakly. "
-            "Take more points, spread over more of it.",
+            say(
+                f"No U for {', '.join(weak)}: the points determine the element too weakly. "
+                "Take more points, spread over more of it."
+            ),
             style="yellow",
             highlight=False,
         )
@@ -203,14 +216,19 @@ def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
     found = outliers(fit, points)
     for row in found[:LISTED]:
         console.print(
-            f"Outlier: point {row + 1} is {fit.residuals[row]:+.6f} mm off; still used in the fit.",
+            say(
+                f"Outlier: point {row + 1} is {fit.residuals[row]:+.6f} mm off; still used in "
+                f"the fit."
+            ),
             style="yellow",
             highlight=False,
         )
     if len(found) > LISTED:
-        console.print(f"{len(found) - LISTED} more outliers.", style="yellow", highlight=False)
+        console.print(
+            say(f"{len(found) - LISTED:d} more outliers."), style="yellow", highlight=False
+        )
     if not found:
-        console.print("No outliers.", style="dim")
+        console.print(say("No outliers."), style="dim")
 
 
 def _print_rival(console: Console, fit: Fit) -> None:
@@ -222,13 +240,18 @@ def _print_rival(console: Console, fit: Fit) -> None:
     console.print(
         Text.assemble(
             ("AMBIGUOUS:", "bold red"),
-            " the points fit two elements, and their noise cannot tell which. Use neither; take "
-            "more points, spread over more of the feature.",
+            say(
+                " the points fit two elements, and their noise cannot tell which. Use neither; "
+                "take "
+                "more points, spread over more of the feature."
+            ),
         )
     )
-    for word, one in (("The one above:", fit), ("The other one:", fit.rival)):
+    for word, one in ((say_later("The one above:"), fit), (say_later("The other one:"), fit.rival)):
         centre = ", ".join(f"{value:.6f}" for value in one.point)
         console.print(
-            f"{word} {sizes_in_words(one)}, at {centre}; rms of the residuals {one.rms:.9f} mm.",
+            say(
+                f"{word} {sizes_in_words(one)}, at {centre}; rms of the residuals {one.rms:.9f} mm."
+            ),
             highlight=False,
         )

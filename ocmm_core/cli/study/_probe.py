@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ocmm_core.cli.terminal import ProbeOption, RigOption, make_console
+from ocmm_core.cli.terminal import ProbeOption, RigOption, make_console, say, say_word
 from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
@@ -86,11 +86,13 @@ def design(
         seed=seed,
     )
     console = make_console()
-    with console.status("Computing") as status:
+    with console.status(say("Computing")) as status:
         report = examine(cameras, body, built, asked, lambda what, _: status.update(Text(what)))
     written = write_figures(report, out)
     print_report(console, report)
-    console.print(f"Written: {', '.join(str(item) for item in written)}", highlight=False)
+    console.print(
+        f"{say_word('Written')}: {', '.join(str(item) for item in written)}", highlight=False
+    )
 
 
 def print_report(console: Console, report: ProbeReport) -> None:
@@ -102,49 +104,58 @@ def print_report(console: Console, report: ProbeReport) -> None:
     asked, number = report.examination, report.number
     low, high = asked.postures.volume_world
     console.print(
-        f"Probe '{report.probe}' with {report.n_leds} LEDs, seen by rig '{report.rig}'.",
+        say(f"Probe '{report.probe}' with {report.n_leds} LEDs, seen by rig '{report.rig}'."),
         highlight=False,
     )
     console.print(
-        f"Held at tilts up to ±{' / ±'.join(f'{t:g}' for t in asked.postures.tilt_deg)}° about "
-        f"X / Y / Z, in {' x '.join(f'{size:.0f}' for size in high - low)} mm; spots of "
-        f"{asked.sigma_px:g} px.",
+        say(
+            f"Held at tilts up to ±{' / ±'.join(f'{t:g}' for t in asked.postures.tilt_deg)}° about "
+            f"X / Y / Z, in {' x '.join(f'{size:.0f}' for size in high - low)} mm; spots of "
+            f"{asked.sigma_px:g} px."
+        ),
         highlight=False,
     )
     console.print()
     if not np.isfinite(number.space_um):
-        console.print("No pose gives a tip: the cameras do not see enough LEDs.", style="bold red")
+        console.print(
+            say("No pose gives a tip: the cameras do not see enough LEDs."), style="bold red"
+        )
     else:
         x, y, z = number.axes_um
         console.print(
             Text.assemble(
-                (f"Uncertainty of the tip from spot noise: {number.space_um:.1f} µm", "bold"),
-                f" (standard, in space; X {x:.1f}, Y {y:.1f}, Z {z:.1f}).",
+                (say(f"Uncertainty of the tip from spot noise: {number.space_um:.1f} µm"), "bold"),
+                say(f" (standard, in space; X {x:.1f}, Y {y:.1f}, Z {z:.1f})."),
             )
         )
         console.print(
-            f"Below {number.p95_um:.1f} µm in 95 of 100 poses. {100.0 * number.share:.1f} % of "
-            "all poses give a tip.",
+            say(
+                f"Below {number.p95_um:.1f} µm in 95 of 100 poses. {100.0 * number.share:.1f} % of "
+                "all poses give a tip."
+            ),
             highlight=False,
         )
     console.print()
     for item in report.labels:
-        console.print(label_words(item), highlight=False)
-    console.print(label_verdict(report.labels, coded=report.coded), highlight=False)
+        console.print(say(label_words(item)), highlight=False)
+    console.print(say(label_verdict(report.labels, coded=report.coded)), highlight=False)
     console.print()
     if report.mechanics is None:
         console.print(
-            "Growth and bending: not known. Give a design document with --design.", highlight=False
+            say("Growth and bending: not known. Give a design document with --design."),
+            highlight=False,
         )
     else:
         for line in mechanics_words(report.mechanics):
-            console.print(line, highlight=False)
+            console.print(say(line), highlight=False)
     console.print()
     console.print(_budget_table(report.budget))
     if report.budget:
         console.print(
-            "Standard uncertainties in space, RMS over the poses. Camera and probe errors are "
-            "common to many points: they cancel in short distances.",
+            say(
+                "Standard uncertainties in space, RMS over the poses. Camera and probe errors are "
+                "common to many points: they cancel in short distances."
+            ),
             style="dim",
             highlight=False,
         )
@@ -183,10 +194,12 @@ def write_figures(report: ProbeReport, out: Path) -> list[Path]:
 
 
 def _budget_table(budget: tuple[BudgetTerm, ...]) -> Table:
-    table = Table(title="Uncertainty of one point", title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column("Source", no_wrap=True)
-    table.add_column("µm", justify="right", no_wrap=True)
-    table.add_column("Based on")
+    table = Table(
+        title=say_word("Uncertainty of one point"), title_justify="left", box=box.SIMPLE_HEAD
+    )
+    table.add_column(say_word("Source"), no_wrap=True)
+    table.add_column(say_word("µm"), justify="right", no_wrap=True)
+    table.add_column(say_word("Based on"))
     for term in budget:
-        table.add_row(term.name, f"{term.sigma_um:.2f}", term.rests_on)
+        table.add_row(say(term.name), f"{term.sigma_um:.2f}", say(term.rests_on))
     return table

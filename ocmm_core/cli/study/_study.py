@@ -18,6 +18,8 @@ from ocmm_core.cli.terminal import (
     computing,
     make_console,
     progress_line,
+    say,
+    say_word,
 )
 from ocmm_core.cluster import Site
 from ocmm_core.composition import DEMO_PART, DEMO_PLAN, RECOMMENDED_RIG, STANDARD_PROBE
@@ -123,7 +125,12 @@ def probe_calibration(
     )
     console = make_console()
     began = time.monotonic()
-    columns = TextColumn("Calibrations"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    columns = (
+        TextColumn(say("Calibrations")),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+    )
     with Progress(*columns, console=console) as bar:
         task = bar.add_task("", total=runs)
         result = run_study(
@@ -133,21 +140,29 @@ def probe_calibration(
     written = _write(study, result, seed, out)
     d = 1e3 * result.distances
     console.print(
-        f"{runs} calibrations of {poses} poses, estimator '{estimator.value}': error of the tip "
-        f"RMS {np.sqrt(np.mean(d**2)):.3f} um, mean {d.mean():.3f}, largest {d.max():.2f}."
+        say(
+            f"{runs} calibrations of {poses} poses, estimator '{estimator.value}': error of the "
+            f"tip "
+            f"RMS {np.sqrt(np.mean(d**2)):.3f} um, mean {d.mean():.3f}, largest {d.max():.2f}."
+        )
     )
     if study.with_leds:
         led = 1e3 * result.led_errors
         tip = 1e3 * np.sqrt(np.mean(np.sum(result.tip_errors**2, axis=1)))
         console.print(
-            f"LEDs: mean {led.mean():.3f} um, largest {led.max():.2f}; tip in the frame of the "
-            f"LEDs RMS {tip:.3f} um."
+            say(
+                f"LEDs: mean {led.mean():.3f} um, largest {led.max():.2f}; tip in the frame of the "
+                f"LEDs RMS {tip:.3f} um."
+            )
         )
     console.print(
-        f"{elapsed:.1f} s; {runs * poses / result.cpu_s / 1e6:.2f} million poses per second per "
-        "processor."
+        say(
+            f"{elapsed:.1f} s; {runs * poses / result.cpu_s / 1e6:.2f} million poses per second "
+            f"per "
+            "processor."
+        )
     )
-    console.print(f"Written: {', '.join(str(path) for path in written)}")
+    console.print(f"{say_word('Written')}: {', '.join(str(path) for path in written)}")
 
 
 @study_app.command()
@@ -175,9 +190,9 @@ def coverage(
             CoverageSetup(plan, rig, probe, part),
             range(seed, seed + runs),
             site,
-            lambda done: tell(f"Measured {done} of {runs}", done / runs),
+            lambda done: tell(say(f"Measured {done:d} of {runs:d}"), done / runs),
         )
-    console.print(f"{runs} runs; wanted: 92 to 99 %", highlight=False)
+    console.print(say(f"{runs:d} runs; wanted: 92 to 99 %"), highlight=False)
     console.print(
         f"{'characteristic':<24}{'covered %':>10}{'mean U um':>11}{'RMS error um':>14}",
         highlight=False,

@@ -13,7 +13,10 @@ from rich.table import Table
 
 from ocmm_core.cli.terminal import (
     computing,
+    heads,
     make_console,
+    say,
+    say_word,
 )
 from ocmm_core.cluster import Site
 from ocmm_core.errors import InputError
@@ -88,12 +91,16 @@ def _print_budget(
 
     budget = found.budgets.get(name)
     if budget is None:
-        console.print(f"{name}: no budget. {found.missing.get(name, '')}", highlight=False)
+        console.print(
+            f"{name}: {say('no budget.')} {say(found.missing.get(name, ''))}", highlight=False
+        )
         return
     console.print(_table(budget))
-    degrees = "" if budget.degrees > 1e6 else f", {budget.degrees:.0f} degrees of freedom"
+    degrees = ""
+    if budget.degrees <= 1e6:
+        degrees = ", " + say(f"{budget.degrees:.0f} degrees of freedom")
     wider = (
-        " (more than 2 u: noise biases such a value upward)"
+        " " + say("(more than 2 u: noise biases such a value upward)")
         if budget.expanded > 2.0001 * budget.standard
         else ""
     )
@@ -103,12 +110,12 @@ def _print_budget(
         highlight=False,
     )
     if result is not None and result.rule:
-        said = f"{result.verdict.value} by {rule_words(result.rule)}"
+        said = f"{say_word(result.verdict.value)} ({say(rule_words(result.rule))})"
         if result.tur is not None:
             said += f"; TUR {result.tur:.1f}"
         if result.leaning:
-            said += f"; leaning {result.leaning}"
-        console.print(f"{said}. {result.caution}".strip(), highlight=False)
+            said += "; " + f"{say_word('leaning')} {say_word(result.leaning)}"
+        console.print(f"{said}. {say(result.caution)}".strip(), highlight=False)
 
 
 def _table(budget: Budget) -> Table:
@@ -117,20 +124,20 @@ def _table(budget: Budget) -> Table:
         title_justify="left",
         box=box.SIMPLE_HEAD,
     )
-    table.add_column("Source", no_wrap=True)
+    table.add_column(say_word("Source"), no_wrap=True)
     table.add_column(f"u, {budget.unit}", justify="right", no_wrap=True)
-    table.add_column("Share", justify="right", no_wrap=True)
+    table.add_column(say_word("Share"), justify="right", no_wrap=True)
     table.add_column("", no_wrap=True)
-    table.add_column("Type", no_wrap=True)
-    table.add_column("From")
+    table.add_column(say_word("Type"), no_wrap=True)
+    table.add_column(say_word("From"))
     for row in budget.rows:
         table.add_row(
-            row.name,
+            say(row.name),
             f"{row.standard:.5f}",
             f"{100.0 * row.share:.1f} %",
             "█" * round(_BAR * row.share),
-            f"{row.kind}, {row.distribution}",
-            row.origin,
+            f"{row.kind}, {say_word(row.distribution)}",
+            say(row.origin),
         )
     return table
 
@@ -146,7 +153,7 @@ def _simulated(
     from ocmm_core.tolerances.monte_carlo import simulate, simulate_elsewhere
 
     with Progress(console=console, transient=True) as progress:
-        bar = progress.add_task("Monte Carlo", total=1.0)
+        bar = progress.add_task(say("Monte Carlo"), total=1.0)
 
         def tell(what: str, share: float) -> None:
             progress.update(bar, completed=share)
@@ -157,28 +164,34 @@ def _simulated(
 
 
 def _print_simulation(console: Console, report: MonteCarloReport) -> None:
-    table = Table(title="Monte Carlo (JCGM 101)", title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column("Characteristic", no_wrap=True)
-    for name in ("Trials", "Mean", "u", "Interval", "Shortest", "d low", "d high", "Tolerance"):
+    table = Table(
+        title=say_word("Monte Carlo (JCGM 101)"), title_justify="left", box=box.SIMPLE_HEAD
+    )
+    table.add_column(say_word("Characteristic"), no_wrap=True)
+    for name in heads(
+        "Trials", "Mean", "u", "Interval", "Shortest", "d low", "d high", "Tolerance"
+    ):
         table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("Linear propagation")
+    table.add_column(say_word("Linear propagation"))
     for item in report.values:
-        verdict = "valid" if item.validated else "differs"
+        verdict = say("valid") if item.validated else say("differs")
         table.add_row(
             item.name,
             f"{item.trials}",
             f"{item.mean:.5f}",
             f"{item.sigma:.5f}",
-            f"{item.symmetric[0]:.5f} to {item.symmetric[1]:.5f}",
-            f"{item.shortest[0]:.5f} to {item.shortest[1]:.5f}",
+            f"{item.symmetric[0]:.5f} – {item.symmetric[1]:.5f}",
+            f"{item.shortest[0]:.5f} – {item.shortest[1]:.5f}",
             f"{item.off_low:.5f}",
             f"{item.off_high:.5f}",
             f"{item.tolerance:.5f}",
-            verdict if item.settled else f"{verdict}, more trials needed",
+            verdict if item.settled else say(f"{verdict}, more trials needed"),
         )
     console.print(table)
     console.print(
-        f"Intervals hold 95.45 %; {report.seconds:.1f} s; seed {report.seed}; "
-        f"{report.failed} trials without a fit.",
+        say(
+            f"Intervals hold 95.45 %; {report.seconds:.1f} s; seed {report.seed}; "
+            f"{report.failed} trials without a fit."
+        ),
         style="dim",
     )

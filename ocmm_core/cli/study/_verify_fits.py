@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ocmm_core.cli.study._fit import CriterionWord
-from ocmm_core.cli.terminal import make_console
+from ocmm_core.cli.terminal import make_console, say, say_word
 
 if TYPE_CHECKING:
     from ocmm_core.features.measured import PairResult, SetReport
@@ -58,18 +58,22 @@ def verify_fits_command(
         if item[0] != "form" or any(report.worst("form") is not None for report in reports)
     ]  # fmt: skip
     console = make_console()
-    table = Table(title="Worst error of each set", title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column("Set", no_wrap=True)
-    table.add_column("Pairs", justify="right")
+    table = Table(
+        title=say_word("Worst error of each set"), title_justify="left", box=box.SIMPLE_HEAD
+    )
+    table.add_column(say_word("Set"), no_wrap=True)
+    table.add_column(say_word("Pairs"), justify="right")
     for _, title in shown:
         table.add_column(title, justify="right", no_wrap=True)
-    table.add_column("Result", no_wrap=True)
+    table.add_column(say_word("Result"), no_wrap=True)
     for report in reports:
         table.add_row(
             report.name,
             str(len(report.results)),
             *(_number(report.worst(field)) for field, _ in shown),
-            Text("PASS", "green") if report.passed else Text("FAIL", "bold red"),
+            Text(say_word("PASS"), "green")
+            if report.passed
+            else Text(say_word("FAIL"), "bold red"),
         )
     console.print(table)
     for report in reports:
@@ -77,7 +81,7 @@ def verify_fits_command(
             console.print(line, highlight=False)
     failed = sum(not result.passed for report in reports for result in report.results)
     total = sum(len(report.results) for report in reports)
-    console.print(f"{total - failed} of {total} pairs within the limits.", highlight=False)
+    console.print(say(f"{total - failed} of {total} pairs within the limits."), highlight=False)
     raise typer.Exit(int(failed > 0))
 
 
@@ -86,11 +90,11 @@ def _fields() -> tuple[tuple[str, str], ...]:
     from ocmm_core.features.measured import APEX_LIMIT, DIRECTION_LIMIT, POSITION_LIMIT, SIZE_LIMIT
 
     return (
-        ("position", f"Position mm\n(limit {POSITION_LIMIT:.0e})"),
-        ("size", f"Size mm\n(limit {SIZE_LIMIT:.0e})"),
-        ("direction", f"Direction rad\n(limit {DIRECTION_LIMIT:.0e})"),
-        ("apex", f"Apex deg\n(limit {APEX_LIMIT:.0e})"),
-        ("form", f"Form mm\n(limit {SIZE_LIMIT:.0e})"),
+        ("position", say(f"Position mm\n(limit {POSITION_LIMIT:.0e})")),
+        ("size", say(f"Size mm\n(limit {SIZE_LIMIT:.0e})")),
+        ("direction", say(f"Direction rad\n(limit {DIRECTION_LIMIT:.0e})")),
+        ("apex", say(f"Apex deg\n(limit {APEX_LIMIT:.0e})")),
+        ("form", say(f"Form mm\n(limit {SIZE_LIMIT:.0e})")),
     )
 
 
@@ -99,16 +103,18 @@ def _lines(report: SetReport) -> list[str]:
     lines = []
     for result in report.results:
         if result.failure:
-            lines.append(f"{report.name}/{result.name}: no fit. {result.failure}")
+            lines.append(say(f"{report.name}/{result.name}: no fit. {result.failure}"))
         elif not result.passed:
-            lines.append(f"{report.name}/{result.name}: beyond a limit ({_beyond(result)}).")
+            lines.append(say(f"{report.name}/{result.name}: beyond a limit ({_beyond(result)})."))
         elif result.residual is not None:
             lines.append(
-                f"{report.name}/{result.name}: several cones pass through its {result.points} "
-                f"points; only residuals are compared, rms {result.residual:.1e} mm."
+                say(
+                    f"{report.name}/{result.name}: several cones pass through its {result.points} "
+                    f"points; only residuals are compared, rms {result.residual:.1e} mm."
+                )
             )
         elif result.reading:
-            lines.append(f"{report.name}/{result.name}: agrees when read as {result.reading}.")
+            lines.append(say(f"{report.name}/{result.name}: agrees when read as {result.reading}."))
     return lines
 
 

@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.cli.terminal._pictures import encoder_for
     from ocmm_core.cli.terminal._shown import shown
-    from ocmm_core.cli.terminal._speech import language, say, say_word, told
+    from ocmm_core.cli.terminal._speech import heads, language, lead, say, say_later, say_word, told
     from ocmm_core.cli.terminal._svg import histogram, label, nice_limit, page, points_in_space
     from ocmm_core.cli.terminal._svg_maps import bending, tip_map
 else:
@@ -78,7 +78,7 @@ else:
         ),
         _pictures="encoder_for",
         _shown="shown",
-        _speech="language say say_word told",
+        _speech="heads language lead say say_later say_word told",
         _svg="histogram label nice_limit page points_in_space",
         _svg_maps="bending tip_map",
     )
@@ -121,15 +121,18 @@ __all__ = [
     "bending",
     "computing",
     "encoder_for",
+    "heads",
     "histogram",
     "label",
     "language",
+    "lead",
     "make_console",
     "nice_limit",
     "page",
     "points_in_space",
     "progress_line",
     "say",
+    "say_later",
     "say_word",
     "shown",
     "tip_map",

@@ -9,6 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
+from ocmm_core.cli.terminal import say
 from ocmm_core.cli.terminal._shown import shown
 
 _WIDE = 118
@@ -56,5 +57,5 @@ def progress_line() -> Iterator[Callable[[str, float], None]]:
     if not console.is_terminal:
         yield lambda what, share: None
         return
-    with console.status("Starting") as status:
+    with console.status(say("Starting")) as status:
         yield lambda what, share: status.update(Text(shown(f"{what} ({share:.0%})")))

@@ -40,13 +40,33 @@ def language(environment: Mapping[str, str]) -> str:
 
 def say(text: str) -> str:
     """Return what the program says in the language; English where a sentence is not known."""
-    found = _translation().of(text)
-    return _translation().word(text) if found == text else found
+    said = text.strip()
+    before, _, behind = text.partition(said) if said else (text, "", "")
+    found = _translation().of(said)
+    return f"{before}{_translation().word(said) if found == said else found}{behind}"
 
 
 def say_word(text: str) -> str:
     """Return a word of the program in the language: a heading, a verdict."""
     return _translation().word(text)
+
+
+def heads(*words: str) -> tuple[str, ...]:
+    """Return the heads of a table in the language."""
+    return tuple(_translation().word(word) for word in words)
+
+
+def lead(label: str) -> str:
+    """Return what stands before a value, as wide in every language where it fits."""
+    word = label.strip()
+    before = label[: len(label) - len(label.lstrip())]
+    shown = f"{before}{_translation().word(word)}"
+    return f"{shown} " if len(shown) >= len(label) else shown.ljust(len(label))
+
+
+def say_later(text: str) -> str:
+    """Mark a text of a module for translation; whoever prints it calls `say`."""
+    return text
 
 
 def told(one: _Told) -> str:

@@ -21,7 +21,7 @@ from ocmm_core.tolerances.zones import Characteristic
 
 Item = TypeVar("Item")
 
-HEAD_FIELDS = ("name", "part", "rule", "compensation", "cameras", "material")
+HEAD_FIELDS = ("name", "part", "rule", "compensation", "cameras", "material", "environment")
 """What a plan says besides its lists and its alignment."""
 
 EDITED = Path("the plan")
@@ -95,7 +95,7 @@ def with_alignment(plan: Plan, rule: Alignment | None) -> Plan:
 
 
 def with_head(plan: Plan, head: Plan) -> Plan:
-    """Return the plan with name, part, rule, compensation and material of another.
+    """Return the plan with name, part, rules, material and limits of the room of another.
 
     Raises
     ------
