@@ -48,9 +48,12 @@ def _choose() -> None:
     if _NAME in os.environ:
         return
     from llvmlite import binding
+    from numba.core import config
 
     # Of another architecture numba knows more than we do.
     if binding.get_process_triple().startswith(("x86_64", "amd64")):
         features = binding.get_host_cpu_features()
-        # numba reads this before it compiles anything; the processes of this one inherit it.
+        # The processes of this one inherit it.
         os.environ.update(environment(kind_of(name for name, has in features.items() if has)))
+        # Whoever imported numba before us had it read an environment without.
+        config.reload_config()

@@ -30,13 +30,16 @@ def test_a_processor_is_of_one_of_two_kinds(features: set[str], kind: str) -> No
     assert instructions.kind_of(features) == kind
 
 
+@pytest.mark.parametrize("before", ["", "import numba\n"])
 @pytest.mark.parametrize("asked", ["", instructions.GENERIC])
-def test_the_loops_are_compiled_for_a_kind_not_for_this_very_processor(asked: str) -> None:
-    """Told by what numba keeps them under, with all that ours imports of numba before."""
+def test_the_loops_are_compiled_for_a_kind_not_for_this_very_processor(
+    asked: str, before: str
+) -> None:
+    """Told by what numba keeps them under, with all that is imported of numba before."""
     plain = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
     if asked:
         plain |= instructions.environment(asked)
-    code = (
+    code = before + (
         "from ocmm_core.tracking.kernels import cholesky\n"
         "import ocmm_core.composition._kernels\n"
         "print(cholesky.targetctx.codegen().magic_tuple())\n"
