@@ -4,8 +4,8 @@ As a plugin (registered in `conftest`) it lists what was not run, with the reaso
 OCMM_REQUIRE_ALL=1 that is a failure. With OCMM_TEST_RECORD=FILE it also writes down what became of
 every test and how long it took. As a program, ``python -m tests.gate FOLDER``, it adds up the
 records that `./run test` let the runs write there, ``LANE.json`` and for what was repeated
-``LANE.again.json``, and names the tests and the files that took longest; and, for each folder, how long its tests took in all and how
-much of a processor they and the programs they started used.
+``LANE.again.json``, and names the tests and the files that took longest; and, for each folder, how
+long its tests took in all and how much of a processor they and the programs they started used.
 """
 
 from __future__ import annotations

@@ -128,7 +128,7 @@ def test_no_sound_is_greener_than_the_worst_characteristic(
 ) -> None:
     far, _, _ = screens
     ear = _Ear()
-    feedback = Feedback(ear, NoticeCentre(), far.readout)
+    feedback = Feedback(ear, NoticeCentre(), lambda: far.readout)
     heard = 0
     for seed in range(JOBS):
         job, _ = generated_job(seed)

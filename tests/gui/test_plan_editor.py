@@ -121,7 +121,9 @@ def test_limits_of_the_room_are_in_the_plan_and_go_with_an_empty_field(
     _fill(sheet, "environment.humidity_percent", "30 60")
     found = sheet.draft.plan.environment
     assert found == EnvironmentLimits(temperature_c=(19.0, 21.5), humidity_percent=(30.0, 60.0))
-    assert sheet.form().fields["environment.temperature_c"].text() == "19 – 21.5"
+    field = sheet.form().fields["environment.temperature_c"]
+    assert isinstance(field, QLineEdit)
+    assert field.text() == "19 – 21.5"
     assert sheet.form().item().environment == found
     _fill(sheet, "environment.temperature_c", "")
     _fill(sheet, "environment.humidity_percent", "")

@@ -33,8 +33,9 @@ def print_tip_status(console: Console, store: ProbeStore, tip: str, now: datetim
     if tip not in store.tips:
         return
     status = store.status(tip, now)
+    why = f"{say(status.reason)} {say(status.remedy)}"
     console.print(
-        f"{lead('Tip      ')}{tip}: {say_word(status.state.value)}. {told(status)}",
+        f"{lead('Tip      ')}{tip}: {say_word(status.state.value)}. {why}".rstrip(),
         highlight=False,
     )
 

@@ -23,7 +23,7 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.camera import load_rig
 from ocmm_core.cli.calibrate._run import SESSIONS, Site, collect, make_recorder
-from ocmm_core.cli.terminal import lead, say, say_word
+from ocmm_core.cli.terminal import lead, say, say_word, told
 from ocmm_core.composition import Feed, Origin, checked_for_replay, choose_calibration, origin_of
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody, load_probe
@@ -118,7 +118,7 @@ def require_cameras(cameras: CalibrationInUse, console: Console) -> None:
         )
     if view.blocker is not None:
         console.print(
-            f"{lead('Cameras  ')}{say_word(view.word.value)}: {say(view.blocker or '')}",
+            f"{lead('Cameras  ')}{say_word(view.word.value)}: {told(view.blocker)}",
             style="yellow",
         )
 

@@ -99,7 +99,8 @@ def _texts(call: ast.Call) -> Iterator[ast.expr]:
 
 def _literal(text: ast.expr) -> str:
     if isinstance(text, ast.JoinedStr):
-        return "".join(one.value for one in text.values if isinstance(one, ast.Constant)).strip()
+        parts = (one.value for one in text.values if isinstance(one, ast.Constant))
+        return "".join(map(str, parts)).strip()
     return str(text.value).strip() if isinstance(text, ast.Constant) else ""
 
 
