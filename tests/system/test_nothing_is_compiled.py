@@ -29,8 +29,8 @@ _COMMANDS = (
     ("ocmm", "calibrate", "probe", "--tip", "A", "--probes", "probes", "--poses", "150"),
     ("window", *_PLAN, "--out", "seen", "--silent", "--speed", "0", "--quit-after", "4"),
 )
-"""FIRST and SECOND are the job files that demo and measure write, RIG one with fewer frames: how many
-come is nothing that a compiled function is told."""
+"""FIRST and SECOND are the job files that demo and measure write, RIG one with fewer frames: how
+many come is nothing that a compiled function is told."""
 
 
 def test_no_command_and_no_window_compiles_anything(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.camera import load_rig
 from ocmm_core.cli.calibrate._run import SESSIONS, Site, collect, make_recorder
-from ocmm_core.cli.terminal import lead, say, say_word, told
+from ocmm_core.cli.terminal import lead, say_word, told
 from ocmm_core.composition import Feed, Origin, checked_for_replay, choose_calibration, origin_of
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody, load_probe

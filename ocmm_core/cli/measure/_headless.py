@@ -256,7 +256,7 @@ def _wait(built: BuiltStation, console: Console) -> None:
         TextColumn("{task.description}", markup=False),
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn(say("points")),
+        TextColumn(say("points"), markup=False),
         TimeElapsedColumn(),
     )
     with Progress(*columns, console=console, transient=True) as progress:

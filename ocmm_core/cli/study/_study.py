@@ -126,7 +126,7 @@ def probe_calibration(
     console = make_console()
     began = time.monotonic()
     columns = (
-        TextColumn(say("Calibrations")),
+        TextColumn(say("Calibrations"), markup=False),
         BarColumn(),
         MofNCompleteColumn(),
         TimeRemainingColumn(),
