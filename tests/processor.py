@@ -16,7 +16,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from llvmlite.binding import get_host_cpu_features
 
+from ocmm_core import instructions
+from ocmm_core.instructions import environment, kind_of
 from tests.gate import FAILED, NOT_RUN, RECORD, REQUIRE_ALL, Outcome, write_record
 from tests.host import long_form
 
@@ -27,26 +30,28 @@ _UP_TO_AVX2 = {
     "SSE3", "SSSE3", "SSE41", "POPCNT", "SSE42", "AVX", "F16C", "FMA3", "AVX2", "X86_V2", "X86_V3",
 }  # fmt: skip
 # Of OpenBLAS and of LLVM. The oldest processor that numpy still starts on is a Nehalem.
-_LIBRARIES = {AVX2: ("Haswell", "haswell"), GENERIC: ("Nehalem", "generic")}
+_LIBRARIES = {AVX2: ("Haswell", instructions.AVX2), GENERIC: ("Nehalem", instructions.GENERIC)}
 
 
 def emulation(processor: str) -> dict[str, str]:
     """Return the environment in which numerical libraries see another processor."""
     blas, compiled_for = _LIBRARIES[processor]
+    features = get_host_cpu_features()
+    own = kind_of(name for name, has in features.items() if has)
     kept = _UP_TO_AVX2 if processor == AVX2 else set()
-    return {
+    emulated = {
         NAME: processor,
         "NPY_DISABLE_CPU_FEATURES": " ".join(
             sorted(name for name in _dispatched() if name not in kept)
         ),
         "OPENBLAS_CORETYPE": blas,
-        "NUMBA_CPU_NAME": compiled_for,
-        # Empty: those of that processor; without it those of this one stay.
-        "NUMBA_CPU_FEATURES": "",
-        # Two processes that compile the same function at the same time spoil its list of results,
-        # which holds those of all processors.
-        "NUMBA_CACHE_DIR": str(Path(sys.prefix) / f"ocmm-compiled-{processor}"),
-    }
+    } | environment(compiled_for)
+    if compiled_for == own:
+        # The set-up has compiled all of it.
+        return emulated
+    # Two processes that compile the same function at the same time spoil its list of results,
+    # which holds those of all processors.
+    return emulated | {"NUMBA_CACHE_DIR": str(Path(sys.prefix) / f"ocmm-compiled-{processor}")}
 
 
 def why_not(processor: str) -> str:

@@ -35,8 +35,8 @@ _PYTHON = ("Py", "_Py")
 def main(folder: Path) -> int:
     """Compile everything; return the exit code."""
     sys.path.insert(0, str(folder))
-    from installer.bundle.kernels import KINDS, environment
     from ocmm_core.composition import kernel_groups
+    from ocmm_core.instructions import KINDS, environment
 
     def compiled(number: int) -> bool:
         surroundings = os.environ | environment(KINDS[0])

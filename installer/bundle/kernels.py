@@ -8,10 +8,10 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-AVX2, GENERIC = "haswell", "generic"
-"""As LLVM calls them; the suite is run with both (`tests.processor`)."""
-KINDS = (AVX2, GENERIC)
-_NEEDED = frozenset({"avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe", "popcnt", "lzcnt"})
+from ocmm_core.instructions import AVX2, GENERIC, KINDS, kind_of
+
+_CALLED_OTHERWISE = {"abm": "lzcnt", "bmi1": "bmi"}
+"""Linux's name of a feature, and LLVM's."""
 
 
 def processor_kind(cpuinfo: str) -> str:
@@ -23,18 +23,12 @@ def processor_kind(cpuinfo: str) -> str:
         The text of /proc/cpuinfo; of several processors the least counts.
     """
     processors = [
-        # Linux names lzcnt by the group that it came with.
-        {"lzcnt" if flag == "abm" else flag for flag in line.partition(":")[2].split()}
+        {_CALLED_OTHERWISE.get(flag, flag) for flag in line.partition(":")[2].split()}
         for line in cpuinfo.splitlines()
         if line.startswith("flags")
     ]
-    return AVX2 if processors and all(flags >= _NEEDED for flags in processors) else GENERIC
-
-
-def environment(kind: str) -> dict[str, str]:
-    """Return what numba must find in its environment, before it is imported, to compile a kind."""
-    # Empty: the features of that processor; without it those of this one are in the key.
-    return {"NUMBA_CPU_NAME": kind, "NUMBA_CPU_FEATURES": ""}
+    # What all of them can.
+    return kind_of(set.intersection(*processors) if processors else ())
 
 
 def choose() -> tuple[str, str]:

@@ -16,6 +16,7 @@ import builtins
 import ctypes
 import inspect
 import json
+import os
 import sys
 import threading
 from collections.abc import Callable, Sequence
@@ -26,6 +27,8 @@ from importlib.util import module_from_spec, spec_from_loader
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
+
+from ocmm_core import instructions
 
 LIBRARIES = ("numba._dynfunc", "numba._helperlib", "numba.core.runtime._nrt_python")
 """Of numba, without its packages."""
@@ -46,7 +49,7 @@ class Kernels:
     folder
         Where ``KIND.so``, ``KIND.json`` and numba's libraries are.
     kind
-        Of processor, see `kernels.KINDS`.
+        Of processor, see `instructions.KINDS`.
     """
 
     def __init__(self, folder: Path, kind: str) -> None:
@@ -254,6 +257,8 @@ def install(folder: Path, kind: str) -> Kernels:
         Of processor.
     """
     kernels = Kernels(folder, kind)
+    # There is no LLVM to ask which one it should be.
+    os.environ.update(instructions.environment(kind))
     unneeded = _Unneeded()
 
     def njit(*functions: Callable[..., Any], **_: Any) -> Any:

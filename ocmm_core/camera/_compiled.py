@@ -8,7 +8,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
 
-from numba import njit
+from ocmm_core.instructions import njit
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -12,10 +12,10 @@ position only, because measured points use the poses of their own frames.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ocmm_core.geometry import Float
+from ocmm_core.instructions import njit
 from ocmm_core.tracking._identify import chi2_limit
 from ocmm_core.tracking._result import FrameStatus, TrackBlock
 from ocmm_core.tracking.kernels import cholesky, forward, turn

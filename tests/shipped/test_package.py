@@ -16,6 +16,7 @@ import pytest
 
 from installer.bundle import kernels, pages
 from installer.locks import ROOT
+from ocmm_core import instructions
 from ocmm_core.cli import app
 from ocmm_core.composition import kernel_groups
 from tests.host import HANG_S, on_linux_only
@@ -101,11 +102,11 @@ def test_a_shell_completes_words(shell: str) -> None:
 @pytest.mark.parametrize(
     ("flags", "kind"),
     [
-        ([_AVX2], kernels.AVX2),
-        ([f"{_AVX2} avx512f"], kernels.AVX2),
-        ([_AVX2.replace(" fma", "")], kernels.GENERIC),
-        ([_AVX2, "fpu sse2"], kernels.GENERIC),
-        ([], kernels.GENERIC),
+        ([_AVX2], instructions.AVX2),
+        ([f"{_AVX2} avx512f"], instructions.AVX2),
+        ([_AVX2.replace(" fma", "")], instructions.GENERIC),
+        ([_AVX2, "fpu sse2"], instructions.GENERIC),
+        ([], instructions.GENERIC),
     ],
 )
 def test_a_processor_gets_the_kernels_that_it_can_run(flags: list[str], kind: str) -> None:
@@ -116,18 +117,18 @@ def test_a_processor_gets_the_kernels_that_it_can_run(flags: list[str], kind: st
 def test_the_kernels_for_any_processor_can_be_asked_for_and_no_others(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setenv("NUMBA_CPU_NAME", kernels.GENERIC)
+    monkeypatch.setenv("NUMBA_CPU_NAME", instructions.GENERIC)
     kind, told = kernels.choose()
-    assert kind == kernels.GENERIC
+    assert kind == instructions.GENERIC
     assert "slower" in told
     monkeypatch.setenv("NUMBA_CPU_NAME", "../x")
     kind, told = kernels.choose()
-    assert kind in kernels.KINDS
+    assert kind in instructions.KINDS
     assert "'../x'" in told
     # A processor that cannot run what was asked for would end the program without a word.
-    monkeypatch.setenv("NUMBA_CPU_NAME", kernels.AVX2)
-    monkeypatch.setattr(kernels, "processor_kind", lambda _: kernels.GENERIC)
-    assert kernels.choose()[0] == kernels.GENERIC
+    monkeypatch.setenv("NUMBA_CPU_NAME", instructions.AVX2)
+    monkeypatch.setattr(kernels, "processor_kind", lambda _: instructions.GENERIC)
+    assert kernels.choose()[0] == instructions.GENERIC
 
 
 def test_no_two_groups_of_kernels_share_a_function() -> None:

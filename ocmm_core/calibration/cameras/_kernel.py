@@ -6,15 +6,15 @@ One pass over the points; numpy needs some sixty passes for the same and three t
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from ocmm_core.geometry import Float
+from ocmm_core.instructions import njit
 
 N_TERMS = 17
 """Length of a row of derivatives: `lens.ALL_PARAMETERS`."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")  # type: ignore[untyped-decorator] # numba ships no annotations
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def spot_rows(
     packed: Float, px: float, py: float, pz: float, u_row: Float, v_row: Float
 ) -> tuple[float, float, float]:
@@ -86,7 +86,7 @@ def spot_rows(
     return depth, sx * dx + packed[15], sy * dy + packed[16]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")  # type: ignore[untyped-decorator] # as above
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def empty_rows() -> tuple[Float, Float]:
     """Return the rows that `spot_rows` fills."""
     u_row, v_row = np.zeros(N_TERMS), np.zeros(N_TERMS)
@@ -96,7 +96,7 @@ def empty_rows() -> tuple[Float, Float]:
     return u_row, v_row
 
 
-@njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator] # as above
+@njit(cache=True, nogil=True, error_model="numpy")
 def project_points_with_jacobian(
     packed: Float, points: Float, uv: Float, whitening: Float, residuals: Float, rows: Float
 ) -> None:

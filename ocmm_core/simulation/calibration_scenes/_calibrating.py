@@ -199,7 +199,8 @@ class CalibrationScenesRig:
     ) -> tuple[NDArray[np.uint64], Float]:
         rotation, tip = np.empty((count, 3, 3)), np.empty((count, 3))
         unused = np.empty((2, count), dtype=np.bool_)
-        times = (first - shown.first + np.arange(count)) * (self.frame_period_ns * 1e-9)
+        frames = np.arange(count, dtype=np.float64) + (first - shown.first)
+        times = frames * (self.frame_period_ns * 1e-9)
         kernels.move(times, shown.segments, shown.tremor, rotation, tip, unused[0], unused[1])
         white = np.zeros((count, len(shown.leds), 2))
         if self.options.white_noise:

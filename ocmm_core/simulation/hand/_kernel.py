@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ocmm_core.geometry import Float
+from ocmm_core.instructions import njit
 
 BOX, ROUND, BALL, RING = 0, 1, 2, 3
 """Kinds of solids: a slab with holes, a truncated cone, a ball, a ring."""

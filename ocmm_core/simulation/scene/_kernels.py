@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ocmm_core.geometry import Float, Int
+from ocmm_core.instructions import njit
 
 MOVE, TOUCH, REST = 0, 1, 2
 """Kinds of segments of the motion."""

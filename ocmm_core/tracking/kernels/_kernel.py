@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import TypeAlias
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ocmm_core.geometry import Float
+from ocmm_core.instructions import njit
 from ocmm_core.tracking.kernels._lanes import Number
 from ocmm_core.tracking.kernels._small_algebra import best_turn
 

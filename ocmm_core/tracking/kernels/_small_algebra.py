@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from ocmm_core.geometry import Float
+from ocmm_core.instructions import njit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
