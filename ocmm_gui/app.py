@@ -154,8 +154,12 @@ def run(parsed: argparse.Namespace) -> int:
 def _windows(
     app: QApplication, parsed: argparse.Namespace, store: SettingsStore, told: NoticeCentre
 ) -> int:
-    asked = parsed.start and parsed.job is None
-    choice = _START_PAGE if asked else Choice(Errands.MEASURE, parsed.job)
+    choice = Choice(Errands.MEASURE)
+    if parsed.job is not None:
+        # A double click on a job asks to see it: no robot measures behind the page.
+        choice = Choice(Errands.LOOK, parsed.job)
+    elif parsed.start:
+        choice = _START_PAGE
     while True:
         # Windows are made in the language of the settings; a change of it makes them anew.
         _use_language(app, store.load().settings)
@@ -359,8 +363,6 @@ def _begin(
         if errand is Errands.MEASURE and parsed.serial is None and source != DEFAULT_SOURCE:
             # Who measures which part comes before the first point.
             window.sheets.open_job()
-        if errand is Errands.MEASURE and path is not None:
-            window.sheets.look_at(path)
         start()
 
 

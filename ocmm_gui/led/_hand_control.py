@@ -139,7 +139,8 @@ class HandControl(QObject):
         self.tour = Tour()
         self.strip = HandStrip(actions["hand"], actions["tour"])
         self.strip.setVisible(hand is not None)
-        self.strip.show_hand(taken=False)
+        self.strip.show_waiting()
+        self._waits = True
         self.strip.skip_button.clicked.connect(self._skip)
         self.lead = BallLead(view, self)
         if hand is not None:
@@ -177,6 +178,7 @@ class HandControl(QObject):
             self._to_desk()
         self.lead.set_leading(hand.taken)
         self._view.lead(led=hand.taken, part=hand.part())
+        self._waits = False
         self.strip.show_hand(taken=hand.taken)
         if hand.taken:
             self._view.setFocus()
@@ -210,6 +212,9 @@ class HandControl(QObject):
         """Show what is meant on the part, and see what was done of the tour."""
         if self._hand is None:
             return
+        if self._waits:
+            self._waits = False
+            self.strip.show_hand(taken=self._hand.taken)
         seen = self._hand.view()
         if seen.taken:
             self._view.show_aim(seen.hand.aim_world, seen.hand.normal_world)

@@ -53,6 +53,11 @@ class HandStrip(QFrame):
         self.skip_button.hide()
         self.hide()
 
+    def show_waiting(self) -> None:
+        """Say that nothing is measured yet, as where somebody only looks at a job."""
+        self._said = tr("SIMULATED: a virtual part. The probe rests until you measure.")
+        self._show(self._words or self._said)
+
     def show_hand(self, *, taken: bool) -> None:
         """Say who holds the probe, as long as no tour speaks."""
         words = tr("Hand back") if taken else tr("Take over")

@@ -42,6 +42,8 @@ class TipLine(QFrame):
         self._place = TrustPlace.DESK
         self._pixels = _NEAR_PX
         self._mark = MarkView()
+        # Of a probe that nobody has spoken of yet there is nothing to mark.
+        self._mark.hide()
         self._text = PlainLabel()
         self._text.setAccessibleName(tr("Status of the tip"))
         self._text.setTextFormat(Qt.TextFormat.PlainText)
@@ -62,6 +64,7 @@ class TipLine(QFrame):
             return
         before, self._view, self._place, self._pixels = self._view, view, place, pixels
         text = tip_words(view, place)
+        self._mark.show()
         self._text.setText(text)
         self._text.setToolTip(literal(text))
         self._paint()

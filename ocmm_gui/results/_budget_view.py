@@ -59,6 +59,9 @@ class BudgetTable(NumberTable):
         )  # fmt: skip
         for line, row in enumerate(rows):
             self._cell(line, 0).setToolTip(literal(row.origin))
+            # Words in the font of digits would not fit into the narrowest window.
+            for column in (0, 1):
+                self._cell(line, column).setFont(text_font(13))
             for column in (2, 3):
                 cell = self._cell(line, column)
                 cell.setFont(digit_font(13, bold=False))

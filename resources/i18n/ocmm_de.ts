@@ -3066,6 +3066,10 @@ Startet: {source}</translation>
         <translation>Diesen Schritt des Rundgangs überspringen</translation>
     </message>
     <message>
+        <source>SIMULATED: a virtual part. The probe rests until you measure.</source>
+        <translation>SIMULIERT: ein virtuelles Teil. Der Taster ruht, bis Sie messen.</translation>
+    </message>
+    <message>
         <source>Hand back</source>
         <translation>Zurückgeben</translation>
     </message>

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from PySide6.QtGui import QImage
 
+from ocmm_core.composition import StationRequest, build_station
+from ocmm_core.documents import resource
 from tests.host import BUSY, HANG_S
 
 # Counts the rings of the whole machine and holds the window to two seconds.
@@ -59,6 +61,21 @@ def test_a_termination_signal_closes_the_window_within_two_seconds(tmp_path: Pat
     assert time.monotonic() - begun < BUSY * 2.0
     assert "Traceback" not in errors
     assert _rings() <= before
+
+
+def test_who_looks_at_a_job_has_nothing_measured_behind_it(tmp_path: Path) -> None:
+    """A double click on a job opened a window in which the robot measured a demo part."""
+    request = StationRequest(plan=resource("plans", "quick.toml"), out=tmp_path / "jobs")
+    built = build_station(request)
+    built.station.close()
+    out = tmp_path / "out"
+    done = subprocess.run(
+        [*_COMMAND, str(out), "--quit-after", "3", "--start", str(built.job_path)],
+        cwd=_ROOT, capture_output=True, text=True, timeout=HANG_S, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    assert not list(out.glob("*.ocmm"))
 
 
 def test_a_job_behind_the_option_for_pictures_is_not_written_over(tmp_path: Path) -> None:
