@@ -68,7 +68,7 @@ ocmm_core.features.zones._kernel
 ocmm_core.tolerances.monte_carlo._refit_kernel
     refit i f2 f i1 f2 f1 f2 f2 f1
 
-ocmm_core.inspection.reach._tree_kernel
+ocmm_core.inspection.reach._grow_kernel
     grow f3 f2 i2 i1
 ocmm_core.inspection.reach._search_kernel
     search f2 f2 f f1 f4 i2 f2 f2 f2 f2 f2 f1 f3 i1 b1 f2 i2 i1 i2 f1
@@ -78,9 +78,13 @@ ocmm_core.part_model._edge_kernel
     nearest_stretch f2 f3 f1 f2
 ocmm_core.inspection.step._place_kernel
     spread f2 i1
-    nearest f2 i f3 f f1
     inside f1 f1 f3 b2
     leans_inward f1 f1 f1 f2 f1
+    distances f2 f3 f
+    gaps_about f1 f1 f2
+ocmm_core.inspection.step._surface_kernel
+    run_along i f2 f1 f i1 f2 i1 f1 f2 f2 f2 f1
+    places_inside i f2 f1 f2 i1
 
 ocmm_core.tracking._reference_filter
     _follow b1 f3 f2 f3 f f1 f2 f1 f1 f3 f2 f1

@@ -4,8 +4,8 @@ In: triangles of a part, places with normals, probe, rig, how the part stands. O
 an attitude of the probe, or what stands against it.
 
 Read `_reach` (what is asked), `_setting` (probe, cameras, placement, attitudes), `_probe_solid`
-(what of a probe can touch), `_part_in_the_way` (the mesh), and the compiled `_search_kernel` and
-`_tree_kernel`. It must not know files of models, features or plans.
+(what of a probe can touch), `_part_in_the_way` (the mesh), and the compiled `_grow_kernel`,
+`_search_kernel` and `_tree_kernel`. It must not know files of models, features or plans.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.geometry import Float, Int
-from ocmm_core.inspection.reach import _tree_kernel as kernel
+from ocmm_core.inspection.reach import _grow_kernel as kernel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,7 +25,7 @@ class Obstacle:
     deflection_mm
         No triangle is farther from its face.
     boxes, links, order
-        See `_tree_kernel.grow`.
+        See `_grow_kernel.grow`.
     """
 
     triangles: Float

@@ -1,4 +1,4 @@
-"""Compiled: a tree of boxes over the triangles of a part, and whether a body comes near them.
+"""Compiled: whether a body comes near the triangles of a part, by the tree of boxes over them.
 
 Bodies are given as rows of `N_COLUMNS` numbers, in the frame of the triangles: a round bar is the
 hull of two balls, a panel is a flat prism with four corners.
@@ -21,64 +21,12 @@ KIND, START, END, ACROSS, AT_START, AT_END, HALF_THICK, PART = 0, 1, 4, 7, 10, 1
 N_COLUMNS = 14
 
 FREE = -1
-_LEAF = 4
-"""Triangles that end the division of a box."""
 _DEEP = 64
 """Boxes that wait to be looked into: more than twice as deep as a tree of 10^9 triangles."""
+_CLOSE = 0.004
+"""Share of a bar: whether the distance rises at its start is seen over so much of it."""
 _STEPS = 22
 """Of the golden section: 0.618^22 is 2.5e-5 of the length of a bar, 1 um of a stylus."""
-
-
-@compiled()
-def grow(triangles: Float, boxes: Float, links: Int, order: Int) -> int:
-    """Fill in the tree of ``triangles`` (n, 3, 3), and return how many boxes it has.
-
-    ``boxes`` (2 n, 6): least and greatest coordinates. ``links`` (2 n, 2): the first of two
-    children, which follow each other, and -1; or the first of the triangles of a leaf in ``order``
-    (n,), and their number. All three are outputs.
-    """
-    n = len(triangles)
-    middles = np.empty((n, 3))
-    for i in range(n):
-        order[i] = i
-        for a in range(3):
-            middles[i, a] = triangles[i, 0, a] + triangles[i, 1, a] + triangles[i, 2, a]
-    first = np.empty(2 * n, dtype=np.int64)
-    last = np.empty(2 * n, dtype=np.int64)
-    first[0], last[0] = 0, n
-    count = 1
-    box = 0
-    while box < count:
-        low, high = first[box], last[box]
-        for a in range(3):
-            boxes[box, a], boxes[box, 3 + a] = np.inf, -np.inf
-        for k in range(low, high):
-            for corner in range(3):
-                for a in range(3):
-                    x = triangles[order[k], corner, a]
-                    boxes[box, a] = min(boxes[box, a], x)
-                    boxes[box, 3 + a] = max(boxes[box, 3 + a], x)
-        if high - low <= _LEAF:
-            links[box, 0], links[box, 1] = low, high - low
-        else:
-            longest = 0
-            for a in range(1, 3):
-                if (
-                    boxes[box, 3 + a] - boxes[box, a]
-                    > boxes[box, 3 + longest] - boxes[box, longest]
-                ):
-                    longest = a
-            part = order[low:high].copy()
-            # By the median both halves get as many, so that the tree is as deep as log2 of them.
-            part = part[np.argsort(middles[part, longest])]
-            order[low:high] = part
-            half = (low + high) // 2
-            links[box, 0], links[box, 1] = count, -1
-            first[count], last[count] = low, half
-            first[count + 1], last[count + 1] = half, high
-            count += 2
-        box += 1
-    return count
 
 
 @compiled()
@@ -142,7 +90,17 @@ def _bar_near(body: Float, t: Float, gap: float) -> bool:
         return False
     ratio = 0.6180339887498949
     low, high = 0.0, 1.0
-    p, q = 1.0 - ratio, ratio
+    first = point_triangle(x, y, z, t) - r0
+    near = point_triangle(x + _CLOSE * wx, y + _CLOSE * wy, z + _CLOSE * wz, t) - r0 - _CLOSE * dr
+    if first < gap or near < gap:
+        return True
+    if near >= first:
+        # What rises at its start rises to its end, being convex: of most triangles about a ball
+        # that leaves its surface nothing more has to be asked.
+        if 0.5 * (first + near - _CLOSE * (length + abs(dr))) >= gap:
+            return False
+        high = _CLOSE
+    p, q = high * (1.0 - ratio), high * ratio
     at_p = point_triangle(x + p * wx, y + p * wy, z + p * wz, t) - r0 - p * dr
     at_q = point_triangle(x + q * wx, y + q * wy, z + q * wz, t) - r0 - q * dr
     for _ in range(_STEPS):
@@ -230,7 +188,7 @@ def first_near(
     """Return a face that comes nearer to a body than ``gap``, mm; FREE where none does.
 
     ``own`` (f,) bool: faces for which ``own_gap`` holds instead. ``faces`` (n,): of each triangle.
-    The others as `grow` makes them.
+    The others as `_grow_kernel.grow` makes them.
     """
     corners = np.empty((8, 3))
     start, way, across, thick = np.empty(3), np.empty(3), np.empty(3), np.empty(3)

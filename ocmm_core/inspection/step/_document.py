@@ -10,7 +10,6 @@ from typing import Any
 
 from ocmm_core.inspection.step._edge_steps import EdgeSteps
 from ocmm_core.inspection.step._library import SameShape, explored, static
-from ocmm_core.inspection.step._solid_mesh import RawMesh
 
 _LONGEST = 200
 _LARGE_BYTES = 8_000_000
@@ -54,8 +53,6 @@ class StepDocument:
         `STEPControl_Reader`, which knows the entities that shapes were made of.
     steps
         Along its edges, as far as somebody asked.
-    meshes
-        Of its faces by their numbers, from 0, as far as somebody made them.
     """
 
     shape: Any
@@ -63,11 +60,10 @@ class StepDocument:
     said: dict[SameShape, Said]
     reader: Any = None
     steps: EdgeSteps = field(default_factory=EdgeSteps)
-    meshes: dict[int, RawMesh] = field(default_factory=dict)
 
     def about(self, face: Any) -> Said:
         """Return what the file says of a face of ``shape``."""
-        return self.said.get(_without_place(face), Said())
+        return self.said.get(_without_place(face), Said()) if self.said else Said()
 
 
 def read_document(path: str, doing: Callable[[str], None]) -> StepDocument:

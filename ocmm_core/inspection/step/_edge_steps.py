@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from ocmm_core.geometry import Float
+from ocmm_core.inspection.step import _surface_kernel as kernel
 from ocmm_core.inspection.step._library import SameShape, static
 
 _DEFLECTION_MM = 0.02
@@ -29,26 +32,36 @@ class EdgeSteps:
         return kept
 
 
+@cache
+def _tools() -> tuple[Any, Any, Any, Any, Any]:
+    """Return what edges are asked by, looked up once: there are tens of thousands of them."""
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.GCPnts import GCPnts_TangentialDeflection
+    from OCP.GeomAbs import GeomAbs_Circle, GeomAbs_Line
+
+    degenerated = static(BRep_Tool, "Degenerated")
+    return degenerated, BRepAdaptor_Curve, GCPnts_TangentialDeflection, GeomAbs_Line, GeomAbs_Circle
+
+
 def edge_steps(edge: Any, first: float, last: float) -> Float:
     """Return parameters along an edge between which it is nearly straight, an odd number.
 
     Of a spline they stand closer where it bends, or where its parameter runs fast: evenly, the
     line would leave the edge there. An edge of two faces gets the same ones on both.
     """
-    from OCP.BRep import BRep_Tool
-    from OCP.BRepAdaptor import BRepAdaptor_Curve
-    from OCP.GCPnts import GCPnts_TangentialDeflection
-    from OCP.GeomAbs import GeomAbs_Circle, GeomAbs_Line
-
+    degenerated, adaptor, bent_curve, line, circle = _tools()
     inner: list[float] = []
-    curve = None if static(BRep_Tool, "Degenerated")(edge) else BRepAdaptor_Curve(edge)
-    if curve is not None and curve.GetType() != GeomAbs_Line:
-        bent = GCPnts_TangentialDeflection(curve, _BEND_RAD, _DEFLECTION_MM)
-        if curve.GetType() == GeomAbs_Circle:
-            ends = curve.FirstParameter(), curve.LastParameter()
-            inner = np.linspace(*ends, bent.NbPoints())[1:-1].tolist()
-        else:
-            inner = [bent.Parameter(index) for index in range(2, bent.NbPoints())]
+    curve = None if degenerated(edge) else adaptor(edge)
+    kind = line if curve is None else curve.GetType()
+    if curve is not None and kind == circle:
+        ends = curve.FirstParameter(), curve.LastParameter()
+        inner = np.linspace(*ends, _arcs(curve.Circle().Radius(), ends[1] - ends[0]) + 1)[
+            1:-1
+        ].tolist()
+    elif curve is not None and kind != line:
+        bent = bent_curve(curve, _BEND_RAD, _DEFLECTION_MM)
+        inner = [bent.Parameter(index) for index in range(2, bent.NbPoints())]
     steps = np.array([first, *inner, last])
     if len(steps) % 2 == 0:
         # The one in the middle is needed, see Rim.
@@ -56,6 +69,15 @@ def edge_steps(edge: Any, first: float, last: float) -> Float:
         middle = 0.5 * (steps[half - 1] + steps[half])
         steps = np.concatenate([steps[:half], [middle], steps[half:]])
     return steps
+
+
+def _arcs(radius: float, turn: float) -> int:
+    """Return into how many chords an arc is parted: off by the deflection, and bent, at most.
+
+    A chord over the angle a is off by r (1 - cos(a / 2)).
+    """
+    cosine = max(1.0 - _DEFLECTION_MM / radius, 0.0) if radius > 0.0 else 0.0
+    return max(1, math.ceil(abs(turn) / min(_BEND_RAD, 2.0 * math.acos(cosine))))
 
 
 def parameters_on(curve: Any, along: Float) -> Float:
@@ -68,22 +90,31 @@ def parameters_on(curve: Any, along: Float) -> Float:
     curve
         `BRepAdaptor_Curve2d` of the edge on the face.
     """
-    from OCP.GeomAbs import GeomAbs_Circle, GeomAbs_Line
-
-    kind = curve.GetType()
-    if kind == GeomAbs_Line:
-        line = curve.Line()
-        start, way = line.Location(), line.Direction()
-        return _pair(start) + along[:, None] * _pair(way)
-    if kind == GeomAbs_Circle:
-        ring = curve.Circle()
-        radius, frame = ring.Radius(), ring.Position()
-        # A ring that runs the other way has its y the other way.
-        x, y = radius * _pair(frame.XDirection()), radius * _pair(frame.YDirection())
-        turned: Float = np.cos(along)[:, None] * x + np.sin(along)[:, None] * y
-        return _pair(ring.Location()) + turned
+    kind, numbers = curve_numbers(curve)
+    if kind == kernel.LINE:
+        start, way = np.array(numbers[:2]), np.array(numbers[2:4])
+        on_line: Float = start + along[:, None] * way
+        return on_line
+    if kind == kernel.RING:
+        middle, x, y = np.array(numbers).reshape(3, 2)
+        on_ring: Float = middle + np.cos(along)[:, None] * x + np.sin(along)[:, None] * y
+        return on_ring
     return np.array([(p.X(), p.Y()) for p in map(curve.Value, along.tolist())])
 
 
-def _pair(point: Any) -> Float:
-    return np.array([point.X(), point.Y()])
+def curve_numbers(curve: Any) -> tuple[int, tuple[float, ...]]:
+    """Return kind and six numbers of a curve on a face, see `_surface_kernel.run_along`."""
+    _, _, _, straight, circle = _tools()
+    kind = curve.GetType()
+    if kind == straight:
+        line = curve.Line()
+        start, way = line.Location(), line.Direction()
+        return kernel.LINE, (start.X(), start.Y(), way.X(), way.Y(), 0.0, 0.0)
+    if kind == circle:
+        ring = curve.Circle()
+        radius, frame, middle = ring.Radius(), ring.Position(), ring.Location()
+        # A ring that runs the other way has its y the other way.
+        x, y = frame.XDirection(), frame.YDirection()
+        sides = (radius * x.X(), radius * x.Y(), radius * y.X(), radius * y.Y())
+        return kernel.RING, (middle.X(), middle.Y(), *sides)
+    return kernel.OTHER, (0.0,) * 6

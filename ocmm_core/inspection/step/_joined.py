@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ocmm_core.features.shapes import Shape
-from ocmm_core.geometry import Float, perpendicular_pair
+from ocmm_core.geometry import Float
 from ocmm_core.inspection.reach import Reach
 from ocmm_core.inspection.step import _place_kernel as kernel
 from ocmm_core.inspection.step._answer import StepFace, StepSurface
@@ -190,7 +190,8 @@ def _surface(
     falls = np.concatenate([both[0] for both in hollow])
     rises = np.concatenate([both[1] for both in hollow])
     wide = ball_radius + EDGE_MM
-    to_falls, to_rises = _distances(places, falls, wide), _distances(places, rises, wide)
+    to_falls = kernel.distances(places, falls, wide)
+    to_rises = kernel.distances(places, rises, wide)
     free = places[np.minimum(to_falls, to_rises) >= wide]
     if len(free) < wanted:
         free = places[(to_falls >= EDGE_MM) & (to_rises >= wide)]
@@ -254,32 +255,10 @@ def _ball_fits(face: StepFace, places: Float, ball_radius: float) -> NDArray[np.
 
 def _turn(face: StepFace, places: Float) -> float:
     """Return how much of the turn about the axis a surface spans, rad, but for narrow gaps."""
-    across, up = perpendicular_pair(np.array(face.direction))
-    arms = places - np.array(face.point)
-    angles = np.sort(np.arctan2(arms @ up, arms @ across))
-    gaps = np.empty(len(angles))
-    gaps[:-1], gaps[-1] = angles[1:] - angles[:-1], angles[0] + 2.0 * np.pi - angles[-1]
+    gaps = kernel.gaps_about(np.array(face.point), np.array(face.direction), places)
     # Places stand in rows along the axis, so most gaps are none at all.
     steps = np.sort(gaps[gaps > _SAME_RAD])
     half = len(steps) // 2
     step = 0.5 * float(steps[half] + steps[-half - 1]) if len(steps) else 0.0
     wide = gaps > max(1.5 * step, _NARROW_GAP)
     return float(gaps[~wide].sum() + step * np.count_nonzero(wide))
-
-
-def _distances(places: Float, stretches: Float, far: float) -> Float:
-    """Return how far places (n, 3) are from the nearest of stretches (m, 2, 3), mm.
-
-    What is farther than ``far`` is infinitely far. Places are sorted along the longest side of
-    their box, so that each stretch is asked of those beside it.
-    """
-    if not len(places) or not len(stretches):
-        return np.full(len(places), np.inf)
-    axis = int(np.argmax(places.max(axis=0) - places.min(axis=0)))
-    order = np.argsort(places[:, axis], kind="stable")
-    squares = np.full(len(places), np.inf)
-    kernel.nearest(places[order], axis, np.ascontiguousarray(stretches), far, squares)
-    squares[squares > far * far] = np.inf
-    nearest = np.empty(len(places))
-    nearest[order] = np.sqrt(squares)
-    return nearest

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -17,16 +18,27 @@ def static(owner: Any, name: str) -> Any:
 
 def explored(shape: Any, kind: str, but_in: str = "SHAPE") -> Iterator[Any]:
     """Return an iterator over the parts of a kind, but for those inside parts of another kind."""
+    make, cast, wanted, avoided = _explorer_of(kind, but_in)
+    explorer = make(shape, wanted, avoided)
+    while explorer.More():
+        yield cast(explorer.Current())
+        explorer.Next()
+
+
+@cache
+def _explorer_of(kind: str, but_in: str) -> tuple[Any, Any, Any, Any]:
+    """Return what makes explorers, what casts, and the words of both kinds, looked up once."""
     import OCP.TopAbs as TopAbs
     from OCP.TopExp import TopExp_Explorer
     from OCP.TopoDS import TopoDS
 
     cast = static(TopoDS, kind.capitalize())
-    wanted, avoided = getattr(TopAbs, f"TopAbs_{kind}"), getattr(TopAbs, f"TopAbs_{but_in}")
-    explorer = TopExp_Explorer(shape, wanted, avoided)
-    while explorer.More():
-        yield cast(explorer.Current())
-        explorer.Next()
+    return (
+        TopExp_Explorer,
+        cast,
+        getattr(TopAbs, f"TopAbs_{kind}"),
+        getattr(TopAbs, f"TopAbs_{but_in}"),
+    )
 
 
 def kind_of(adaptor: Any) -> str:

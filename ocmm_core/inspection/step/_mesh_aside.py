@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.step._document import StepDocument
 from ocmm_core.inspection.step._part import part_of
-from ocmm_core.inspection.step._solid_mesh import make_mesh, raw_mesh, triangles_of
+from ocmm_core.inspection.step._solid_mesh import make_mesh, raw_meshes, triangles_of
 from ocmm_core.part_model import model_to_bytes
 from ocmm_core.processes import Aside
 
@@ -102,12 +102,7 @@ class MeshAside:
 
     def _made(self) -> SolidMesh:
         deflection = make_mesh(self._document.shape, self._faces)
-        meshes = self._document.meshes
-        for number, face in enumerate(self._faces):
-            mesh = raw_mesh(face)
-            if mesh is not None:
-                meshes[number] = mesh
-        return SolidMesh(*triangles_of(meshes), deflection)
+        return SolidMesh(*triangles_of(raw_meshes(self._faces)), deflection)
 
     def _work(self, send: Callable[[bytes], None]) -> None:
         """Make and send both, in the other process."""

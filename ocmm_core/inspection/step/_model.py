@@ -24,7 +24,7 @@ from ocmm_core.part_model import PartModel
 USUAL_BALL_MM = 6.0
 """Diameter of the ball of the standard probe."""
 TIMEOUT_S = 120.0
-MOST_FEATURES = 5000
+MOST_FEATURES = 10_000
 _DECIMALS = 6
 
 

@@ -15,7 +15,7 @@ from ocmm_core.inspection.step._document import StepDocument
 from ocmm_core.inspection.step._edge_steps import EdgeSteps, parameters_on
 from ocmm_core.inspection.step._library import SameShape, explored, kind_of, static, vector
 from ocmm_core.inspection.step._raw_faces import UnusableModelError, faces_with_surface
-from ocmm_core.inspection.step._solid_mesh import RawMesh, motion_of, raw_mesh
+from ocmm_core.inspection.step._solid_mesh import RawMesh, motion_of, raw_meshes
 from ocmm_core.inspection.step._surface_splines import MappedSurface, surface_of
 from ocmm_core.part_model import (
     FARTHEST_MM,
@@ -57,6 +57,8 @@ def part_of(
     ValueError
         There is no face with a surface, or more of them than a model can have.
     """
+    from OCP.BRepLib import BRepLib_ToolTriangulatedShape
+
     faces, _ = faces_with_surface(document.shape)
     if not faces:
         msg = "contains no faces"
@@ -66,12 +68,17 @@ def part_of(
         raise UnusableModelError(msg, "Export the model without details that nobody measures.")
     doing("the mesh")
     deflection = _meshed(document, faces)
+    compute_normals = static(BRepLib_ToolTriangulatedShape, "ComputeNormals")
+    for face in faces:
+        if (mesh := _triangulation(face)[0]) is not None:
+            compute_normals(face, mesh)
+    meshes = raw_meshes(faces, with_normals=True)
     parts: list[_FaceMesh] = []
     made: list[ModelFace] = []
     for number, face in enumerate(faces, start=1):
         if number % 16 == 1:
             doing(f"the shape of face {number} of {len(faces)}")
-        parts.append(_face_mesh(face, document.meshes.pop(number - 1, None)))
+        parts.append(_face_mesh(face, meshes.pop(number - 1, None)))
         made.append(model_face(number, face, document, is_exact=len(faces) <= _VERY_LARGE))
     if not any(len(part.triangles) for part in parts):
         msg = "no mesh can be made of its faces"
@@ -123,7 +130,6 @@ def _meshed(document: StepDocument, faces: Sequence[Any]) -> float:
 
     if len(faces) > LARGE and (kept := _kept_deflection(faces)) > 0.0:
         return kept
-    document.meshes.clear()
     compound, builder = TopoDS_Compound(), BRep_Builder()
     builder.MakeCompound(compound)
     for face in faces:
@@ -180,20 +186,15 @@ def _triangulation(face: Any) -> tuple[Any, Any]:
     return static(BRep_Tool, "Triangulation")(face, place), place
 
 
-def _face_mesh(face: Any, known: RawMesh | None) -> _FaceMesh:
+def _face_mesh(face: Any, raw: RawMesh | None) -> _FaceMesh:
     from OCP.BRep import BRep_Tool
-    from OCP.BRepLib import BRepLib_ToolTriangulatedShape
     from OCP.TopAbs import TopAbs_REVERSED
 
     mesh, place = _triangulation(face)
-    raw = raw_mesh(face) if known is None else known
-    if raw is None:
+    if raw is None or raw.normals is None:
         none = np.empty((0, 3))
         return _FaceMesh(none, none, np.empty((0, 3), dtype=np.int64), ())
-    static(BRepLib_ToolTriangulatedShape, "ComputeNormals")(face, mesh)
-    vertices, triangles = raw.nodes, raw.rows
-    nodes = range(1, len(vertices) + 1)
-    normals = np.array([(n.X(), n.Y(), n.Z()) for n in map(mesh.Normal, nodes)])
+    vertices, triangles, normals = raw.nodes, raw.rows, raw.normals
     if not place.IsIdentity():
         matrix = motion_of(place)
         normals = normals @ matrix[:, :3].T

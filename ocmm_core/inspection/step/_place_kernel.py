@@ -81,6 +81,68 @@ def nearest(places: Float, axis: int, stretches: Float, far: float, squares: Flo
 
 
 @compiled()
+def distances(places: Float, stretches: Float, far: float) -> Float:
+    """Return how far places (n, 3) are from the nearest of stretches (m, 2, 3), mm.
+
+    What is farther than ``far`` is infinitely far. Places are sorted along the longest side of
+    their box, so that each stretch is asked of those beside it.
+    """
+    n = len(places)
+    found = np.full(n, np.inf)
+    if n == 0 or len(stretches) == 0:
+        return found
+    axis, longest = 0, -1.0
+    for a in range(3):
+        low, high = np.inf, -np.inf
+        for i in range(n):
+            low, high = min(low, places[i, a]), max(high, places[i, a])
+        if high - low > longest:
+            axis, longest = a, high - low
+    order = np.argsort(places[:, axis])
+    sorted_places, squares = np.empty((n, 3)), np.full(n, np.inf)
+    for i in range(n):
+        for a in range(3):
+            sorted_places[i, a] = places[order[i], a]
+    nearest(sorted_places, axis, stretches, far, squares)
+    for i in range(n):
+        if squares[i] <= far * far:
+            found[order[i]] = np.sqrt(squares[i])
+    return found
+
+
+@compiled()
+def gaps_about(point: Float, axis: Float, places: Float) -> Float:
+    """Return the gaps in the turn of places (n, 3) about an axis (n,), rad, as they follow.
+
+    ``point`` and ``axis`` (3,), unit. Angles are counted from the direction square to the axis that
+    is farthest from being along it.
+    """
+    least = 0
+    for a in range(1, 3):
+        if abs(axis[a]) < abs(axis[least]):
+            least = a
+    across, up = np.empty(3), np.empty(3)
+    for a in range(3):
+        across[a] = (1.0 if a == least else 0.0) - axis[least] * axis[a]
+    for a in range(3):
+        i, j = (a + 1) % 3, (a + 2) % 3
+        up[a] = axis[i] * across[j] - axis[j] * across[i]
+    n = len(places)
+    angles = np.empty(n)
+    for i in range(n):
+        x, y = 0.0, 0.0
+        for a in range(3):
+            x += (places[i, a] - point[a]) * across[a]
+            y += (places[i, a] - point[a]) * up[a]
+        angles[i] = np.arctan2(y, x)
+    angles = np.sort(angles)
+    gaps = np.empty(n)
+    for i in range(n):
+        gaps[i] = angles[i + 1] - angles[i] if i + 1 < n else angles[0] + 2.0 * np.pi - angles[i]
+    return gaps
+
+
+@compiled()
 def inside(us: Float, vs: Float, loops: Float, found: NDArray[np.bool_]) -> None:
     """Fill in which pairs of ``us`` (r,) and ``vs`` (c,), both rising, lie inside closed loops.
 

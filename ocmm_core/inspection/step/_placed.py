@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ocmm_core.geometry import Float, perpendicular_pair
+from ocmm_core.geometry import Float
 from ocmm_core.inspection.reach import Reach, Reached
 from ocmm_core.inspection.step import _place_kernel as kernel
 from ocmm_core.inspection.step._answer import StepFace
@@ -114,26 +114,27 @@ def normals_of(face: StepFace, points: Float) -> Float:
     if face.shape == "Plane":
         return np.tile(direction, (len(points), 1))
     arms = points - np.array(face.point)
-    along = arms @ direction
-    across = arms - along[:, None] * direction
+    across = arms - (arms @ direction)[:, None] * direction
     if face.shape == "Cone":
         # The axis leads from the tip into the cone: outwards is across, and back by the angle.
-        round_it = across / np.linalg.norm(across, axis=1, keepdims=True)
+        round_it = across / _lengths(across)
         arms = np.cos(face.half_angle) * round_it - np.sin(face.half_angle) * direction
     elif face.shape == "Cylinder":
         arms = across
     elif face.shape == "Torus":
-        arms = arms - face.radius * across / np.linalg.norm(across, axis=1, keepdims=True)
-    normals: Float = arms / np.linalg.norm(arms, axis=1, keepdims=True)
+        arms = arms - face.radius * across / _lengths(across)
+    normals: Float = arms / _lengths(arms)
     return -normals if face.inner else normals
+
+
+def _lengths(rows: Float) -> Float:
+    found: Float = np.sqrt((rows * rows).sum(axis=1))[:, None]
+    return found
 
 
 def _gap_deg(face: StepFace, points: Float) -> float:
     """Return the widest part of the turn about the axis without a point, degrees; 0 for others."""
     if face.shape not in ("Cylinder", "Cone", "Torus"):
         return 0.0
-    across, up = perpendicular_pair(np.array(face.direction))
-    arms = points - np.array(face.point)
-    angles = np.sort(np.arctan2(arms @ up, arms @ across))
-    gaps = np.diff(angles, append=angles[0] + 2.0 * np.pi)
+    gaps = kernel.gaps_about(np.array(face.point), np.array(face.direction), points)
     return float(np.degrees(gaps.max()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,19 +11,15 @@ from typing import Any
 import numpy as np
 
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.step import _place_kernel as kernel
+from ocmm_core.inspection.step import _surface_kernel as kernel
 from ocmm_core.inspection.step._answer import StepFace, Triple
 from ocmm_core.inspection.step._document import read_document
-from ocmm_core.inspection.step._edge_steps import EdgeSteps, parameters_on
+from ocmm_core.inspection.step._edge_steps import EdgeSteps, curve_numbers, parameters_on
 from ocmm_core.inspection.step._library import explored, kind_of, static, vector
-from ocmm_core.inspection.step._surface_places import evaluated
+from ocmm_core.inspection.step._surface_places import surface_numbers
 
 _DEFLECTION_MM = 0.02
 """A shorter edge is a tip or a pole."""
-_FEW, _MORE, _MOST = 400, 3600, 14_400
-"""Places that are tried on a face: more where few of them lie inside its edges."""
-_ENOUGH = 60
-_THIN = 1.0 / 40.0
 
 
 class UnusableModelError(ValueError):
@@ -163,78 +160,63 @@ def _raw_face(face: Any, number: int, steps: EdgeSteps) -> tuple[str, RawFace | 
     if as_said is None:
         return kind, None
     _check(as_said)
-    at = evaluated(surface)
-    loops, rims = _edges(face, surface, at, reverse, steps)
-    places = _places(surface, at, loops)
+    rims, places = _edges(face, surface_numbers(surface), reverse, steps)
     return kind, RawFace(as_said, places, rims, number)
 
 
 def _check(face: StepFace) -> None:
     """Refuse sizes and places without end; such a number is none in JSON either."""
     sizes = (face.radius, face.second, face.half_angle, face.low, face.high, face.width)
-    if not np.isfinite([*sizes, *face.point, *face.direction, *face.across]).all():
+    if not all(map(math.isfinite, (*sizes, *face.point, *face.direction, *face.across))):
         msg = f"the size or place of a {face.shape} is not a number"
         raise ValueError(msg)
 
 
 def _edges(
-    face: Any, surface: Any, at: Callable[[Float], Float], reverse: bool, steps: EdgeSteps
-) -> tuple[Float, tuple[Rim, ...]]:
-    """Return all edges as stretches (n, 2, 2) of the surface's own parameters, and in space."""
+    face: Any, surface: tuple[int, Float, Float], reverse: bool, steps: EdgeSteps
+) -> tuple[tuple[Rim, ...], Float]:
+    """Return the edges of a face, and places (n, 3), mm, inside them.
+
+    Parameters
+    ----------
+    surface
+        As `surface_numbers` has it.
+    """
     from OCP.BRepAdaptor import BRepAdaptor_Curve2d
 
-    stretches: list[Float] = []
-    rims: list[Rim] = []
+    kinds: list[int] = []
+    numbers: list[tuple[float, ...]] = []
+    alongs: list[Float] = []
+    others: dict[int, Float] = {}
     for edge in explored(face, "EDGE"):
         curve = BRepAdaptor_Curve2d(edge, face)
         along = steps.of(edge, curve.FirstParameter(), curve.LastParameter())
-        uv = parameters_on(curve, along)
-        stretches.append(stretches_of(uv))
-        line = at(uv)
-        way = line[1:] - line[:-1]
-        if np.sqrt((way * way).sum(axis=1)).sum() < _DEFLECTION_MM:
-            # The tip of a cone or the pole of a sphere: an edge for the parameters alone.
-            continue
-        middle = uv[len(uv) // 2]
-        rims.append(Rim(line, _normal(surface, middle[0], middle[1], reverse)[1]))
-    return np.concatenate(stretches) if stretches else np.empty((0, 2, 2)), tuple(rims)
-
-
-def _places(surface: Any, at: Callable[[Float], Float], loops: Float) -> Float:
-    """Return places (n, 3), mm, inside the edges: more are tried where few of them are."""
-    if not len(loops):
-        return np.empty((0, 3))
-    low, high = loops.reshape(-1, 2).min(axis=0), loops.reshape(-1, 2).max(axis=0)
-    inside = np.empty((0, 2))
-    for count in (_FEW, _MORE, _MOST):
-        inside = _inside(*_grid(surface, low, high, count), loops)
-        if len(inside) >= _ENOUGH:
-            break
-    return at(inside)
-
-
-def _grid(surface: Any, low: Float, high: Float, count: int) -> tuple[Float, Float]:
-    """Return parameters of some ``count`` pairs, in space about as far apart in both directions."""
-    from OCP.gp import gp_Pnt, gp_Vec
-
-    point, by_u, by_v = gp_Pnt(), gp_Vec(), gp_Vec()
-    middle = 0.5 * (low + high)
-    surface.D1(middle[0], middle[1], point, by_u, by_v)
-    sides = (high - low) * [by_u.Magnitude(), by_v.Magnitude()]
-    sides = np.maximum(sides, _THIN * max(float(sides.max()), 1e-9))
-    rows = max(3, round(float(np.sqrt(count * sides[0] / sides[1]))))
-    columns = max(3, round(count / rows))
-    u = low[0] + (high[0] - low[0]) * (np.arange(rows) + 0.5) / rows
-    v = low[1] + (high[1] - low[1]) * (np.arange(columns) + 0.5) / columns
-    return u, v
-
-
-def _inside(us: Float, vs: Float, loops: Float) -> Float:
-    """Return which pairs (n, 2) of parameters, each rising, lie inside closed loops (m, 2, 2)."""
-    found = np.zeros((len(us), len(vs)), dtype=np.bool_)
-    kernel.inside(us, vs, loops, found)
-    rows, columns = np.nonzero(found)
-    return np.column_stack([us[rows], vs[columns]])
+        kind, six = curve_numbers(curve)
+        if kind == kernel.OTHER:
+            others[len(kinds)] = parameters_on(curve, along)
+        kinds.append(kind)
+        numbers.append(six)
+        alongs.append(along)
+    if not kinds:
+        return (), np.empty((0, 3))
+    starts = np.zeros(len(kinds) + 1, dtype=np.int64)
+    np.cumsum([len(one) for one in alongs], out=starts[1:])
+    uv, lines = np.zeros((starts[-1], 2)), np.empty((starts[-1], 3))
+    for row, known in others.items():
+        uv[starts[row] : starts[row + 1]] = known
+    normals, lengths = np.empty((len(kinds), 3)), np.empty(len(kinds))
+    kernel.run_along(
+        *surface, -1.0 if reverse else 1.0, np.array(kinds), np.array(numbers), starts,
+        np.concatenate(alongs), uv, lines, normals, lengths,
+    )  # fmt: skip
+    ends = starts.tolist()
+    # The tip of a cone or the pole of a sphere is an edge for the parameters alone.
+    rims = tuple(
+        Rim(lines[ends[row] : ends[row + 1]], normals[row])
+        for row, length in enumerate(lengths.tolist())
+        if length >= _DEFLECTION_MM
+    )
+    return rims, kernel.places_inside(*surface, uv, starts)
 
 
 def stretches_of(line: Float) -> Float:

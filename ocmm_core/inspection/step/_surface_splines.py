@@ -146,7 +146,8 @@ def _by_library(surface: Any, u0: float, u1: float, v0: float, v1: float) -> Map
     from OCP.GeomConvert import GeomConvert
 
     plain = surface.GeomSurfaceTransformed()
-    if type(plain).__name__ == "Geom_BSplineSurface":
+    is_its_own = type(plain).__name__ == "Geom_BSplineSurface"
+    if is_its_own:
         spline = plain.Copy()
     else:
         trimmed = Geom_RectangularTrimmedSurface(plain, u0, u1, v0, v1)
@@ -154,6 +155,7 @@ def _by_library(surface: Any, u0: float, u1: float, v0: float, v1: float) -> Map
     if spline is None or type(spline).__name__ != "Geom_BSplineSurface":
         return None
     if spline.IsUPeriodic() or spline.IsVPeriodic():
+        is_its_own = False
         spline.Segment(u0, u1, v0, v1)
         if spline.IsUPeriodic():
             spline.SetUNotPeriodic()
@@ -164,7 +166,9 @@ def _by_library(surface: Any, u0: float, u1: float, v0: float, v1: float) -> Map
         return None
     places = [(i, j) for i in range(1, rows + 1) for j in range(1, columns + 1)]
     poles = np.array([_triple(spline.Pole(i, j)) for i, j in places]).reshape(rows, columns, 3)
-    weights = np.array([spline.Weight(i, j) for i, j in places]).reshape(rows, columns)
+    weights = np.ones((rows, columns))
+    if spline.IsURational() or spline.IsVRational():
+        weights = np.array([spline.Weight(i, j) for i, j in places]).reshape(rows, columns)
     degree_u, degree_v = spline.UDegree(), spline.VDegree()
     knots_u = _knots(spline.NbUKnots(), spline.UKnot, spline.UMultiplicity, degree_u)
     knots_v = _knots(spline.NbVKnots(), spline.VKnot, spline.VMultiplicity, degree_v)
@@ -174,7 +178,11 @@ def _by_library(surface: Any, u0: float, u1: float, v0: float, v1: float) -> Map
     made = SplineSurface(poles, weights, knots_u, knots_v, degree_u, degree_v)
     map_u = _shifted(u0, u1, float(knots_u[0]), float(knots_u[-1]))
     map_v = _shifted(v0, v1, float(knots_v[0]), float(knots_v[-1]))
-    return MappedSurface(made, map_u, map_v, is_exact=False)
+    # Taken as it is, with its own parameters, there is nothing to be tried.
+    within = (
+        knots_u[0] <= u0 and u1 <= knots_u[-1] and knots_v[0] <= v0 and v1 <= knots_v[-1]
+    )  # fmt: skip
+    return MappedSurface(made, map_u, map_v, is_exact=bool(is_its_own and within))
 
 
 _MAKERS: dict[str, Callable[[Any, float, float, float, float], MappedSurface | None]] = {

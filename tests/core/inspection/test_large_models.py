@@ -13,6 +13,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.host import HOST
 from ocmm_core.inspection.step import _place_kernel as kernel
+from ocmm_core.inspection.step import _surface_kernel as surface_kernel
 from ocmm_core.inspection.step import read_model
 from ocmm_core.inspection.step._placed import spread_rows
 from tests.core.inspection.step_models import block, hill, written
@@ -68,7 +69,7 @@ def test_places_on_surfaces_are_those_of_the_library() -> None:
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_Transform
     from OCP.TopoDS import TopoDS
 
-    from ocmm_core.inspection.step._surface_places import evaluated
+    from ocmm_core.inspection.step._surface_places import surface_numbers
 
     axes = gp.gp_Ax3(gp.gp_Pnt(1.0, -2.0, 3.0), gp.gp_Dir(1.0, 2.0, 3.0), gp.gp_Dir(0.0, 1.0, 1.0))
     faces = [
@@ -87,14 +88,71 @@ def test_places_on_surfaces_are_those_of_the_library() -> None:
         else TopoDS.Face_s(BRepBuilderAPI_Transform(face, mirror, True).Shape())
         for face in list(faces)
     ]
+    # Single points, each an edge of its own: the normal in its middle is that there.
     uv = np.random.default_rng(SEED).uniform([0.2, 0.3], [5.0, 1.2], (20, 2))
+    starts, other = np.arange(21), np.full(20, surface_kernel.OTHER)
     for face in faces:
         surface = BRepAdaptor_Surface(face, True)
-        places = evaluated(surface)(uv)
-        for (u, v), place in zip(uv.tolist(), places, strict=True):
-            point = surface.Value(u, v)
+        places, normals = np.empty((20, 3)), np.empty((20, 3))
+        surface_kernel.run_along(
+            *surface_numbers(surface), -1.0, other, np.zeros((20, 6)), starts, np.zeros(20), uv,
+            places, normals, np.empty(20),
+        )  # fmt: skip
+        point, by_u, by_v = gp.gp_Pnt(), gp.gp_Vec(), gp.gp_Vec()
+        for (u, v), place, normal in zip(uv.tolist(), places, normals, strict=True):
+            surface.D1(u, v, point, by_u, by_v)
             # Some 50 mm: their last bits.
             assert place == pytest.approx([point.X(), point.Y(), point.Z()], abs=1e-12 * 1e2)
+            across = by_u.Crossed(by_v).Normalized().Reversed()
+            assert normal == pytest.approx([across.X(), across.Y(), across.Z()], abs=1e-12)
+
+
+def test_meshes_that_the_library_writes_are_those_it_tells(tmp_path: Path) -> None:
+    needs_package("OCP", "the extra 'step'")
+    from OCP.BRepLib import BRepLib_ToolTriangulatedShape
+
+    from benchmarks.large_models import _moved, _together
+    from ocmm_core.inspection.step import _solid_mesh as mesh
+    from ocmm_core.inspection.step._library import static
+    from ocmm_core.inspection.step._raw_faces import faces_with_surface
+
+    # One part that stands twice in an assembly, and another one.
+    part = hill()
+    shape = _together([_moved(part, 10.0, 0.0, 0.0), _moved(part, 0.0, 200.0, 0.0), block()])
+    faces, _ = faces_with_surface(shape)
+    assert mesh.make_mesh(shape, faces) > 0.0
+    bare = mesh.raw_meshes(faces)
+    for face in faces:
+        held = mesh.mesh_of(face)
+        assert held is not None
+        static(BRepLib_ToolTriangulatedShape, "ComputeNormals")(face, held[0])
+    found = mesh.raw_meshes(faces, with_normals=True)
+    assert list(found) == list(bare) == list(range(len(faces)))
+    for place, face in enumerate(faces):
+        held = mesh.mesh_of(face)
+        assert held is not None
+        truth = mesh.asked_mesh(held[0], with_normals=True)
+        nodes = truth.nodes
+        if held[1] is not None:
+            nodes = nodes @ held[1][:, :3].T + held[1][:, 3]
+        np.testing.assert_array_equal(found[place].nodes, nodes)
+        np.testing.assert_array_equal(found[place].rows, truth.rows)
+        # The library keeps them in single precision, and makes them unit where it tells them.
+        told, normals = found[place].normals, truth.normals
+        assert told is not None
+        assert normals is not None
+        np.testing.assert_allclose(told, normals, atol=1e-7)
+        np.testing.assert_array_equal(bare[place].nodes, nodes)
+        assert bare[place].normals is None
+    # What was cut, or is of something else, is none: the library is asked then.
+    stream = memoryview(b"\x02\x00\x00\x00\x01\x00\x00\x00")
+    assert mesh.next_mesh(stream, 0)[0] is None
+    held = mesh.mesh_of(faces[0])
+    assert held is not None
+    assert mesh.is_of(mesh.asked_mesh(held[0], with_normals=False), held[0])
+    # Of another place in the assembly, and of another face.
+    assert not mesh.is_of(bare[0], held[0])
+    assert not mesh.is_of(found[len(faces) - 1], held[0])
 
 
 def test_parameters_along_edges_are_those_of_the_library() -> None:

@@ -7,8 +7,6 @@ import pytest
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.step import _place_kernel as kernel
-from ocmm_core.inspection.step._joined import _distances
-from ocmm_core.inspection.step._raw_faces import _inside
 
 SEED = 6
 FAR_MM = 4.0
@@ -40,7 +38,9 @@ def test_inside_is_where_a_ray_crosses_an_odd_number_of_edges() -> None:
     inside = crossed % 2 == 1
     assert 0.2 < inside.mean() < 0.9
     us, vs = np.unique(grid[:, 0]), np.unique(grid[:, 1])
-    np.testing.assert_array_equal(_inside(us, vs, loops), grid[inside])
+    found = np.zeros((len(us), len(vs)), dtype=np.bool_)
+    kernel.inside(us, vs, loops, found)
+    np.testing.assert_array_equal(found.ravel(), inside)
 
 
 def test_distances_are_those_from_every_edge_up_to_what_counts() -> None:
@@ -57,7 +57,7 @@ def test_distances_are_those_from_every_edge_up_to_what_counts() -> None:
         share = np.clip(arms @ along / length, 0.0, 1.0) if length else np.zeros(len(places))
         off = np.linalg.norm(arms - share[:, None] * along, axis=1)
         nearest = np.minimum(nearest, off)
-    found = _distances(places, edges, FAR_MM)
+    found = kernel.distances(places, edges, FAR_MM)
     near = nearest <= FAR_MM
     assert found[near] == pytest.approx(nearest[near], abs=1e-12)
     assert np.isinf(found[~near]).all()
@@ -65,7 +65,7 @@ def test_distances_are_those_from_every_edge_up_to_what_counts() -> None:
 
 
 def test_without_edges_everything_is_far() -> None:
-    assert np.isinf(_distances(np.zeros((3, 3)), np.empty((0, 2, 3)), FAR_MM)).all()
+    assert np.isinf(kernel.distances(np.zeros((3, 3)), np.empty((0, 2, 3)), FAR_MM)).all()
 
 
 @pytest.mark.parametrize("jitter", [-1e-14, 0.0, 1e-14])
