@@ -147,11 +147,14 @@ class _Reading:
 
     def _wait(self) -> None:
         """Wait for something to read; InputError where that takes too long or is given up."""
-        while not self._answer.poll(_LOOK_S):
+        while True:
+            # A reader that always has something to tell is given up as well.
             if self._asking.given_up():
                 raise InputError(
                     "plan.step_given_up", f"{self._path}: import cancelled.", "Import it again."
                 )
+            if self._answer.poll(_LOOK_S):
+                return
             if self._is_too_long():
                 limit = self._asking.timeout_s
                 what = f"reading took longer than {limit:.0f} s (at {self._doing})"
