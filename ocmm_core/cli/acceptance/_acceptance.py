@@ -192,7 +192,7 @@ def recompute(
         found += recompute_tips(stored, cameras.rig, body)
     print_record(console, again)
     for one in found:
-        console.print(f"{lead('Differs  ')}{one}", style="red", highlight=False)
+        console.print(f"{lead('Differs  ')}{say(one)}", style="red", highlight=False)
     if found:
         raise typer.Exit(2)
     console.print(say("Recomputed from raw data: matches the file."))
@@ -221,7 +221,7 @@ def status(*, folder: FolderOption = None) -> None:
             view = AcceptanceSession.resume(path).view
         except OcmmError as error:
             console.print(
-                say(f"{lead('Left out ')}{say(error.what)}"),
+                f"{lead('Left out ')}{say(error.what)}",
                 style="dim",
                 highlight=False,
                 markup=False,
@@ -241,7 +241,7 @@ def status(*, folder: FolderOption = None) -> None:
             one = load_record(path)
         except OcmmError as error:
             console.print(
-                say(f"{lead('Left out ')}{say(error.what)}"),
+                f"{lead('Left out ')}{say(error.what)}",
                 style="red",
                 highlight=False,
                 markup=False,

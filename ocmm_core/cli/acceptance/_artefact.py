@@ -116,7 +116,9 @@ def list_command(*, folder: FolderOption = None) -> None:
     )
     for one in entries.values():
         due = datetime.fromisoformat(one.used().use.due_utc)
-        word = f"{due.date().isoformat()}{' EXPIRED' if due <= now else ''}"
+        word = due.date().isoformat()
+        if due <= now:
+            word += f" {say_word('EXPIRED')}"
         table.add_row(
             one.id, one.kind, one.serial, f"{1e3 * one.expanded:.2f}", one.certificate, word
         )

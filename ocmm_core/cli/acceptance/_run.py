@@ -107,7 +107,8 @@ def run_test(
                 console.print(f"{lead('Retest   ')}{say(error.what)}", highlight=False)
                 break
             console.print(
-                f"{lead('Retest   ')}{', '.join(one.name for one in positions)}", highlight=False
+                f"{lead('Retest   ')}{', '.join(say(one.name) for one in positions)}",
+                highlight=False,
             )
     return session.finish(datetime.now(UTC), temperature_c)
 
@@ -121,7 +122,7 @@ def _unfinished(site: AcceptanceSite, base: Path, console: Console) -> Acceptanc
             session = AcceptanceSession.resume(path)
         except OcmmError as error:
             console.print(
-                say(f"{lead('Left out ')}{say(error.what)}"),
+                f"{lead('Left out ')}{say(error.what)}",
                 style="dim",
                 highlight=False,
                 markup=False,

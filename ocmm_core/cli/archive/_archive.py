@@ -106,7 +106,7 @@ def send(
         return
     state = hand_over(place.outbox)
     console.print(
-        state.line or say("Nothing waits for the archive."), highlight=False, markup=False
+        say(state.line) or say("Nothing waits for the archive."), highlight=False, markup=False
     )
     raise typer.Exit(1 if state.waiting or state.needs_attention else code)
 

@@ -87,7 +87,7 @@ def adopt(
 
 
 def _print(found: Audit, *, everything: bool) -> None:
-    word = "INTACT" if found.intact else say("NOT INTACT")
+    word = say("INTACT") if found.intact else say("NOT INTACT")
     typer.echo(f"{found.path}: {word} ({found.kind.value})")
     typer.echo(say(f"  Signed   {found.signer.word.value}, by {found.signer.signer}"))
     for fault in found.faults:

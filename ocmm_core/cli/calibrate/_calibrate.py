@@ -30,7 +30,6 @@ from ocmm_core.cli.terminal import (
     SpeedOption,
     TipOption,
     make_console,
-    say,
 )
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.errors import CalibrationError
@@ -126,7 +125,7 @@ def cameras(
     outcome = procedure.view.outcome
     if outcome is not None:
         print_calibration(console, outcome)
-    finish(procedure, site, decision, say("calibrated from known points"), console)
+    finish(procedure, site, decision, "calibrated from known points", console)
     store_in_cameras(site, source, rig, force, console)
 
 

@@ -81,7 +81,8 @@ def mount_tip(
     store = _store(probe, probes)
     store.mount(tip, who, datetime.now(UTC))
     status = store.status(tip, datetime.now(UTC))
-    _say(make_console(), say(f"Tip '{tip}' is mounted. {status.reason} {status.remedy}"))
+    mounted = say(f"Tip '{tip}' is mounted.")
+    _say(make_console(), f"{mounted} {say(status.reason)} {say(status.remedy)}".rstrip())
 
 
 def _store(probe: Path, folder: Path | None) -> ProbeStore:
@@ -128,7 +129,7 @@ def _print_tip(console: Console, state: TipState) -> None:
 
 
 def _warmth(celsius: float | None) -> str:
-    return "" if celsius is None else f" at {celsius:.1f} C"
+    return "" if celsius is None else " " + say(f"at {celsius:.1f} C")
 
 
 def _say(console: Console, text: str) -> None:

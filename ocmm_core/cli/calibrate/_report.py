@@ -122,7 +122,7 @@ def _print_session(console: Console, record: VerificationRecord) -> None:
     for corner in record.corners:
         if not corner.reached:
             why = corner.reason or say("no reason given")
-            _say(console, say(f"         {corner.name}: not reached, {why}"))
+            _say(console, f"         {corner.name}: {say('not reached')}, {why}")
     for seat in record.repeats:
         shift = 1e3 * float(np.linalg.norm(seat.shift_mm))
         _say(
@@ -179,14 +179,14 @@ def print_status(console: Console, document: Path, folder: Path, now: datetime) 
 def evidence_words(store: RecordStore[Any], about: str | None = None) -> str:
     """Return what was read again and found whole."""
     wanted = store.wanted(about)
-    records = sum(one.is_record for one in wanted)
-    sessions = len(wanted) - records
+    n_events, n_records = len(store.events), sum(one.is_record for one in wanted)
+    n_sessions = len(wanted) - n_records
     lost = sum(len(event.lost) for event in store.events)
     before = f"; {lost} lost earlier, see the history" if lost else ""
-    return say(
-        f"whole: history of {_counted(len(store.events), 'event')}, {_counted(records, 'record')}, "
-        f"{_counted(sessions, 'session')}{before}"
-    )
+    events = say(f"{n_events:d} event{'' if n_events == 1 else 's'}")
+    records = say(f"{n_records:d} record{'' if n_records == 1 else 's'}")
+    sessions = say(f"{n_sessions:d} session{'' if n_sessions == 1 else 's'}")
+    return say(f"whole: history of {events}, {records}, {sessions}{before}")
 
 
 def print_history(console: Console, store: CalibrationStore) -> None:
@@ -230,10 +230,6 @@ def _print_comparison(console: Console, found: CalibrationComparison) -> None:
             f"{1e3 * found.length_sigma_before_mm:.1f} um)."
         ),
     )
-
-
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def _say(console: Console, text: str) -> None:

@@ -36,7 +36,7 @@ from ocmm_core.calibration.records import (
 from ocmm_core.calibration.relocation import BAR, RelocationProcedure
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig, load_rig
-from ocmm_core.cli.terminal import lead, say
+from ocmm_core.cli.terminal import lead, say, say_later
 from ocmm_core.composition import (
     DEMO_PLAN,
     SOURCES,
@@ -109,7 +109,7 @@ def continued(
             # nobody measures at: its observations are of no use any more.
             if not is_ended(path):
                 console.print(
-                    say(f"{lead('Left out ')}{say(error.what)}"),
+                    f"{lead('Left out ')}{say(error.what)}",
                     style="dim",
                     highlight=False,
                     markup=False,
@@ -228,7 +228,7 @@ def collect(
                         retake_misplaced(procedure, console)
                     view = procedure.base
                     step, hint = view.step, view.live.hint
-                    said = f"{step.title}: {hint}" if hint else step.title
+                    said = f"{say(step.title)}: {say(hint)}" if hint else say(step.title)
                     progress.update(
                         task, description=said, completed=step.done, total=step.wanted or None
                     )
@@ -243,7 +243,10 @@ def collect(
     if procedure.base.current < last:
         view = procedure.base
         hint = view.live.hint
-        why = say(f"{view.step.gate.reason} At its end: {hint}") if hint else view.step.gate.reason
+        why = view.step.gate.reason
+        if hint:
+            # English, as every error is; it is shown in the reader's language as a whole.
+            why = say_later(f"{view.step.gate.reason} At its end: {hint}")
         if status.internal:
             raise status.error(
                 "calibrate.source", "All observations are stored: start the command again."

@@ -9,7 +9,14 @@ import typer
 from rich.console import Console
 
 from ocmm_core.cli.bus import BusOption
-from ocmm_core.cli.terminal import CalibrationsOption, ForceOption, RigOption, make_console, say
+from ocmm_core.cli.terminal import (
+    CalibrationsOption,
+    ForceOption,
+    RigOption,
+    make_console,
+    say,
+    told,
+)
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import OcmmError
 
@@ -67,10 +74,8 @@ def write_accepted(
             write_to_cameras(record, bus.objects)
     except OcmmError as error:
         console.print(
-            say(
-                f"The cameras could not store its intrinsics: {error.what} {error.remedy} Then: "
-                f"ocmm calibrate write-cameras --source {source}"
-            ),
+            f"{say('The cameras could not store its intrinsics:')} {told(error)} {say('Then:')} "
+            f"ocmm calibrate write-cameras --source {source}",
             style="yellow",
             highlight=False,
             markup=False,

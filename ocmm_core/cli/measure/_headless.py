@@ -180,9 +180,8 @@ def print_verdict(console: Console, view: JobView) -> None:
         console.print(say(reason), style="bold yellow", highlight=False, markup=False)
     verdict = view.part_verdict.verdict
     style = "" if verdict is None else _STYLE[verdict]
-    console.print(
-        say_word(view.part_verdict.word.value), style=style, highlight=False, markup=False
-    )
+    # English in every language: scripts read it.
+    console.print(view.part_verdict.word.value, style=style, highlight=False, markup=False)
 
 
 def print_states(console: Console, view: JobView) -> None:
@@ -236,7 +235,7 @@ def exit_code(view: JobView) -> int:
 def missing_sentences(view: JobView, job_path: Path, *, written: bool) -> str:
     """Return what is missing in a job that has all its points or was left so, and what to do."""
     missing = ", ".join(view.part_verdict.missing)
-    said = say(f"{INCOMPLETE}: {missing} not measured.")
+    said = f"{say_word(INCOMPLETE)}: {missing} {say('not measured.')}"
     if written:
         return said
     return f"{said} " + say(f"No report written; ocmm report {job_path} --incomplete writes one.")
@@ -244,9 +243,10 @@ def missing_sentences(view: JobView, job_path: Path, *, written: bool) -> str:
 
 def _header(header: JobHeader) -> str:
     """Return operator, serial number, and order and batch where they are given, on one line."""
-    named = {"order": header.order, "batch": header.batch}
-    beside = [f"{word} {name}" for word, name in named.items() if name]
-    return ", ".join([f"operator {header.operator}", f"serial {header.serial}", *beside])
+    beside = {"order": header.order, "batch": header.batch}
+    named = {"operator": header.operator, "serial": header.serial}
+    named |= {word: name for word, name in beside.items() if name}
+    return ", ".join(f"{say_word(word)} {name}" for word, name in named.items())
 
 
 def _wait(built: BuiltStation, console: Console) -> None:
@@ -265,7 +265,7 @@ def _wait(built: BuiltStation, console: Console) -> None:
             missing = station.job.missing()
             left = sum(count for _, count in missing)
             doing = f"{lead('Probing ')}{missing[0][0]}" if missing else say("Finishing")
-            slow = station.looks.acquisition().pace_words
+            slow = say(station.looks.acquisition().pace_words)
             progress.update(
                 task, completed=total - left, description=f"{slow} {doing}" if slow else doing
             )
@@ -331,7 +331,7 @@ def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> Ocm
 def _print_error(built: BuiltStation, console: Console, error: OcmmError) -> None:
     # What ends the command is told at its end.
     if built.station.faults.measuring is None:
-        console.print(Text.assemble((shown(error.what), "red"), " ", shown(error.remedy)))
+        console.print(Text.assemble((shown(say(error.what)), "red"), " ", shown(say(error.remedy))))
 
 
 def _print_refusal(console: Console, refusal: Refusal) -> None:

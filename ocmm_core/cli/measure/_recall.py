@@ -14,6 +14,7 @@ from rich.table import Table
 from ocmm_core.cli.measure._pages import print_pages
 from ocmm_core.cli.terminal import (
     computing,
+    heads,
     lead,
     make_console,
     progress_line,
@@ -167,7 +168,7 @@ def show_recall(console: Console, record: RecallRecord) -> None:
         worst_first,
     )
 
-    console.print(headline(record), style="bold", highlight=False)
+    console.print(say(headline(record)), style="bold", highlight=False)
     for sentence in not_judged(record):
         console.print(say(sentence), style="yellow", highlight=False, markup=False)
     if not record.jobs:
@@ -177,7 +178,7 @@ def show_recall(console: Console, record: RecallRecord) -> None:
     if not record.made_by:
         console.print(say("--by NAME releases the points whose verdicts hold."), highlight=False)
     table = Table(box=box.SIMPLE_HEAD)
-    for name in COLUMNS:
+    for name in heads(*COLUMNS):
         table.add_column(name, overflow="fold")
     for job in worst_first(record.jobs):
         name = Path(job.path).stem

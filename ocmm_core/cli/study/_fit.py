@@ -250,8 +250,7 @@ def _print_rival(console: Console, fit: Fit) -> None:
     for word, one in ((say_later("The one above:"), fit), (say_later("The other one:"), fit.rival)):
         centre = ", ".join(f"{value:.6f}" for value in one.point)
         console.print(
-            say(
-                f"{word} {sizes_in_words(one)}, at {centre}; rms of the residuals {one.rms:.9f} mm."
-            ),
+            f"{say(word)} {sizes_in_words(one)}, "
+            + say(f"at {centre}; rms of the residuals {one.rms:.9f} mm."),
             highlight=False,
         )
