@@ -243,30 +243,40 @@ def _children() -> dict[int, str]:
 
     Ended children that nobody waited for are Python's own ResourceWarning, an error here.
     """
+    found = _children_of(os.getpid())
+    servers = [pid for pid, command in found.items() if "multiprocessing.forkserver" in command]
+    for pid, command in list(found.items()):
+        # These live as long as the interpreter; what a server has started does not.
+        if pid in servers or "resource_tracker" in command:
+            del found[pid]
+    for server in servers:
+        found |= _children_of(server)
+    return found
+
+
+def _children_of(parent: int) -> dict[int, str]:
     found: dict[int, str] = {}
-    for process in _processes():
+    for process in _processes(parent):
         try:
             # The name stands in brackets and may hold blanks and brackets itself.
             stat = (process / "stat").read_text()
-            state, parent = stat.rpartition(")")[2].split()[:2]
+            state, its_parent = stat.rpartition(")")[2].split()[:2]
             command = (process / "cmdline").read_bytes().replace(b"\0", b" ").decode()
         except (OSError, UnicodeDecodeError):
             continue
-        # multiprocessing keeps these for as long as the interpreter lives.
-        kept = "resource_tracker" in command or "multiprocessing.forkserver" in command
-        if int(parent) == os.getpid() and state != "Z" and not kept:
+        if int(its_parent) == parent and state != "Z":
             found[int(process.name)] = command.strip()
     return found
 
 
-def _processes() -> Iterator[Path]:
-    """Return the processes among which the children are."""
+def _processes(parent: int) -> Iterator[Path]:
+    """Return the processes among which the children of one are."""
     processes = Path("/proc")
     if not Path("/proc/thread-self/children").exists():
         # A kernel that keeps no such lists: all of the computer, which takes milliseconds a test.
         yield from (stat.parent for stat in processes.glob("[0-9]*/stat"))
         return
-    for thread in Path("/proc/self/task").glob("*/children"):
+    for thread in (processes / str(parent) / "task").glob("*/children"):
         # A thread that ended meanwhile has given its children to another one.
         with suppress(OSError):
             yield from (processes / pid for pid in thread.read_text().split())
