@@ -31,7 +31,7 @@ def print_linearity(console: Console, found: LinearityReport) -> None:
     for part, value, bias, line, band in zip(
         found.parts, study.references, found.biases, lines, study.bands, strict=True
     ):
-        inside = "yes" if abs(line) <= band else "NO"
+        inside = say_word("yes") if abs(line) <= band else say_word("NO")
         table.add_row(
             part, f"{value:.4f}", str(len(bias)), f"{1e3 * bias.mean():+.2f}",
             f"{1e3 * line:+.2f}", f"{1e3 * band:.2f}", inside,

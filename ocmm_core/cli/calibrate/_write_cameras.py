@@ -74,8 +74,8 @@ def write_accepted(
             write_to_cameras(record, bus.objects)
     except OcmmError as error:
         console.print(
-            f"{say('The cameras could not store its intrinsics:')} {told(error)} {say('Then:')} "
-            f"ocmm calibrate write-cameras --source {source}",
+            f"{say('The cameras could not store its intrinsics:')} {told(error)} "
+            + say(f"Then: ocmm calibrate write-cameras --source {source}"),
             style="yellow",
             highlight=False,
             markup=False,
