@@ -54,7 +54,7 @@ def write_cameras(
             write_to_cameras(record, bus.objects)
         blocker = compare_with_cameras(record, bus.objects)
     if blocker is not None:
-        console.print(str(blocker), highlight=False)
+        console.print(told(blocker), highlight=False)
         raise typer.Exit(1)
     _print_stored(record, console)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 import io
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -21,17 +22,23 @@ from ocmm_core.acceptance import InterimCheck, interim_chart
 from ocmm_core.calibration.records import Corner
 from ocmm_core.cli import app
 from ocmm_core.cli.acceptance._interim import _print as print_interim
+from ocmm_core.cli.acceptance._msa_report import print_study
 from ocmm_core.cli.calibrate._report import _print_session
+from ocmm_core.cli.calibrate._write_cameras import write_accepted
 from ocmm_core.cli.measure import missing_sentences, print_verdict
 from ocmm_core.cli.study._fit import _print_rival
 from ocmm_core.cli.terminal import PlainConsole, _speech
+from ocmm_core.documents import resource
+from ocmm_core.errors import CalibrationError
 from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import Shape
+from ocmm_core.studies import plan_study, study_of
 from ocmm_core.tolerances.decisions import PartWord
 from ocmm_core.wording import load_translation
 from tests.core.calibration.fresh_tips import TIP, Tips
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.features.shape_samples import ideal_points
+from tests.core.studies.study_site import jobs_of
 from tests.generated_jobs import generated_job
 
 COMMANDS = Path(__file__).resolve().parents[3] / "ocmm_core" / "cli"
@@ -141,6 +148,48 @@ def test_a_study_is_planned_and_asked_for(tmp_path: Path) -> None:
     assert "0 von 30" in asked
     assert "Next" not in asked
     assert "0 von 30" in run("msa", "run", study, "--out", jobs, "--most", "0")
+
+
+def test_a_study_of_jobs_is_printed() -> None:
+    plan = plan_study("GRR", [f"{one:02}" for one in range(1, 11)], ["Ann", "Bob", "Cid"], 2, 1)
+    console = page()
+    print_study(console, study_of(plan, jobs_of(plan)))
+    said = printed(console)
+    assert "10 Werkstücke, 3 Bediener, 2 Wiederholungen; 60 von 60 gemessen" in said
+    assert "Standard deviations" not in said
+
+
+def test_cameras_that_store_nothing_are_told_with_what_to_do() -> None:
+    console = page()
+    record = make_record()
+    write_accepted(
+        record, "replay:none.h5", resource("rigs", "recommended.toml"), console, force=False
+    )
+    said = " ".join(printed(console).split())
+    assert said.startswith("Die Kameras konnten die inneren Parameter nicht speichern: ")
+    assert said.endswith(" Danach: ocmm calibrate write-cameras --source replay:none.h5")
+
+
+def test_a_source_that_ended_too_early_is_told_as_a_whole() -> None:
+    error = CalibrationError(
+        "calibrate.incomplete",
+        "Wave the probe: the source ended. 12 poses to go. At its end: Control point 'A' was not "
+        "touched.",
+        "Start the command again: it continues this session.",
+    )
+    assert "Die Quelle endete. Noch 12 Lagen. Am Ende: " in _speech.told(error)
+
+
+def test_points_of_a_test_are_planned() -> None:
+    said = run("acceptance", "plan", "INTERIM")
+    assert re.search(r"^ +1  .*: \d+ Punkte, \(.*\) bis \(", said, re.MULTILINE), said
+
+
+@pytest.mark.slow
+def test_coverage_is_counted() -> None:
+    plan = resource("plans", "quick.toml")
+    said = run("study", "coverage", "--runs", "2", "--plan", plan, "--workers", "1")
+    assert said.startswith("2 Läufe")
 
 
 def test_tests_are_listed_and_a_broken_session_is_left_out(tmp_path: Path) -> None:
