@@ -93,7 +93,7 @@ def send(
                     box.put(path)
                 except OcmmError as error:
                     code = 1
-                    console.print(str(error), style="yellow", highlight=False, markup=False)
+                    console.print(told(error), style="yellow", highlight=False, markup=False)
         if not follow:
             send_now(place, box)
     if follow:

@@ -141,7 +141,7 @@ def _maintain(
             raise BusError("bus.maintenance", "The process does not start.", "Try again.")
         process.stdin.write(first_lines)
         process.stdin.flush()
-        with bar(console, "Sending") as told:
+        with bar(console, say("Sending")) as told:
             for line in process.stdout:
                 news = msgspec.json.decode(line, type=MaintenanceNews)
                 words = news.words or words
@@ -156,4 +156,4 @@ def _maintain(
             if image is None
             else "The firmware that the camera had still runs.",
         )
-    console.print(words, highlight=False)
+    console.print(say(words), highlight=False)

@@ -268,9 +268,9 @@ def _read_all(
             continue
         read.append(one)
         for doubt in one.doubts:
-            told = f"{one.path.name}: {doubt}"
-            console.print(told, style="yellow", highlight=False, markup=False)
-        console.print(f"{one.path.stem}: {one.words}", highlight=False, markup=False)
+            line = f"{one.path.name}: {say(doubt)}"
+            console.print(line, style="yellow", highlight=False, markup=False)
+        console.print(f"{one.path.stem}: {say(one.words)}", highlight=False, markup=False)
     return read, faults
 
 
