@@ -55,6 +55,12 @@ def test_a_camera_forgets_its_errors_and_says_how_many(ocmm: Ocmm) -> None:
     assert "Camera 'left' forgot 0 error(s); 0 left." in done.stdout
 
 
+def test_a_camera_is_found_by_its_light(ocmm: Ocmm) -> None:
+    done = ocmm("camera", "identify", "left", *VIRTUAL)
+    assert done.returncode == 0, done.stderr
+    assert "Camera 'left' blinks for " in done.stdout
+
+
 def test_an_alias_of_another_camera_is_refused(ocmm: Ocmm) -> None:
     done = ocmm("camera", "alias", "left", "12", *VIRTUAL)
     assert done.returncode == 2
