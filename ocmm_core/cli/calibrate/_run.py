@@ -294,7 +294,7 @@ def decide(
 ) -> ProcedureDecision:
     """Accept the result, keep the old one, or leave the session open for a later decision."""
     if accept is None and console.is_terminal:
-        accept = console.input(say("Accept it? [y/n] ")).strip().lower().startswith("y")
+        accept = is_yes(console.input(say("Accept it? [y/n] ")))
     if accept is None:
         console.print(
             say(f"Session  {procedure.base.session}: waiting for --accept or --keep."),
@@ -305,6 +305,11 @@ def decide(
     else:
         procedure.keep(_now(), reason)
     return procedure.base.decision
+
+
+def is_yes(answer: str) -> bool:
+    """Return whether an answer is yes or ja: who is asked in German answers in it."""
+    return answer.strip().lower().startswith(("y", "j"))
 
 
 def is_open(view: ProcedureView) -> bool:

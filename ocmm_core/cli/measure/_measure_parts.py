@@ -7,7 +7,7 @@ from rich.console import Console
 from ocmm_core.cli.terminal import say
 from ocmm_core.errors import MeasuringError
 
-_NO = ("q", "quit", "n", "no")
+_NO = ("q", "quit", "n", "no", "nein")
 
 
 def await_part(console: Console, number: int, parts: int, serial: str, *, replayed: bool) -> None:

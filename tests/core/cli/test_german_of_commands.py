@@ -24,6 +24,7 @@ from ocmm_core.cli import app
 from ocmm_core.cli.acceptance._interim import _print as print_interim
 from ocmm_core.cli.acceptance._msa_report import print_study
 from ocmm_core.cli.calibrate._report import _print_session
+from ocmm_core.cli.calibrate._run import is_yes
 from ocmm_core.cli.calibrate._write_cameras import write_accepted
 from ocmm_core.cli.measure import missing_sentences, print_verdict
 from ocmm_core.cli.study._fit import _print_rival
@@ -198,6 +199,14 @@ def test_tests_are_listed_and_a_broken_session_is_left_out(tmp_path: Path) -> No
     said = run("acceptance", "status", "--folder", tmp_path)
     assert "Weggelassen " in said
     assert "Left out" not in said
+
+
+@pytest.mark.parametrize(
+    ("answer", "accepted"),
+    [("y", True), ("Ja", True), (" j ", True), ("n", False), ("nein", False), ("", False)],
+)
+def test_who_is_asked_in_german_answers_in_german(answer: str, accepted: bool) -> None:
+    assert is_yes(answer) is accepted
 
 
 def _names(tree: ast.AST, inside: set[str]) -> Iterator[ast.Call]:

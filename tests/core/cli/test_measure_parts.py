@@ -27,7 +27,7 @@ def test_enter_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "restarts from the beginning" in ask("\n", monkeypatch, replayed=True)
 
 
-@pytest.mark.parametrize("said", ["q\n", " Q \n", "no\n", ""])
+@pytest.mark.parametrize("said", ["q\n", " Q \n", "no\n", "Nein\n", ""])
 def test_anything_that_means_no_ends_here(said: str, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(MeasuringError) as caught:
         ask(said, monkeypatch)
