@@ -76,4 +76,4 @@ def print_mended(done: Sequence[Mended], what: str, console: Console) -> None:
         if one.complaint:
             console.print(f"  {say('Not done:')} {one.change.place}: {say(one.complaint)}")
     good = sum(not one.complaint for one in done)
-    console.print(say(f"{good} of {len(done)} {what}."))
+    console.print(f"{say(f'{good:d} of {len(done)}')} {what}.")

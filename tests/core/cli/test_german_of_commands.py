@@ -27,8 +27,10 @@ from ocmm_core.cli.calibrate._report import _print_session
 from ocmm_core.cli.calibrate._run import is_yes
 from ocmm_core.cli.calibrate._write_cameras import write_accepted
 from ocmm_core.cli.measure import missing_sentences, print_verdict
+from ocmm_core.cli.station._page import print_mended
 from ocmm_core.cli.study._fit import _print_rival
 from ocmm_core.cli.terminal import PlainConsole, _speech
+from ocmm_core.doctor import Mended, SystemChange
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.features.measured import fit_shape
@@ -106,6 +108,19 @@ def test_a_corner_that_was_not_reached_is_told_with_the_reason_as_it_was_typed()
     said = printed(console)
     assert "X- Y+ Z-: nicht erreicht, a post stands there" in said
     assert "X+ Y+ Z-: nicht erreicht, kein Grund angegeben" in said
+
+
+def test_what_was_mended_is_counted() -> None:
+    change = msgspec.json.decode(
+        b'{"kind": "kernel file", "place": "/sys/a", "before": "0", "after": "1"}',
+        type=SystemChange,
+    )
+    done = [Mended(change), Mended(change, complaint="Permission denied")]
+    console = page()
+    print_mended(done, _speech.say("taken back"), console)
+    assert printed(console) == (
+        "  Nicht ausgeführt: /sys/a: Keine Berechtigung\n1 von 2 zurückgenommen.\n"
+    )
 
 
 def test_one_event_is_one() -> None:
