@@ -124,7 +124,7 @@ def _wave_gate(state: RelocationState) -> Gate:
 def _bar_gate(state: RelocationState, sigma: float | None) -> Gate:
     missing = state.begun.bars_wanted - state.placements
     if missing > 0:
-        return Gate(False, f"{missing} bar placements to go.", "Keep showing the bar.")
+        return Gate(False, f"{missing:d} bar placements to go.", "Keep showing the bar.")
     limit = state.begun.length_limit_mm
     if sigma is not None and sigma > limit:
         return Gate(

@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ocmm_core.archive.questions import ArchiveAnswer
-from ocmm_core.cli.terminal import say
+from ocmm_core.cli.terminal import say, say_word
 from ocmm_core.tolerances.decisions import PartWord, Verdict
 
 _STYLES = {
@@ -38,7 +38,9 @@ def print_answer(console: Console, answer: ArchiveAnswer) -> None:
             counted = [part for part in trend.parts if part.value is not None]
             for index, why in trend.chart.signals[-8:]:
                 console.print(
-                    f"{counted[index].job}: {why.rule}, {why.value}.", highlight=False, markup=False
+                    f"{counted[index].job}: {say_word(why.rule)}, {say_word(why.value)}.",
+                    highlight=False,
+                    markup=False,
                 )
     if answer.study is not None:
         console.print(say(f"Gauge R&R: {answer.study.word}."), highlight=False, markup=False)

@@ -194,6 +194,8 @@ def test_a_source_that_ended_too_early_is_told_as_a_whole() -> None:
         "Start the command again: it continues this session.",
     )
     assert "Die Quelle endete. Noch 12 Lagen. Am Ende: " in _speech.told(error)
+    error = CalibrationError("a.b", "Show the bar: the source ended. 3 bar placements to go.", "")
+    assert _speech.told(error) == "Show the bar: Die Quelle endete. Noch 3 Maßstablagen."
 
 
 def test_points_of_a_test_are_planned() -> None:
