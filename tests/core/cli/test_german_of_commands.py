@@ -203,13 +203,6 @@ def test_points_of_a_test_are_planned() -> None:
     assert re.search(r"^ +1  .*: \d+ Punkte, \(.*\) bis \(", said, re.MULTILINE), said
 
 
-@pytest.mark.slow
-def test_coverage_is_counted() -> None:
-    plan = resource("plans", "quick.toml")
-    said = run("study", "coverage", "--runs", "2", "--plan", plan, "--workers", "1")
-    assert said.startswith("2 Läufe")
-
-
 def test_tests_are_listed_and_a_broken_session_is_left_out(tmp_path: Path) -> None:
     assert "LENGTH-7x5" in run("acceptance", "list")
     (tmp_path / "broken.chain").write_text("nothing\n", encoding="utf-8")
