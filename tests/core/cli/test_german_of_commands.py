@@ -252,7 +252,7 @@ def kept_in_a_language(source: str) -> list[str]:
             if name not in _KEEPING and not name.endswith("Error"):
                 continue
             for given in (*call.args, *(one.value for one in call.keywords)):
-                inner = [*_names(given, _SAYING)]
+                inner: list[ast.expr] = [*_names(given, _SAYING)]
                 inner += [n for n in ast.walk(given) if isinstance(n, ast.Name) and n.id in said]
                 found += [ast.unparse(one) for one in inner]
     return found
