@@ -64,8 +64,8 @@ def judge_in_cone(state: TouchState, touch: RestingTouch) -> str:
         return ""
     missing = np.array([one.handle_world for one in progress.attitudes if one.point is None])
     if float((missing @ handle).max()) < np.cos(CONE_TOLERANCE):
-        wanted = progress.attitudes[progress.next_attitude].name
-        return f"Keep the ball in the cone and hold the probe {wanted}."
+        hold = progress.attitudes[progress.next_attitude].name
+        return f"Keep the ball in the cone and hold the probe {hold}."
     return ""
 
 
@@ -87,8 +87,9 @@ def attitudes_gate(state: TouchState) -> Gate:
     missing = sum(one.point is None for one in attitudes)
     if wanted is None:
         return OPEN
+    hold = attitudes[wanted].name
     return Gate(
         False,
         f"{missing} of {len(attitudes)} attitudes in the cone to go.",
-        f"Keep the ball in the cone and hold the probe {attitudes[wanted].name}.",
+        f"Keep the ball in the cone and hold the probe {hold}.",
     )
