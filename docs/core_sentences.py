@@ -40,7 +40,8 @@ _SENTENCE_PARTS = _set(
     "doubt doubts doing next_words reference_reason broken warning judgement gap absent"
 )
 _WORD_PARTS = _set(
-    "value word words status state kind shape strerror quantity verdict when lower hold"
+    "value word words status state kind shape strerror quantity verdict when lower hold "
+    "depth_part wanted_part"
 )
 _WORD_KEYWORDS = _set("words title point_word direction_word name_words label")
 

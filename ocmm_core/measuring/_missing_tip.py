@@ -64,10 +64,10 @@ def explain_reference(seen: ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
             "Clear the line of sight to all its LEDs and cover reflections.",
             time_s,
         )
-    who = _who_sees_nothing(body, worst, rig, "the reference body", "", "R")
+    why = _who_sees_nothing(body, worst, rig, "the reference body", "", "R")
     return Refusal(
         RefusalCode.REFERENCE,
-        f"Reference body not visible. {who}",
+        f"Reference body not visible. {why}",
         "Keep hand and probe out of the line of sight to its LEDs, then touch again.",
         time_s,
     )
