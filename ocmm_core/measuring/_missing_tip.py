@@ -86,10 +86,9 @@ def _who_sees_nothing(
         return f"The cameras do not see {what}."
     parts = []
     for camera, leds in zip(rig.cameras, hidden, strict=True):
-        if leds.all():
-            parts.append(f"Camera {camera.name} does not see {what}.")
-        elif leds.any():
+        if leds.any():
             numbers = ", ".join(f"{each}{led + 1}" for led in np.flatnonzero(leds))
-            parts.append(f"Camera {camera.name} does not see {before}{numbers}.")
+            absent = what if leds.all() else f"{before}{numbers}"
+            parts.append(f"Camera {camera.name} does not see {absent}.")
     # Whole sentences: what is joined from halves is known in no other language.
     return " ".join(parts) or "Too few targets are seen by two cameras."
