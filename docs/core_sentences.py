@@ -41,7 +41,7 @@ _SENTENCE_PARTS = _set(
 )
 _WORD_PARTS = _set(
     "value word words status state kind shape strerror quantity verdict when lower hold "
-    "depth_part wanted_part"
+    "depth_part wanted_part side"
 )
 _WORD_KEYWORDS = _set("words title point_word direction_word name_words label")
 

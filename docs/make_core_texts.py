@@ -47,7 +47,7 @@ COMPOSED = (
     "{count:n} of {total:n} {verdict:k}", "{count:n} {verdict:k}",
     "{count:n} {verdict:k}, {count_2:n} {verdict_2:k}",
     "{count:n} {verdict:k}, {count_2:n} {verdict_2:k}, {count_3:n} {verdict_3:k}",
-    "upright",
+    "upright", "left", "right", "front", "back",
     "NOT CONFORM: {names}", "NOT PROVEN: {names}", "INCOMPLETE: {names}", "NOT MEASURED: {names}",
 )  # fmt: skip
 
