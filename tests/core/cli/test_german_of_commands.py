@@ -182,7 +182,7 @@ def test_cameras_that_store_nothing_are_told_with_what_to_do() -> None:
         record, "replay:none.h5", resource("rigs", "recommended.toml"), console, force=False
     )
     said = " ".join(printed(console).split())
-    assert said.startswith("Die Kameras konnten die inneren Parameter nicht speichern: ")
+    assert said.startswith("Die Kameras konnten die Abbildungsparameter nicht speichern: ")
     assert said.endswith(" Danach: ocmm calibrate write-cameras --source replay:none.h5")
 
 
