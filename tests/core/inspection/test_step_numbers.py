@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from ocmm_core.errors import InputError
 from ocmm_core.inspection.step import _solid_mesh as mesh
 from ocmm_core.inspection.step import _surface_kernel as kernel
+from ocmm_core.inspection.step._document import read_document
 from ocmm_core.inspection.step._edge_steps import (
     BEND_RAD,
     DEFLECTION_MM,
@@ -19,7 +22,7 @@ from ocmm_core.inspection.step._library import explored, is_turned
 from ocmm_core.inspection.step._raw_faces import faces_of, faces_with_surface, rims_of
 from ocmm_core.inspection.step._surface_splines import surface_of
 from ocmm_core.part_model import bezier_surface, places_at
-from tests.core.inspection.odd_step_models import bored
+from tests.core.inspection.odd_step_models import bored, put_by_operator
 from tests.host import needs_package
 
 
@@ -152,3 +155,35 @@ def test_a_spline_is_that_of_the_library_also_where_its_knots_go_beyond_it(
         truth = surface.Value(u, v)
         # Some 60 mm: their last bits.
         assert place == pytest.approx([truth.X(), truth.Y(), truth.Z()], abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("scale", "axis3", "says"),
+    [
+        ("2.", "0.,0.,1.", r"scales \(by 2\)"),
+        ("25.4", "0.,0.,1.", r"scales \(by 25.4\)"),
+        ("-1.", "0.,0.,1.", r"scales \(by -1\)"),
+        ("1.", "0.,0.,-1.", "mirrors"),
+        ("$", "0.,0.,-1.", "mirrors"),
+    ],
+)
+def test_bodies_that_are_scaled_or_mirrored_where_they_are_put_are_refused(
+    scale: str, axis3: str, says: str, tmp_path: Path
+) -> None:
+    """The library makes half of what is twice as large, and turns what is mirrored."""
+    needs_package("OCP", "the extra 'step'")
+    path = put_by_operator(tmp_path / "put.step", bored(), scale, axis3)
+    with pytest.raises(InputError, match=says) as refused:
+        read_document(str(path), lambda _: None)
+    assert "not as a mirrored or scaled copy" in refused.value.remedy
+
+
+@pytest.mark.parametrize("scale", ["1.", "$"])
+def test_bodies_that_are_put_elsewhere_are_there(scale: str, tmp_path: Path) -> None:
+    needs_package("OCP", "the extra 'step'")
+    path = put_by_operator(tmp_path / "put.step", bored(), scale, "0.,0.,1.", 1000.0)
+    faces, _ = faces_with_surface(read_document(str(path), lambda _: None).shape)
+    found, _ = faces_of(faces, lambda _: None, EdgeSteps())
+    (bore,) = [one.face for one in found if one.face.shape == "Cylinder"]
+    assert bore.inner
+    assert bore.point == pytest.approx((1020.0, 20.0, 0.0), abs=1e-9)
