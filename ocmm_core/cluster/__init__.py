@@ -4,9 +4,10 @@ In: a function of a module, the things it is about, bytes that it needs. Out: wh
 thing, in their order, the same digits however many workers there are.
 
 Read `_site` (where the work is done, and what may not be), `_tasks` (the one function, and which
-way it takes), `_over_dask` (a scheduler and its workers; lost ones are made up for), `_contents`
-(bytes that go there), `_worker` (what runs there), `_sentences`. It must not know what is
-computed; a seed belongs to the task, never to a worker.
+way it takes), `_over_dask` (a scheduler and its workers), `_open_tasks` (what is given out; lost
+workers are made up for), `_contents` (bytes that go there), `_scheduler` (who is there),
+`_worker` (what runs there), `_sentences`. It must not know what is computed; a seed belongs to the
+task, never to a worker.
 """
 
 from __future__ import annotations

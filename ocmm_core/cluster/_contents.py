@@ -63,6 +63,17 @@ class Contents:
         for sha256 in idle[:-_IDLE]:
             del self.kept[sha256], self.users[sha256]
 
+    def forget_failed(self, hashes: Sequence[str]) -> None:
+        """Keep nothing of what no worker could keep: it goes with the next task that needs it.
+
+        Kept, it would fail each task that needs it from then on.
+        """
+        for sha256 in hashes:
+            future = self.kept.get(sha256)
+            if future is not None and future.status == "error":
+                del self.kept[sha256]
+                self.seen.pop(sha256, None)
+
     def clear(self) -> None:
         """Keep nothing any more."""
         self.kept.clear()

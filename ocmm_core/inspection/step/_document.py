@@ -8,10 +8,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from ocmm_core.errors import InputError
 from ocmm_core.inspection.step._edge_steps import EdgeSteps
 from ocmm_core.inspection.step._library import SameShape, explored, static
 
 _LONGEST = 200
+_OPERATOR = b"CARTESIAN_TRANSFORMATION_OPERATOR"
+"""What may scale and mirror; placements of the usual kind cannot."""
+_SAME_SCALE = 1e-9
 _LARGE_BYTES = 8_000_000
 _OUTLINES = re.compile(rb"FACE(?:_SURFACE)?\s*\(\s*'[^']*'\s*,\s*\(([#0-9,\s]*)\)")
 _MANY_OUTLINES = 200
@@ -75,6 +81,8 @@ def read_document(path: str, doing: Callable[[str], None]) -> StepDocument:
         The extra is not installed.
     ValueError
         The file is not complete, or contains no shape.
+    InputError
+        It scales or mirrors bodies.
     """
     import OCP.collections as held
     from OCP.IFSelect import IFSelect_RetDone
@@ -98,8 +106,12 @@ def read_document(path: str, doing: Callable[[str], None]) -> StepDocument:
         msg = "not a complete STEP file"
         raise ValueError(msg)
     # Only now: to read a file sets back what is to be mended.
-    if most_outlines(Path(path).read_bytes()) > _MANY_OUTLINES:
+    content = Path(path).read_bytes()
+    if most_outlines(content) > _MANY_OUTLINES:
         _without_crossings(reader)
+    if _OPERATOR in content.upper():
+        _refuse_scaled_and_mirrored(reader.Reader().Model())
+    del content
     doing("the shapes of the file")
     if not reader.Transfer(document):
         msg = "contains no shape"
@@ -110,6 +122,32 @@ def read_document(path: str, doing: Callable[[str], None]) -> StepDocument:
     whole = _together([static(shapes, "GetShape")(label) for label in _items(free)])
     doing("names, colours and layers")
     return StepDocument(whole, document, _all_said(document, shapes), reader)
+
+
+def _refuse_scaled_and_mirrored(model: Any) -> None:
+    """Refuse a model that puts bodies at another scale, or mirrored, where it places them.
+
+    The library divides by the scale where it should multiply, and turns what should be mirrored.
+    """
+    for index in range(1, model.NbEntities() + 1):
+        entity = model.Value(index)
+        if type(entity).__name__ != "StepGeom_CartesianTransformationOperator3d":
+            continue
+        axes = [
+            [given.DirectionRatiosValue(k) for k in (1, 2, 3)] if given is not None else usual
+            for given, usual in zip(
+                (entity.Axis1(), entity.Axis2(), entity.Axis3()), np.eye(3).tolist(), strict=True
+            )
+        ]
+        scale = entity.Scale() if entity.HasScale() else 1.0
+        is_right_handed = float(np.linalg.det(np.array(axes))) > 0.0
+        if not (abs(scale - 1.0) <= _SAME_SCALE and is_right_handed):
+            how = "mirrors" if abs(scale - 1.0) <= _SAME_SCALE else f"scales (by {scale:g})"
+            raise InputError(
+                "plan.step",
+                f"it {how} bodies where it places them, which the library gets wrong.",
+                "Export each body as it is, not as a mirrored or scaled copy of another.",
+            )
 
 
 def most_outlines(content: bytes) -> int:

@@ -12,9 +12,11 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.step import _surface_kernel as kernel
 from ocmm_core.inspection.step._library import SameShape, static
 
-_DEFLECTION_MM = 0.02
+DEFLECTION_MM = 0.02
+_MOST_CHORDS = 20_000
+"""Of an arc: one that needs more is longer than 10 km, and no edge of a part."""
 """Edges become lines that are off by no more."""
-_BEND_RAD = 0.1
+BEND_RAD = 0.1
 
 
 class EdgeSteps:
@@ -56,11 +58,11 @@ def edge_steps(edge: Any, first: float, last: float) -> Float:
     kind = line if curve is None else curve.GetType()
     if curve is not None and kind == circle:
         ends = curve.FirstParameter(), curve.LastParameter()
-        inner = np.linspace(*ends, _arcs(curve.Circle().Radius(), ends[1] - ends[0]) + 1)[
+        inner = np.linspace(*ends, chords_of(curve.Circle().Radius(), ends[1] - ends[0]) + 1)[
             1:-1
         ].tolist()
     elif curve is not None and kind != line:
-        bent = bent_curve(curve, _BEND_RAD, _DEFLECTION_MM)
+        bent = bent_curve(curve, BEND_RAD, DEFLECTION_MM)
         inner = [bent.Parameter(index) for index in range(2, bent.NbPoints())]
     steps = np.array([first, *inner, last])
     if len(steps) % 2 == 0:
@@ -71,13 +73,15 @@ def edge_steps(edge: Any, first: float, last: float) -> Float:
     return steps
 
 
-def _arcs(radius: float, turn: float) -> int:
+def chords_of(radius: float, turn: float) -> int:
     """Return into how many chords an arc is parted: off by the deflection, and bent, at most.
 
-    A chord over the angle a is off by r (1 - cos(a / 2)).
+    A chord over the angle a is off by r (1 - cos(a / 2)). Of a radius above 1e14 mm that cosine is
+    1 and the angle 0.
     """
-    cosine = max(1.0 - _DEFLECTION_MM / radius, 0.0) if radius > 0.0 else 0.0
-    return max(1, math.ceil(abs(turn) / min(_BEND_RAD, 2.0 * math.acos(cosine))))
+    cosine = max(1.0 - DEFLECTION_MM / radius, 0.0) if radius > 0.0 else 0.0
+    angle = min(BEND_RAD, 2.0 * math.acos(cosine))
+    return max(1, math.ceil(abs(turn) / max(angle, abs(turn) / _MOST_CHORDS, 1e-9)))
 
 
 def parameters_on(curve: Any, along: Float) -> Float:

@@ -46,6 +46,19 @@ def kind_of(adaptor: Any) -> str:
     return str(adaptor.GetType()).rpartition("GeomAbs_")[2].rstrip(">: 0123456789")
 
 
+def is_turned(face: Any) -> bool:
+    """Return whether the material lies where the direction of greater u times that of v points.
+
+    That is so of a face the other way round, and of one that its place mirrors: the product of two
+    mirrored directions is not the mirrored product.
+    """
+    from OCP.TopAbs import TopAbs_REVERSED
+
+    reverse = bool(face.Orientation() == TopAbs_REVERSED)
+    place = face.Location()
+    return reverse != (not place.IsIdentity() and place.Transformation().IsNegative())
+
+
 def vector(triple: Any) -> Float:
     """Return a point or a direction, (3,)."""
     return np.array([triple.X(), triple.Y(), triple.Z()])

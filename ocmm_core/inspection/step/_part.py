@@ -13,7 +13,14 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.step._document import StepDocument
 from ocmm_core.inspection.step._edge_steps import EdgeSteps, parameters_on
-from ocmm_core.inspection.step._library import SameShape, explored, kind_of, static, vector
+from ocmm_core.inspection.step._library import (
+    SameShape,
+    explored,
+    is_turned,
+    kind_of,
+    static,
+    vector,
+)
 from ocmm_core.inspection.step._raw_faces import UnusableModelError, faces_with_surface
 from ocmm_core.inspection.step._solid_mesh import RawMesh, motion_of, raw_meshes
 from ocmm_core.inspection.step._surface_splines import MappedSurface, surface_of
@@ -259,7 +266,6 @@ def _edges(
 def model_face(number: int, face: Any, document: StepDocument, *, is_exact: bool) -> ModelFace:
     """Return a face with its exact surface and outline, or where that is not wanted without."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
-    from OCP.TopAbs import TopAbs_REVERSED
 
     surface = BRepAdaptor_Surface(face, True)
     said = document.about(face)
@@ -277,7 +283,7 @@ def model_face(number: int, face: Any, document: StepDocument, *, is_exact: bool
         layer=said.layer,
         colour=said.colour,
         spline=None if mapped is None else mapped.spline,
-        outward=face.Orientation() != TopAbs_REVERSED,
+        outward=not is_turned(face),
         loops=outlines,
     )
 

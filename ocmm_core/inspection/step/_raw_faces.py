@@ -9,13 +9,20 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.step import _surface_kernel as kernel
 from ocmm_core.inspection.step._answer import StepFace, Triple
 from ocmm_core.inspection.step._document import read_document
 from ocmm_core.inspection.step._edge_steps import EdgeSteps, curve_numbers, parameters_on
-from ocmm_core.inspection.step._library import explored, kind_of, static, vector
+from ocmm_core.inspection.step._library import (
+    explored,
+    is_turned,
+    kind_of,
+    static,
+    vector,
+)
 from ocmm_core.inspection.step._surface_places import surface_numbers
 
 _DEFLECTION_MM = 0.02
@@ -151,10 +158,9 @@ def _faces_of_parts(shape: Any) -> tuple[list[Any], int]:
 
 def _raw_face(face: Any, number: int, steps: EdgeSteps) -> tuple[str, RawFace | None]:
     from OCP.BRepAdaptor import BRepAdaptor_Surface
-    from OCP.TopAbs import TopAbs_REVERSED
 
     surface = BRepAdaptor_Surface(face, True)
-    reverse = face.Orientation() == TopAbs_REVERSED
+    reverse = is_turned(face)
     kind = kind_of(surface)
     as_said = _face(surface, reverse)
     if as_said is None:
@@ -209,14 +215,30 @@ def _edges(
         *surface, -1.0 if reverse else 1.0, np.array(kinds), np.array(numbers), starts,
         np.concatenate(alongs), uv, lines, normals, lengths,
     )  # fmt: skip
+    rims = rims_of(starts, lines, normals, lengths)
+    return rims, kernel.places_inside(*surface, uv, starts)
+
+
+def rims_of(
+    starts: NDArray[np.int64], lines: Float, normals: Float, lengths: Float
+) -> tuple[Rim, ...]:
+    """Return the edges of a face that are edges in space, see `_surface_kernel.run_along`.
+
+    Raises
+    ------
+    ValueError
+        One has no place: left out, a target could lie on it.
+    """
+    if not np.isfinite(lengths).all():
+        msg = "the place of an edge is not a number"
+        raise ValueError(msg)
     ends = starts.tolist()
     # The tip of a cone or the pole of a sphere is an edge for the parameters alone.
-    rims = tuple(
+    return tuple(
         Rim(lines[ends[row] : ends[row + 1]], normals[row])
         for row, length in enumerate(lengths.tolist())
         if length >= _DEFLECTION_MM
     )
-    return rims, kernel.places_inside(*surface, uv, starts)
 
 
 def stretches_of(line: Float) -> Float:

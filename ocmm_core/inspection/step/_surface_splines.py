@@ -161,6 +161,15 @@ def _by_library(surface: Any, u0: float, u1: float, v0: float, v1: float) -> Map
             spline.SetUNotPeriodic()
         if spline.IsVPeriodic():
             spline.SetVNotPeriodic()
+    elif not _is_clamped(spline):
+        # A part holds clamped ones only: cut at the ends of its range, it is.
+        is_its_own = False
+        spline.Segment(
+            max(u0, spline.UKnot(spline.FirstUKnotIndex())),
+            min(u1, spline.UKnot(spline.LastUKnotIndex())),
+            max(v0, spline.VKnot(spline.FirstVKnotIndex())),
+            min(v1, spline.VKnot(spline.LastVKnotIndex())),
+        )
     rows, columns = spline.NbUPoles(), spline.NbVPoles()
     if rows * columns > _MOST_POLES:
         return None
@@ -173,7 +182,8 @@ def _by_library(surface: Any, u0: float, u1: float, v0: float, v1: float) -> Map
     knots_u = _knots(spline.NbUKnots(), spline.UKnot, spline.UMultiplicity, degree_u)
     knots_v = _knots(spline.NbVKnots(), spline.VKnot, spline.VMultiplicity, degree_v)
     if len(knots_u) != rows + degree_u + 1 or len(knots_v) != columns + degree_v + 1:
-        # Not clamped at its ends.
+        return None
+    if not np.isfinite(poles).all():
         return None
     made = SplineSurface(poles, weights, knots_u, knots_v, degree_u, degree_v)
     map_u = _shifted(u0, u1, float(knots_u[0]), float(knots_u[-1]))
@@ -183,6 +193,17 @@ def _by_library(surface: Any, u0: float, u1: float, v0: float, v1: float) -> Map
         knots_u[0] <= u0 and u1 <= knots_u[-1] and knots_v[0] <= v0 and v1 <= knots_v[-1]
     )  # fmt: skip
     return MappedSurface(made, map_u, map_v, is_exact=bool(is_its_own and within))
+
+
+def _is_clamped(spline: Any) -> bool:
+    """Return whether a spline of the library ends with its knots, in both directions."""
+    u, v = spline.UDegree() + 1, spline.VDegree() + 1
+    return bool(
+        spline.UMultiplicity(1) == u
+        and spline.UMultiplicity(spline.NbUKnots()) == u
+        and spline.VMultiplicity(1) == v
+        and spline.VMultiplicity(spline.NbVKnots()) == v
+    )
 
 
 _MAKERS: dict[str, Callable[[Any, float, float, float, float], MappedSurface | None]] = {

@@ -6,10 +6,10 @@ Also commands that measure read this part of the settings: it changes no number 
 from __future__ import annotations
 
 from pathlib import Path
-from urllib.parse import parse_qsl, urlsplit
 
 from ocmm_core.archive.outbox import ArchivePlace, default_outbox
-from ocmm_core.archive.stores import check_address
+from ocmm_core.archive.stores import check_address, is_server, parse_server
+from ocmm_core.errors import InputError
 from ocmm_core.settings import Settings, SettingsStore
 
 LOCAL, OFF = "local", "off"
@@ -47,20 +47,23 @@ def archive_place(
         chosen = ""
     check_address(chosen)
     password = settings.archive_password
-    own = _login(settings.archive_address)
-    if own is not None and _login(chosen) not in (own, None):
+    login = _login(chosen)
+    if login is not None and login != _login(settings.archive_address):
         # It is that of another login: the owner on a station, say, whose own is in PGPASSWORD.
         password = None
     return ArchivePlace(chosen, settings.archive_station, outbox or default_outbox(), password)
 
 
-def _login(address: str) -> tuple[str, str] | None:
-    """Return user and server of an address; None where it names no server."""
+def _login(address: str) -> tuple[str, str, str] | None:
+    """Return user, server and port of an address; None where it names no server."""
+    address = address.strip()
+    if not is_server(address):
+        return None
     try:
-        parts = urlsplit(address.strip())
-    except ValueError:
+        options = parse_server(address).options
+    except InputError:
         return None
-    if not parts.scheme.startswith("postgres"):
-        return None
-    options = dict(parse_qsl(parts.query))
-    return parts.username or options.get("user", ""), parts.hostname or options.get("host", "")
+    host = options.get("host", "")
+    # A name of a server is the same in small letters; a folder with a socket is not.
+    host = host if host.startswith("/") else host.lower()
+    return options.get("user", ""), host, options.get("port", "5432")

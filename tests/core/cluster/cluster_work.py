@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,6 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from ocmm_core.errors import InputError
+
+UNSENDABLE = 120
 
 
 def drawn(seed: np.random.SeedSequence) -> list[float]:
@@ -36,3 +39,13 @@ def wrong(thing: str) -> str:
     if thing == "bad":
         raise InputError("test.bad", "Thing bad is bad.", "Take another.")
     return thing
+
+
+def unsendable(thing: int, content: bytes) -> object:
+    """Return what came, and of one thing what no process can send."""
+    return threading.Lock() if thing == UNSENDABLE else (thing, len(content))
+
+
+def growing(thing: int) -> Sequence[bytes]:
+    """Return few bytes at first and many later, of each thing its own."""
+    return [thing.to_bytes(2, "big") * (5 if thing < 60 else 1500)]

@@ -12,13 +12,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from distributed import Client
+from distributed import Client, Future
+from distributed.security import Security
 
 from benchmarks.cluster_processes import ShopCluster
 from ocmm_core.cluster import Site, run_tasks
+from ocmm_core.cluster._contents import Contents
 from ocmm_core.cluster._worker import do
 from ocmm_core.errors import InputError, OcmmError, StorageError
-from tests.core.cluster.cluster_work import drawn, noted, some, wrong
+from tests.core.cluster.cluster_work import (
+    UNSENDABLE,
+    drawn,
+    growing,
+    noted,
+    some,
+    unsendable,
+    wrong,
+)
 from tests.host import HANG_S, needs_package
 
 SEEDS = np.random.SeedSequence(22).spawn(40)
@@ -204,28 +214,98 @@ def test_processes_of_dask_on_this_computer(tmp_path: Path) -> None:
     assert threading.active_count() <= len(before) + 3
 
 
-def test_short_tasks_go_together_and_one_that_kills_is_found_among_them(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    needs_package("distributed", "extra `shop`")
-    sizes: list[int] = []
+@pytest.fixture
+def bundles(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int, int]]:
+    """Return, task by task, how many things and bytes went together, and how many were open."""
+    found: list[tuple[int, int, int]] = []
+    futures: list[Future] = []
     submit = Client.submit
 
     def counted(self: object, work: object, *given: object, **named: object) -> object:
         if work is do:
             asked = given[2]
             assert isinstance(asked, list)
-            sizes.append(len(asked))
-        return submit(self, work, *given, **named)
+            size = sum(len(one) for one in given[3:] if isinstance(one, bytes))
+            found.append((len(asked), size, sum(not one.done() for one in futures)))
+        future: Future = submit(self, work, *given, **named)
+        futures.append(future)
+        return future
 
     monkeypatch.setattr(Client, "submit", counted)
+    return found
+
+
+def test_short_tasks_go_together_and_one_that_kills_is_found_among_them(
+    bundles: list[tuple[int, int, int]],
+) -> None:
+    needs_package("distributed", "extra `shop`")
     things = [f"thing {number}" for number in range(200)]
     things[120] = "die"
     found = list(run_tasks(wrong, things, str, site=Site(workers=2, dask=True)))
     assert [one for one in found if isinstance(one, str)] == things[:120] + things[121:]
     assert isinstance(found[120], OcmmError)
     assert found[120].code == "cluster.died"
+    sizes = [things for things, _, _ in bundles]
     assert max(sizes) > 1
-    # All of them once, and what was together with the one that kills once more, each alone.
-    assert 200 < sum(sizes) <= 200 + 4 * 8
-    assert sizes[-1] == 1
+    # All of them once; what was with the one that kills, together or waiting, once more alone.
+    assert 200 < sum(sizes) <= 200 + 6 * 8
+
+
+def test_an_answer_that_cannot_be_sent_spoils_no_other_and_many_bytes_go_by_themselves(
+    bundles: list[tuple[int, int, int]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    needs_package("distributed", "extra `shop`")
+    monkeypatch.setattr("ocmm_core.cluster._open_tasks._BUNDLE_BYTES", 4000)
+    told: list[int] = []
+    found = list(run_tasks(
+        unsendable, range(200), numbered, site=Site(workers=2, dask=True), contents=growing,
+        told=told.append,
+    ))  # fmt: skip
+    error = found.pop(UNSENDABLE)
+    assert isinstance(error, OcmmError)
+    assert "Task 120" in error.what
+    assert found == [
+        (thing, 10 if thing < 60 else 3000) for thing in range(200) if thing != UNSENDABLE
+    ]
+    assert told == list(range(201))
+    assert max(things for things, _, _ in bundles) > 2
+    # The one that went beyond is the last.
+    assert max(size for _, size, _ in bundles) <= 4000 + 3000
+    assert max(others for _, _, others in bundles) > 1
+    bundles.clear()
+    monkeypatch.setattr("ocmm_core.cluster._open_tasks._OPEN_BYTES", 2000)
+    site = Site(workers=2, dask=True)
+    found = list(run_tasks(unsendable, range(60, 66), numbered, site=site, contents=growing))
+    assert found == [(thing, 3000) for thing in range(60, 66)]
+    assert [others for _, _, others in bundles] == [0] * 6
+
+
+def test_who_only_waited_at_a_worker_that_ended_is_none_that_ends_it(
+    own_cluster: ShopCluster,
+) -> None:
+    own_cluster.start_worker("--nanny")
+    own_cluster.wait_for(1)
+    found = list(run_tasks(wrong, ["die", "a", "b"], str, site=own_cluster.site))
+    assert found[1:] == ["a", "b"]
+    assert isinstance(found[0], OcmmError)
+    assert found[0].code == "cluster.died"
+
+
+def test_bytes_that_no_worker_could_keep_go_with_the_next_task(cluster: ShopCluster) -> None:
+    tls = Security(
+        tls_ca_file=str(cluster.site.ca), tls_client_cert=str(cluster.site.cert),
+        tls_client_key=str(cluster.site.key), require_encryption=True,
+    )  # fmt: skip
+    content, contents = b"job" * 1000, Contents()
+    with Client(cluster.address, security=tls, set_as_default=False) as client:
+        (sha256,), _ = contents.hand(client, [content])
+        contents.hand(client, [content])
+        contents.forget_failed([sha256])
+        assert sha256 in contents.kept
+        contents.kept[sha256] = client.submit(int, "no number")
+        assert contents.kept[sha256].exception(timeout=HANG_S) is not None
+        contents.forget_failed([sha256])
+        assert contents.hand(client, [content]) == ((sha256,), [content])
+        contents.give_back([sha256] * 3)
+        assert not contents.users
+        contents.clear()

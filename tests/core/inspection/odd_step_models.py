@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -123,3 +124,26 @@ def named(path: Path, name: str) -> Path:
 def in_metres(path: Path) -> Path:
     """Write a bored block in metres."""
     return written(path, bored(), "M")
+
+
+def put_by_operator(path: Path, shape: Any, scale: str, axis3: str, x: float = 0.0) -> Path:
+    """Write a model whose body is put where it is by an operator that can scale and mirror."""
+    text = written(path, shape).read_text(encoding="ascii")
+    old = re.search(
+        r"#(\d+) = ADVANCED_BREP_SHAPE_REPRESENTATION\('',\(#(\d+),#(\d+)\),#(\d+)\);", text
+    )
+    assert old is not None
+    whole, axes, body, context = old.groups()
+    kind, last = "ADVANCED_BREP_SHAPE_REPRESENTATION", f"#{context})"
+    new = (
+        f"#{whole} = {kind}('',(#{axes},#90001),{last};\n"
+        "#90001 = MAPPED_ITEM('',#90002,#90003);\n"
+        f"#90002 = REPRESENTATION_MAP(#{axes},#90004);\n"
+        f"#90004 = {kind}('',(#{axes},#{body}),{last};\n"
+        "#90003 = CARTESIAN_TRANSFORMATION_OPERATOR_3D("
+        f"'','','',#90005,#90006,#90007,{scale},{axis3 and '#90008'});\n"
+        "#90005 = DIRECTION('',(1.,0.,0.));\n#90006 = DIRECTION('',(0.,1.,0.));\n"
+        f"#90007 = CARTESIAN_POINT('',({x:.1f},0.,0.));\n#90008 = DIRECTION('',({axis3}));"
+    )
+    path.write_text(text.replace(old.group(), new), encoding="ascii")
+    return path

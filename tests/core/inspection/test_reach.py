@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import FunctionType, ModuleType
+from typing import Any
+
 import msgspec
 import numpy as np
 import pytest
@@ -174,6 +177,114 @@ def test_the_distance_from_a_triangle_is_that_of_its_nearest_point() -> None:
         exact = kernel.point_triangle.py_func(*point, triangle)  # type: ignore[attr-defined]
         # Points of the grid are up to 0.02 apart, so none is nearer and one is about as near.
         assert exact - 1e-12 <= brute(point, triangle) <= exact + 0.02
+
+
+def bar(start: Float, end: Float, at_start: float, at_end: float) -> Float:
+    """Return the hull of two balls as a row of numbers."""
+    row = np.zeros(kernel.N_COLUMNS)
+    row[kernel.START : kernel.START + 3], row[kernel.END : kernel.END + 3] = start, end
+    row[kernel.AT_START], row[kernel.AT_END] = at_start, at_end
+    return row
+
+
+def _plain(module: ModuleType) -> dict[str, Any]:
+    """Return what a module of compiled loops holds, in Python: users call its loops by others."""
+    found = dict(vars(module))
+    for name, one in vars(module).items():
+        if hasattr(one, "py_func"):
+            found[name] = FunctionType(one.py_func.__code__, found, name)
+    return found
+
+
+PLAIN = _plain(kernel)
+
+
+def met(body: Float, part: Obstacle, gap: float, own: int = -1, own_gap: float = 0.0) -> int:
+    """Return the face that a body comes nearer to than a gap; `own_gap` holds for one of them."""
+    is_own = np.arange(part.n_faces) == own
+    return int(PLAIN["first_near"](
+        body, gap, own_gap, part.triangles, part.faces, is_own, part.boxes, part.links, part.order
+    ))  # fmt: skip
+
+
+def test_a_bar_comes_as_near_to_a_triangle_as_the_nearest_of_many_balls_along_it() -> None:
+    """Ways that rise at their start among them, as of a ball that leaves its surface."""
+    rng = np.random.default_rng(107)
+    exact = PLAIN["point_triangle"]
+    rising = near = 0
+    for number in range(200):
+        triangle, start = rng.uniform(-1, 1, (3, 3)), rng.uniform(-1.5, 1.5, 3)
+        way = rng.uniform(-3, 3, 3)
+        if number % 2:
+            # Away from the triangle, or nearly along it: the least is at the start or close to it.
+            way = 2.0 * unit(start - triangle.mean(axis=0)) + 0.3 * way
+        ends = rng.uniform(0.0, 0.4, 2)
+        body = bar(start, start + way, *ends)
+        shares = np.linspace(0.0, 1.0, 1001)
+        truth = np.array([
+            exact(*(start + share * way), triangle)
+            - (ends[0] + share * (ends[1] - ends[0]))
+            for share in shares
+        ])  # fmt: skip
+        rising += bool(truth[4] >= truth[0])
+        least = truth.min()
+        # Between two of them it falls by half a step at most.
+        one = make_obstacle(triangle[None], np.zeros(1, dtype=np.int64), 1, 0.0)
+        step = 0.5 * (np.linalg.norm(way) + abs(ends[1] - ends[0])) / 1000.0
+        for gap in (least + 1e-9, least - step - 1e-9, least + 0.3, least - 0.3):
+            found = met(body, one, gap) == 0
+            assert found == (least < gap)
+            near += found
+    assert rising > 60
+    assert near == 400
+
+
+def test_a_ball_that_leaves_one_side_of_a_groove_meets_the_other() -> None:
+    """What rises from its own triangle falls towards another: each is asked by itself."""
+    groove = boxes(((-1, -50, 0), (0, 50, 40)), ((9, -50, 0), (10, 50, 40)))
+    for reach, meets in ((2.9, False), (3.1, True)):
+        # A ball of 3 that touches the wall at x = 0, and goes along its normal.
+        start = np.array([3.0, 0.0, 20.0])
+        row = bar(start, start + np.array([reach, 0.0, 0.0]), 3.0, 3.0)
+        found = met(row, groove, 0.0, own=1, own_gap=-0.1)
+        assert (found == 6) == meets
+        assert meets or found == kernel.FREE
+
+
+@pytest.mark.parametrize(
+    "kind", ["random", "equal", "sorted", "falling", "two values", "not a number"]
+)
+@pytest.mark.parametrize("count", [1, 4, 5, 6, 37, 500])
+def test_every_triangle_is_in_one_leaf_and_inside_its_boxes(kind: str, count: int) -> None:
+    rng = np.random.default_rng(5)
+    at = {
+        "random": rng.uniform(-9, 9, count),
+        "equal": np.zeros(count),
+        "sorted": np.arange(count, dtype=np.float64),
+        "falling": np.arange(count, dtype=np.float64)[::-1],
+        "two values": rng.integers(0, 2, count).astype(np.float64),
+        "not a number": np.where(rng.uniform(size=count) < 0.3, np.nan, rng.uniform(size=count)),
+    }[kind]
+    triangles = np.zeros((count, 3, 3))
+    triangles[:, :, 0] = at[:, None] + [0.0, 0.1, 0.2]
+    made = make_obstacle(triangles, np.zeros(count, dtype=np.int64), 1, 0.02)
+    assert sorted(made.order.tolist()) == list(range(count))
+    left, seen, deepest = [(0, 0)], [], 0
+    while left:
+        box, depth = left.pop()
+        deepest = max(deepest, depth)
+        first, number = made.links[box].tolist()
+        if number < 0:
+            left += [(first, depth + 1), (first + 1, depth + 1)]
+            below = made.boxes[[first, first + 1]]
+            if kind != "not a number":
+                assert (made.boxes[box, :3] <= below[:, :3]).all()
+                assert (made.boxes[box, 3:] >= below[:, 3:]).all()
+            continue
+        seen += made.order[first : first + number].tolist()
+    assert sorted(seen) == list(range(count))
+    # By the median: as deep as log2 of their number, however they lie.
+    assert deepest <= int(np.ceil(np.log2(max(count / 2, 1))))
 
 
 def test_orientation_rules_of_the_probe_are_kept() -> None:

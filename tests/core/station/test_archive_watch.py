@@ -130,8 +130,28 @@ def test_the_password_of_the_settings_is_for_the_login_of_the_settings(tmp_path:
         ("postgresql://station3@db.shop/ocmm2", True),
         ("postgresql://ocmm_owner@db.shop/ocmm", False),
         ("postgresql://station3@other.shop/ocmm", False),
+        ("postgresql://station3@DB.shop:5432/ocmm", True),
         ("postgresql:///ocmm?host=db.shop&user=station3", True),
+        # Another server on that computer; and letters that are written otherwise.
+        ("postgresql://station3@db.shop:5433/ocmm", False),
+        ("postgresql://station3@db.shop/ocmm?port=5433", False),
+        ("postgresql://Station3@db.shop/ocmm", False),
+        ("postgresql://st%61tion3@db.shop/ocmm", True),
+        ("postgresql://db.shop/ocmm", False),
     ):
         place = archive_place(address, settings, tmp_path)
         assert place is not None
         assert (place.password is not None) == used, address
+
+
+def test_a_password_without_a_login_goes_to_none(tmp_path: Path) -> None:
+    """As where a station that had a server keeps its jobs in a file since."""
+    for own in ("local", "", str(tmp_path / "a.sqlite"), "off", "postgresql://station3@db.shop"):
+        settings = replace(
+            SettingsStore.of_this_user().load().settings,
+            archive_address=own,
+            archive_password=tmp_path / "p",
+        )
+        place = archive_place("postgresql://station3@db.shop/ocmm", settings, tmp_path)
+        assert place is not None
+        assert place.password is None, own
