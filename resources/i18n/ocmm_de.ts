@@ -8798,12 +8798,24 @@ Startet: {source}</translation>
         <translation>Kapitel und Treffer</translation>
     </message>
     <message>
+        <source>Language of this page</source>
+        <translation>Sprache dieser Seite</translation>
+    </message>
+    <message>
         <source>Tab and Return follow a link.</source>
         <translation>Tab und Eingabe folgen einem Verweis.</translation>
     </message>
     <message>
         <source>{part}: {title}. Tab and Return follow a link.</source>
-        <translation>{part}: {title}. Tab und Eingabe folgen einem Verweis. Das Handbuch ist englisch.</translation>
+        <translation>{part}: {title}. Tab und Eingabe folgen einem Verweis.</translation>
+    </message>
+    <message>
+        <source>This page is in English only.</source>
+        <translation>Diese Seite gibt es nur auf Englisch.</translation>
+    </message>
+    <message>
+        <source>The English page was changed after this one was translated.</source>
+        <translation>Die englische Seite wurde geändert, nachdem diese übersetzt war.</translation>
     </message>
     <message>
         <source>{link} is not part of the manual.</source>
