@@ -5,7 +5,8 @@ either finds the packages or lists them; here they are found, and this one is ad
 name. `ocmm_core.documents.resource` looks for it in both places.
 
 The manual is the documents of `docs` with their translations (`docs/de`) and the pictures that they
-show, without the programs beside them; in a wheel it is `ocmm_core/resources/manual` (`ocmm_core.manual.manual_folder`).
+show, without the programs beside them; in a wheel it is `ocmm_core/resources/manual`
+(`ocmm_core.manual.manual_folder`).
 """
 
 import os

@@ -58,5 +58,5 @@ def mark(names: list[str]) -> None:
 
 if __name__ == "__main__":
     mark(sys.argv[1:])
-    print("Behind:", ", ".join(behind()) or "none")
-    print("In English only:", ", ".join(missing()) or "none")
+    sys.stdout.write(f"Behind: {', '.join(behind()) or 'none'}\n")
+    sys.stdout.write(f"In English only: {', '.join(missing()) or 'none'}\n")

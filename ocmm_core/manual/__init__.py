@@ -1,7 +1,7 @@
 """The manual: the documents of `docs`, in sections that can be linked to and searched.
 
-In: a folder of Markdown documents, and a language. Out: chapters in the order in which somebody needs them,
-sections by their anchors, and what a search finds, best first.
+In: a folder of Markdown documents, and a language. Out: chapters in the order in which somebody
+needs them, sections by their anchors, and what a search finds, best first.
 
 Read `_document` first (a document in sections, and the names of these), then `_manual` (all of them
 together, and where a link leads) and `_search` (words to sections).

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import (
     QApplication,
@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
 )
 from shiboken6 import isValid
 
-from ocmm_core.manual import Chapter, Manual, ManualHit, Part, Place, load_manual
+from ocmm_core.manual import Chapter, Manual, Part, Place, load_manual
 from ocmm_gui.kit import (
     ActionInfo,
     Sheet,
@@ -29,7 +29,7 @@ from ocmm_gui.kit import (
 )
 from ocmm_gui.manual._places import FIRST
 from ocmm_gui.manual._reading import Reading
-from ocmm_gui.manual._search_field import SearchField
+from ocmm_gui.manual._search_field import SearchField, hit_words
 
 _INFOS = (
     ActionInfo(
@@ -306,9 +306,3 @@ class ManualSheet(Sheet):
     def _zoom(self, steps: int) -> None:
         if self.text is not None:
             self.text.zoom(steps)
-
-
-def hit_words(hit: ManualHit) -> str:
-    """Return a hit as it stands in the list: where, and the words around it."""
-    where = hit.title if hit.title == hit.chapter else f"{hit.chapter}: {hit.title}"
-    return f"{where}\n{hit.excerpt}" if hit.excerpt else where

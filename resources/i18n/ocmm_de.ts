@@ -8791,7 +8791,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Words to search for</source>
-        <translation>Suchwörter (englisch)</translation>
+        <translation>Suchwörter</translation>
     </message>
     <message>
         <source>Chapters and what was found</source>
@@ -8823,7 +8823,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Nothing found: try fewer words, or only their beginnings</source>
-        <translation>Nichts gefunden: weniger englische Wörter oder nur deren Anfang eingeben</translation>
+        <translation>Nichts gefunden: weniger Wörter oder nur deren Anfang eingeben</translation>
     </message>
     <message>
         <source>Text of the manual</source>

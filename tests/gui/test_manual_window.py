@@ -17,7 +17,7 @@ from ocmm_core.manual import Part, Place, load_manual
 from ocmm_core.settings import RecentPlaces, SettingsFile, SettingsStore
 from ocmm_gui.access import PageStack
 from ocmm_gui.home import StartWindow
-from ocmm_gui.kit import THEMES, NoticeCentre, dress, use_language
+from ocmm_gui.kit import LANGUAGES, THEMES, NoticeCentre, dress, use_language
 from ocmm_gui.manual import PLACES, ManualSheet, place_of
 from ocmm_gui.manual._places import FIRST
 from ocmm_gui.manual._reading import Reading
@@ -51,8 +51,9 @@ def _reading(sheet: ManualSheet) -> Reading:
     return sheet.text
 
 
-def test_every_place_of_the_register_is_a_section_of_the_manual() -> None:
-    manual = load_manual()
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_place_of_the_register_is_a_section_of_the_manual(language: str) -> None:
+    manual = load_manual(language=language)
     lost = {
         name: place for name, place in PLACES.items() if manual.section(Place.of(place)) is None
     }
