@@ -115,7 +115,7 @@ def test_handed_back_the_robot_measures_what_is_missing(
     mouse = Mouse(qtbot, bench)
     window = bench.window
     window.show_far(True)
-    assert "robot hand" in window.hand.strip.text.text()
+    assert "The probe rests" in window.hand.strip.text.text()
     mouse.take_over()
     assert not window.is_far()
     assert "you measure" in window.hand.strip.text.text()
@@ -125,6 +125,7 @@ def test_handed_back_the_robot_measures_what_is_missing(
     assert mouse.points() == 0, "the robot has let go"
     window.hand.strip.hand_button.click()
     assert not mouse.hand.taken
+    assert "robot hand" in window.hand.strip.text.text()
     qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=PATIENCE_MS)
 
 

@@ -232,8 +232,9 @@ def test_no_circle_in_space_has_a_thinner_tube() -> None:
             step = size * rng.normal(size=7)
             step[3:6] /= 12.5
             assert tube(step) > fit.form - 1e-12
-    # Residuals are radial, as those of least squares, and the tube holds them.
-    assert np.ptp(fit.residuals) <= fit.form
+    # Residuals are radial, as those of least squares, and the tube holds them; where the contacts lie
+    # in the plane both are the same number, each with its own rounding.
+    assert np.ptp(fit.residuals) <= fit.form + 1e-12
     with pytest.raises(FitError, match="not available for a circle in space"):
         fit_shape(Shape.CIRCLE, points, criterion=Criterion.INSCRIBED, free=True)
 
