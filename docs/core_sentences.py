@@ -39,7 +39,10 @@ _SENTENCE_PARTS = _set(
     "what remedy reason why sentence blocker hint caution fault how problem trouble told complaint "
     "doubt doubts doing next_words reference_reason broken warning judgement gap absent"
 )
-_WORD_PARTS = _set("value word words status state kind shape strerror quantity verdict when lower")
+_WORD_PARTS = _set(
+    "value word words status state kind shape strerror quantity verdict when lower hold "
+    "depth_part wanted_part side"
+)
 _WORD_KEYWORDS = _set("words title point_word direction_word name_words label")
 
 

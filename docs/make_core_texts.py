@@ -47,6 +47,12 @@ COMPOSED = (
     "{count:n} of {total:n} {verdict:k}", "{count:n} {verdict:k}",
     "{count:n} {verdict:k}, {count_2:n} {verdict_2:k}",
     "{count:n} {verdict:k}, {count_2:n} {verdict_2:k}, {count_3:n} {verdict_3:k}",
+    "upright",
+    # With its place: a camera can be called "left".
+    "at the equator, left", "at the equator, right",
+    "at the equator, front", "at the equator, back",
+    "{polar:n} degrees below the pole, left", "{polar:n} degrees below the pole, right",
+    "{polar:n} degrees below the pole, front", "{polar:n} degrees below the pole, back",
     "NOT CONFORM: {names}", "NOT PROVEN: {names}", "INCOMPLETE: {names}", "NOT MEASURED: {names}",
 )  # fmt: skip
 

@@ -86,12 +86,12 @@ def artefact_findings(
 
 def _instrument(stage: Stage, temperature_c: float) -> list[Finding]:
     found, climate = [], stage.procedure.climate
+    status = stage.instrument.calibration_status or "unknown"
     if stage.instrument.calibration_status not in _READY:
         found.append(
             Finding(
                 "acceptance.calibration_status",
-                f"The calibration of '{stage.instrument.rig}' is "
-                f"{stage.instrument.calibration_status or 'unknown'}.",
+                f"The calibration of '{stage.instrument.rig}' is {status}.",
                 "Calibrate and verify the cameras before an acceptance test.",
                 refuses=True,
             )

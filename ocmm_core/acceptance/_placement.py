@@ -244,9 +244,12 @@ def _sphere(at: Situation, position: int) -> str:
             f"and is certified {at.stage.only('sphere').sizes[0]:.2f} mm: another sphere."
         )
     if plan.place and not isinstance(numbers, DiameterTest):
-        seen = third_of(found.centre, at.stage)
-        if seen != plan.place:
-            return f"The sphere is in the {seen} of the volume and should be in the {plan.place}."
+        depth_part, wanted_part = third_of(found.centre, at.stage), plan.place
+        if depth_part != wanted_part:
+            return (
+                f"The sphere is in the {depth_part} of the volume and should be in the "
+                f"{wanted_part}."
+            )
     return ""
 
 
@@ -276,11 +279,12 @@ def _attitude(at: Situation, position: int, numbers: LocationTest) -> str:
 def _turned(at: Situation, position: int, numbers: SpatTest) -> str:
     plan = at.plan[position]
     share = depth_share(at.tips[position].mean(axis=0), at.stage)
-    seen = third_of(at.tips[position].mean(axis=0), at.stage)
-    if seen != plan.place:
+    depth_part = third_of(at.tips[position].mean(axis=0), at.stage)
+    wanted_part = plan.place
+    if depth_part != wanted_part:
         return (
-            f"The cone is in the {seen} of the volume ({share:.2f} of its depth), "
-            f"not in the {plan.place}."
+            f"The cone is in the {depth_part} of the volume ({share:.2f} of its depth), "
+            f"not in the {wanted_part}."
         )
     handles = at.handles[position]
     if not len(handles):

@@ -64,10 +64,10 @@ def explain_reference(seen: ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
             "Clear the line of sight to all its LEDs and cover reflections.",
             time_s,
         )
-    who = _who_sees_nothing(body, worst, rig, "the reference body", "", "R")
+    why = _who_sees_nothing(body, worst, rig, "the reference body", "", "R")
     return Refusal(
         RefusalCode.REFERENCE,
-        f"Reference body not visible. {who}",
+        f"Reference body not visible. {why}",
         "Keep hand and probe out of the line of sight to its LEDs, then touch again.",
         time_s,
     )
@@ -86,10 +86,9 @@ def _who_sees_nothing(
         return f"The cameras do not see {what}."
     parts = []
     for camera, leds in zip(rig.cameras, hidden, strict=True):
-        if leds.all():
-            parts.append(f"Camera {camera.name} does not see {what}.")
-        elif leds.any():
+        if leds.any():
             numbers = ", ".join(f"{each}{led + 1}" for led in np.flatnonzero(leds))
-            parts.append(f"Camera {camera.name} does not see {before}{numbers}.")
+            absent = what if leds.all() else f"{before}{numbers}"
+            parts.append(f"Camera {camera.name} does not see {absent}.")
     # Whole sentences: what is joined from halves is known in no other language.
     return " ".join(parts) or "Too few targets are seen by two cameras."

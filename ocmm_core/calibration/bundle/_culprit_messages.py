@@ -116,7 +116,7 @@ def _told(suspect: Suspect, verdict: CulpritVerdict, names: Names) -> str:
         return f"the probe became {1e6 * abs(part):.0f} um/m {larger} during the session"
     if cause is Culprit.LED:
         return (
-            f"LED {index + 1} of the probe is {_um(size)} from its document position, all "
+            f"LED {index + 1} of the probe is {_um(size):.0f} um from its document position, all "
             "others are in place"
         )
     if cause is Culprit.PROBE:
@@ -142,18 +142,21 @@ def _told(suspect: Suspect, verdict: CulpritVerdict, names: Names) -> str:
         when = "during the sweep"
         if suspect.moment is not None:
             when = f"just before {names.moment(suspect.moment)}"
-        return f"the cone, or the ball in it, moved by {_um(size)} {when}"
+        return f"the cone, or the ball in it, moved by {_um(size):.0f} um {when}"
     if cause is Culprit.PLACE:
         return (
             f"camera '{names.cameras[index]}' is off its calibrated pose by "
-            f"{1e6 * np.linalg.norm(size[:3]):.0f} urad and {_um(size[3:])}"
+            f"{1e6 * np.linalg.norm(size[:3]):.0f} urad and {_um(size[3:]):.0f} um"
         )
     if cause is Culprit.LOOSE:
         since = names.moment(suspect.moment or 0)
-        return f"LED {index + 1} of the probe moved by {_um(size)} before {since}"
-    amount = f"by {1e6 * np.linalg.norm(size[:3]):.0f} urad"
-    if len(size) > 3:
-        amount += f" and {_um(size[3:])}"
+        return f"LED {index + 1} of the probe moved by {_um(size):.0f} um before {since}"
+    turned = 1e6 * float(np.linalg.norm(size[:3]))
+    amount = (
+        f"by {turned:.0f} urad and {_um(size[3:]):.0f} um"
+        if len(size) > 3
+        else f"by {turned:.0f} urad"
+    )
     camera = names.cameras[index]
     if suspect.moment is None:
         return f"camera '{camera}' drifted evenly, {amount} from the first observation to the last"
@@ -212,5 +215,5 @@ def _as_temperature(part: float) -> str:
     return f" (as steel would be that is {kelvin:.0f} K {'warmer' if part > 0.0 else 'colder'})"
 
 
-def _um(vector: Float) -> str:
-    return f"{1e3 * float(np.linalg.norm(vector)):.0f} um"
+def _um(vector: Float) -> float:
+    return 1e3 * float(np.linalg.norm(vector))

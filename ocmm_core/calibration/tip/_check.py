@@ -294,9 +294,9 @@ def never_conclusive(qualification: TipRecord) -> bool:
 
 
 def _more(unknown: Judged, qualification: TipRecord) -> str:
-    sigma = 0.5 * unknown.check.expanded_mm
+    sigma, quantity = 0.5 * unknown.check.expanded_mm, unknown.check.name
     said = (
-        f"The {unknown.check.name} is known only to {1e3 * sigma:.1f} um; "
+        f"The {quantity} is known only to {1e3 * sigma:.1f} um; "
         f"{1e3 * unknown.sigma_wanted_mm:.1f} um are needed:"
     )
     if unknown.finding.code != "tip_check.diameter":

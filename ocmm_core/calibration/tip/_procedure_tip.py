@@ -164,11 +164,12 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
         )
 
     def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> Gate:
+        next_words = self._state.next_words()
         return Gate(
             False,
             f"The diameter is known only to {1e3 * sigma_mm:.1f} um; {1e3 * limit_mm:.1f} um "
             "are required.",
-            f"Go closer to the equator: touch the sphere {self._state.next_words()}.",
+            f"Go closer to the equator: touch the sphere {next_words}.",
         )
 
     def _cone_said(self) -> Gate:

@@ -164,11 +164,12 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
                 "The qualified diameter is too uncertain for any check.",
                 "Qualify the tip again.",
             )
+        next_words = self._state.next_words()
         return Gate(
             False,
             f"Inconclusive: the diameter can be compared only to {1e3 * sigma_mm:.1f} um; "
             f"{1e3 * limit_mm:.1f} um are needed.",
-            f"More points: touch the sphere {self._state.next_words()}.",
+            f"More points: touch the sphere {next_words}.",
         )
 
     def _cone_said(self) -> Gate:

@@ -12,7 +12,7 @@ TAKING = (SPHERE, CONE)
 
 def steps_of(state: TouchState, on_sphere: Gate, in_cone: Gate) -> tuple[Step, ...]:
     """Return the steps; the gates out of those in which observations are taken are given."""
-    use, words = state.begun.sphere.artefact.use, state.next_words()
+    use, next_words = state.begun.sphere.artefact.use, state.next_words()
     attitude = state.cone.next_attitude
     hold = "more" if attitude is None else state.cone.attitudes[attitude].name
     return (
@@ -26,7 +26,7 @@ def steps_of(state: TouchState, on_sphere: Gate, in_cone: Gate) -> tuple[Step, .
         Step(
             SPHERE,
             "Sphere",
-            f"Touch the sphere {words}." if words else "Enough points on the sphere.",
+            f"Touch the sphere {next_words}." if next_words else "Enough points on the sphere.",
             on_sphere,
             len(state.on_sphere),
             state.wanted.points,

@@ -39,7 +39,8 @@ def judge_on_sphere(state: TouchState, touch: RestingTouch) -> str:
         return PLACE_DONE
     free = state.wanted.places.directions[list(progress.missing)]
     if progress.next_place is not None and not (free @ direction > np.cos(TOLERANCE)).any():
-        return f"This place is not needed: touch the sphere {state.next_words()}."
+        next_words = state.next_words()
+        return f"This place is not needed: touch the sphere {next_words}."
     return ""
 
 
@@ -64,8 +65,8 @@ def judge_in_cone(state: TouchState, touch: RestingTouch) -> str:
         return ""
     missing = np.array([one.handle_world for one in progress.attitudes if one.point is None])
     if float((missing @ handle).max()) < np.cos(CONE_TOLERANCE):
-        wanted = progress.attitudes[progress.next_attitude].name
-        return f"Keep the ball in the cone and hold the probe {wanted}."
+        hold = progress.attitudes[progress.next_attitude].name
+        return f"Keep the ball in the cone and hold the probe {hold}."
     return ""
 
 
@@ -77,8 +78,8 @@ def places_gate(state: TouchState) -> Gate:
     if left <= 0:
         return OPEN
     some = "points on the sphere are" if left != 1 else "point on the sphere is"
-    words = state.next_words()
-    return Gate(False, f"{left} {some} missing.", f"Touch the sphere {words or 'once more'}.")
+    next_words = state.next_words() or "once more"
+    return Gate(False, f"{left} {some} missing.", f"Touch the sphere {next_words}.")
 
 
 def attitudes_gate(state: TouchState) -> Gate:
@@ -87,8 +88,9 @@ def attitudes_gate(state: TouchState) -> Gate:
     missing = sum(one.point is None for one in attitudes)
     if wanted is None:
         return OPEN
+    hold = attitudes[wanted].name
     return Gate(
         False,
         f"{missing} of {len(attitudes)} attitudes in the cone to go.",
-        f"Keep the ball in the cone and hold the probe {attitudes[wanted].name}.",
+        f"Keep the ball in the cone and hold the probe {hold}.",
     )

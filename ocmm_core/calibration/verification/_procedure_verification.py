@@ -402,8 +402,8 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         on_spheres = "All spheres touched." if spheres else "No sphere was chosen."
         sphere = state.current_sphere()
         if sphere is not None:
-            place = self._begun.places[sphere]
-            where = f" in the {place} of the volume" if place else ""
+            depth_part = self._begun.places[sphere]
+            where = f" in the {depth_part} of the volume" if depth_part else ""
             on_spheres = (
                 f"Touch sphere '{spheres[sphere].artefact.use.name}'{where} all around, from the "
                 f"pole to the equator."

@@ -354,11 +354,11 @@ class VerificationState:
                     f"The points on '{one.artefact.use.name}' are too near its pole.",
                     "Undo some of them and touch it nearer to its equator.",
                 )
-            place = self.begun.places[number]
-            if place and place != third_of(centre, self.rig):
+            depth_part = self.begun.places[number]
+            if depth_part and depth_part != third_of(centre, self.rig):
                 return Gate(
                     False,
-                    f"'{one.artefact.use.name}' is not in the {place} of the volume.",
+                    f"'{one.artefact.use.name}' is not in the {depth_part} of the volume.",
                     "Undo its points, put it there, and touch it again.",
                 )
         return OPEN

@@ -184,7 +184,7 @@ def part(
             style="yellow",
         )
     if found.normalized is not None:
-        word = "agrees" if found.normalized <= 1.0 else say("does NOT agree")
+        word = say("agrees") if found.normalized <= 1.0 else say("does NOT agree")
         console.print(
             say(f"E_n {found.normalized:.2f}: the stated uncertainty {word} with the part")
         )

@@ -255,11 +255,11 @@ def _await_operation(session: BusSession) -> None:
         if running and (report is None or report.phase is BusPhase.OPERATION):
             return
         if time.monotonic() > deadline:
-            phase = report.phase.value if report is not None else "starting"
+            state = report.phase.value if report is not None else "starting"
             why = f" ({report.message})" if report is not None and report.message else ""
             raise BusError(
                 "bus.start",
-                f"The bus is not in operation after {_START_S:.0f} s; it is {phase}{why}.",
+                f"The bus is not in operation after {_START_S:.0f} s; it is {state}{why}.",
                 "Check power and cables of the cameras, then repeat the command.",
             )
         time.sleep(_POLL_S)

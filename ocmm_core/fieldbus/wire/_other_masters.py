@@ -46,9 +46,10 @@ def refuse_other_programs(interfaces: Sequence[str]) -> None:
     for interface in interfaces:
         others = [inode for inode in _sockets_on(interface) if inode not in own]
         if others:
+            told = _who(others[0])
             raise BusError(
                 "bus.second_master",
-                f"{_who(others[0])} uses interface '{interface}' as an EtherCAT master.",
+                f"{told} uses interface '{interface}' as an EtherCAT master.",
                 "Close that program (another OCMM window or command, a configuration tool), "
                 "then try again.",
             )

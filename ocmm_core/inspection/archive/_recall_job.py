@@ -230,7 +230,8 @@ def _hindrance(job: ReopenedJob) -> str:
     """Return why a job cannot be computed with other cameras; empty where it can."""
     others = [*job.faults, *job.differences, *job.cameras.unread, *job.history.unread]
     if others:
-        return f"The job file is suspect: {others[0]}"
+        fault = others[0]
+        return f"The job file is suspect: {fault}"
     if job.view.unproven:
         return job.view.unproven
     if not job.points:

@@ -34,6 +34,14 @@ likelihood ratio of exp(20). Noise alone does so in less than one of 10^9 jobs (
 SURPRISE = 6.0
 """A case is excluded where its chi-square exceeds its degrees of freedom by so many sigma."""
 
+_SAME_VERDICT = {
+    (True, True): "Same verdict with the calibration before and after the change.",
+    (True, False): "Same verdict with the calibration before the change.",
+    (False, True): "Same verdict with the calibration after the change.",
+}
+"""By whether a job may have been measured before the change, and after it; whole sentences, so that
+each can be said in another language."""
+
 
 @dataclass(frozen=True, slots=True)
 class Cases:
@@ -182,10 +190,7 @@ def _recalled(
         )  # fmt: skip
     off = max((_off(own, one) for one in stated), default=0.0)
     released = off <= 1.0
-    which = " and ".join(
-        name for name, possible in (("before", before), ("after", after)) if possible
-    )
-    reason = f"Same verdict with the calibration {which} the change."
+    reason = _SAME_VERDICT[before, after]
     if not released:
         reason += " The value is off by more than its U: use the recalculated one."
     return RecalledCharacteristic(

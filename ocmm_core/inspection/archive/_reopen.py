@@ -238,7 +238,8 @@ def _judged(view: JobView, doubts: Sequence[str], held: Sequence[str]) -> JobVie
     """Return the view, nothing in it proven where something speaks against the file or the job."""
     if not doubts and not held:
         return view
-    why = f"The job file is suspect: {doubts[0]}" if doubts else held[0]
+    fault = doubts[0] if doubts else ""
+    why = f"The job file is suspect: {fault}" if doubts else held[0]
     results = tuple(not_proven(result, why) for result in view.characteristics)
     return replace(view, unproven=why, characteristics=results)
 

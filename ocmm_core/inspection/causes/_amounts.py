@@ -42,27 +42,35 @@ def amount_words(item: Characteristic, result: CharacteristicResult) -> str:
     beyond, u, value = beyond_limit(item, result), result.uncertainty, result.measured
     if beyond is None or u is None or value is None:
         return result.note
-    unit = "°" if result.unit == "deg" else " mm"
+    # Decided in place, so that a sentence is collected whole for each unit.
+    turns = result.unit == "deg"
     low, high = limits_of(item, result)
     above = value - high >= low - value
     limit, word = (high, "upper") if above else (low, "lower")
-    of_limit = f"the {word} limit {limit:.4f}{unit}"
     if result.verdict is Verdict.NOT_CONFORM:
         times = f" ({beyond / u:.1f} times U)" if u > 0.0 and beyond > 0.0 else ""
-        return f"{beyond:.4f}{unit} beyond {of_limit}; U is {u:.4f}{unit}{times}."
+        return (
+            f"{beyond:.4f}{'°' if turns else ' mm'} beyond the {word} limit "
+            f"{limit:.4f}{'°' if turns else ' mm'}; U is {u:.4f}{'°' if turns else ' mm'}{times}."
+        )
     if high - low < 2.0 * u and low > float("-inf"):
         return (
-            f"U is {u:.4f}{unit}, but the tolerance is only {high - low:.4f}{unit} wide: U would "
-            f"have to be below {0.5 * (high - low):.4f}{unit}."
+            f"U is {u:.4f}{'°' if turns else ' mm'}, but the tolerance is only "
+            f"{high - low:.4f}{'°' if turns else ' mm'} wide: U would have to be below "
+            f"{0.5 * (high - low):.4f}{'°' if turns else ' mm'}."
         )
     edge = limit - u if above else limit + u
     if beyond > 0.0:
         return (
-            f"{beyond:.4f}{unit} beyond {of_limit}, less than U ({u:.4f}{unit}): neither "
-            "conformance nor non-conformance is proven."
+            f"{beyond:.4f}{'°' if turns else ' mm'} beyond the {word} limit "
+            f"{limit:.4f}{'°' if turns else ' mm'}, less than U "
+            f"({u:.4f}{'°' if turns else ' mm'}): neither conformance nor non-conformance is "
+            "proven."
         )
     side = "above" if not above else "below"
     return (
-        f"{-beyond:.4f}{unit} inside {of_limit}, but U is {u:.4f}{unit}: U would have to be below "
-        f"{-beyond:.4f}{unit}, or the value {side} {edge:.4f}{unit}."
+        f"{-beyond:.4f}{'°' if turns else ' mm'} inside the {word} limit "
+        f"{limit:.4f}{'°' if turns else ' mm'}, but U is {u:.4f}{'°' if turns else ' mm'}: U "
+        f"would have to be below {-beyond:.4f}{'°' if turns else ' mm'}, or the value {side} "
+        f"{edge:.4f}{'°' if turns else ' mm'}."
     )

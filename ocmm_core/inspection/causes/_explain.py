@@ -64,7 +64,8 @@ def explain(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
     if beyond is None or uncertainty is None:
         why = result.note
     elif finding.cause is Cause.DOUBT:
-        why = f"The measurement is in doubt. {amount_words(item, result)}"
+        told = amount_words(item, result)
+        why = f"The measurement is in doubt. {told}"
     else:
         why = amount_words(item, result)
     return Explanation(result.name, result.verdict, result.unit, beyond, uncertainty, why, finding)

@@ -134,7 +134,7 @@ def _worst_section(feature: ActualFeature, *, smallest: bool) -> Evaluation:
     note = few_in_a_section(sections)
     if len(sections) > 1:
         where = f"Worst of {len(sections)} sections, at height {sections[worst].at:.1f} mm."
-        note = f"{where} {note}".strip()
+        note = " ".join(filter(None, (where, note)))
     return replace(found[worst], note=note)
 
 

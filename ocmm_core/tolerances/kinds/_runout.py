@@ -74,7 +74,8 @@ def runout(
     worst = max(found, key=lambda section: float(np.ptp(values[section.rows])))
     if len(found) > 1:
         where = "radius" if shape is Shape.PLANE else "height"
-        note = f"Worst of {len(found)} sections, at {where} {worst.at:.1f} mm. {note}".strip()
+        said = f"Worst of {len(found)} sections, at {where} {worst.at:.1f} mm."
+        note = " ".join(filter(None, (said, note)))
     gradient = _extremes(surface, values, directions, by_datum, worst.rows)
     rows = by_datum[worst.rows] + _of_own_points(surface, directions, worst.rows)
     return Evaluation(
