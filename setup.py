@@ -4,10 +4,12 @@ In a checkout `resources` stands at the top, in a wheel it is `ocmm_core/resourc
 either finds the packages or lists them; here they are found, and this one is added under its other
 name. `ocmm_core.documents.resource` looks for it in both places.
 
-The manual is the documents of `docs` with the pictures that they show, without the programs beside
-them; in a wheel it is `ocmm_core/resources/manual` (`ocmm_core.manual.manual_folder`).
+The manual is the documents of `docs` with their translations (`docs/de`) and the pictures that they
+show, without the programs beside them; in a wheel it is `ocmm_core/resources/manual`
+(`ocmm_core.manual.manual_folder`).
 """
 
+import os
 import re
 from pathlib import Path
 
@@ -19,9 +21,10 @@ _PICTURE = re.compile(r"!\[[^\]]*\]\(([^)\s]+)\)")
 
 def manual_files(folder: Path) -> list[Path]:
     """Return the files of the manual: every document, and every picture that one of them shows."""
-    documents = sorted([*folder.glob("*.md"), *folder.glob("decisions/*.md")])
+    documents = sorted([*folder.glob("*.md"), *folder.glob("*/*.md")])
     pictures = {
-        document.parent / name
+        # A translation shows those of the English document, from the folder above its own.
+        Path(os.path.normpath(document.parent / name))
         for document in documents
         for name in _PICTURE.findall(document.read_text(encoding="utf-8"))
     }

@@ -1,7 +1,7 @@
 """The manual: the documents of `docs`, in sections that can be linked to and searched.
 
-In: a folder of Markdown documents. Out: chapters in the order in which somebody needs them,
-sections by their anchors, and what a search finds, best first.
+In: a folder of Markdown documents, and a language. Out: chapters in the order in which somebody
+needs them, sections by their anchors, and what a search finds, best first.
 
 Read `_document` first (a document in sections, and the names of these), then `_manual` (all of them
 together, and where a link leads) and `_search` (words to sections).
@@ -15,18 +15,26 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.manual._document import Chapter, ManualSection, Part, anchors_of
+    from ocmm_core.manual._document import (
+        ENGLISH,
+        Chapter,
+        ManualSection,
+        Part,
+        anchors_of,
+        mark_of,
+    )
     from ocmm_core.manual._manual import Manual, Place, load_manual, manual_folder
-    from ocmm_core.manual._search import ManualHit, search_words
+    from ocmm_core.manual._search import ManualHit, search_words, word_fits
 else:
     __getattr__ = door(
         __name__,
-        _document="Chapter ManualSection Part anchors_of",
+        _document="ENGLISH Chapter ManualSection Part anchors_of mark_of",
         _manual="Manual Place load_manual manual_folder",
-        _search="ManualHit search_words",
+        _search="ManualHit search_words word_fits",
     )
 
 __all__ = [
+    "ENGLISH",
     "Chapter",
     "Manual",
     "ManualHit",
@@ -36,5 +44,7 @@ __all__ = [
     "anchors_of",
     "load_manual",
     "manual_folder",
+    "mark_of",
     "search_words",
+    "word_fits",
 ]

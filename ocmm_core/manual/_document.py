@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 _HEADING = re.compile(r"(#{1,6})\s+(.*?)\s*#*\s*")
 _FENCE = re.compile(r"\s*(```+|~~~+)")
 _COMMENT = re.compile(r"<!--.*?-->[ \t]*\n?", re.DOTALL)
+_OF_ENGLISH = re.compile(r"<!-- English: ([0-9a-f]{16}) -->\n")
 _LINK = re.compile(r"!?\[([^\]]*)\]\([^)]*\)")
 _NO_ANCHOR = re.compile(r"[^\w\- ]")
 _RULE = re.compile(r"[-:| ]+")
@@ -25,6 +27,10 @@ class Part(Enum):
     DECISIONS = 5
 
 
+ENGLISH = "en"
+"""The language of every document; others may be there beside it."""
+
+
 @dataclass(frozen=True, slots=True)
 class ManualSection:
     """A heading and what stands below it, up to the next heading.
@@ -33,6 +39,7 @@ class ManualSection:
     ----------
     anchor
         The part of a link behind ``#``; that of the first section of a document is its title's.
+        A translated section has that of the English one, so that links hold in every language.
     level
         1 for the title of the document.
     title
@@ -61,12 +68,21 @@ class Chapter:
         As it is shown, without comments.
     sections
         In their order; the first one has the title.
+    language
+        In which it is.
+    folder
+        Below the folder of the manual, where links in the markdown begin: ``de/`` of a German one.
+    is_behind
+        The English document was changed after it was translated.
     """
 
     name: str
     part: Part
     markdown: str
     sections: tuple[ManualSection, ...]
+    language: str = ENGLISH
+    folder: str = ""
+    is_behind: bool = False
 
     @property
     def title(self) -> str:
@@ -76,6 +92,11 @@ class Chapter:
     def section(self, anchor: str) -> ManualSection | None:
         """Return a section by its anchor; None where there is none."""
         return next((one for one in self.sections if one.anchor == anchor), None)
+
+    def anchors_by_heading(self) -> dict[str, str]:
+        """Return the anchors of the sections by those that the headings themselves would make."""
+        made = anchors_of(one.title for one in self.sections)
+        return dict(zip(made, (one.anchor for one in self.sections), strict=True))
 
 
 def chapter_of(name: str, part: Part, text: str) -> Chapter:
@@ -108,6 +129,46 @@ def chapter_of(name: str, part: Part, text: str) -> Chapter:
             for anchor, (level, title), body in zip(names, heads, bodies, strict=True)
         ),
     )  # fmt: skip
+
+
+def translated(english: Chapter, original: str, language: str, text: str) -> Chapter | None:
+    """Return a document in another language, with the anchors of the English one.
+
+    Parameters
+    ----------
+    english
+        The document as it is in English.
+    original
+        The text of its file.
+    language
+        That of the translation.
+    text
+        The file of the translation; its first line holds `mark_of` the English text.
+
+    Returns
+    -------
+    Chapter | None
+        None where the headings are not those of the English document: links would lead elsewhere.
+    """
+    found = chapter_of(english.name, english.part, text)
+    if [one.level for one in found.sections] != [one.level for one in english.sections]:
+        return None
+    mark = _OF_ENGLISH.match(text.replace("\r\n", "\n"))
+    return replace(
+        found,
+        sections=tuple(
+            replace(own, anchor=other.anchor)
+            for own, other in zip(found.sections, english.sections, strict=True)
+        ),
+        language=language,
+        folder=f"{language}/",
+        is_behind=mark is None or mark[1] != mark_of(original),
+    )
+
+
+def mark_of(text: str) -> str:
+    """Return what the first line of a translation holds of the English text: its hash, in short."""
+    return hashlib.sha256(text.replace("\r\n", "\n").encode()).hexdigest()[:16]
 
 
 def anchors_of(titles: Iterable[str]) -> tuple[str, ...]:

@@ -11,7 +11,14 @@ from urllib.parse import unquote
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.manual._document import Chapter, ManualSection, Part, chapter_of
+from ocmm_core.manual._document import (
+    ENGLISH,
+    Chapter,
+    ManualSection,
+    Part,
+    chapter_of,
+    translated,
+)
 from ocmm_core.manual._search import Index, ManualHit
 
 _CHAPTERS = {
@@ -82,10 +89,7 @@ class Manual:
         if ":" in link.partition("#")[0]:
             return None
         path, _, anchor = link.partition("#")
-        path = unquote(path)
-        document = posixpath.normpath(posixpath.join(posixpath.dirname(base), path or base))
-        if not path:
-            document = base
+        document = self._below(base, path) if path else base
         place = Place(document, unquote(anchor))
         if self.section(place) is not None:
             return place
@@ -94,11 +98,18 @@ class Manual:
 
     def picture(self, base: str, link: str) -> Path | None:
         """Return the file of a picture in document ``base``; None for one outside the folder."""
-        path = posixpath.normpath(posixpath.join(posixpath.dirname(base), unquote(link)))
+        path = self._below(base, link)
         if ":" in link or path.startswith(("../", "/")):
             return None
         found = self.folder / path
         return found if found.is_file() else None
+
+    def _below(self, base: str, link: str) -> str:
+        """Return where a link in a document leads, below the folder, whatever the language is."""
+        chapter = self._by_name.get(base)
+        folder = "" if chapter is None else chapter.folder
+        path = posixpath.join(folder, posixpath.dirname(base), unquote(link))
+        return posixpath.normpath(path).removeprefix(folder)
 
     def search(self, text: str, most: int = 40) -> tuple[ManualHit, ...]:
         """Return the sections that have the words, best first.
@@ -119,13 +130,15 @@ def manual_folder() -> Path:
     return shipped if shipped.is_dir() else resource().parent / "docs"
 
 
-def load_manual(folder: Path | None = None) -> Manual:
+def load_manual(folder: Path | None = None, language: str = ENGLISH) -> Manual:
     """Read all documents.
 
     Parameters
     ----------
     folder
         None for those that belong to this program.
+    language
+        Documents are in it where there is a translation, otherwise in English.
 
     Raises
     ------
@@ -133,10 +146,7 @@ def load_manual(folder: Path | None = None) -> Manual:
         There is none.
     """
     folder = manual_folder() if folder is None else folder
-    chapters = tuple(
-        chapter_of(path.relative_to(folder).as_posix(), part, _text(path))
-        for part, path in _documents(folder)
-    )
+    chapters = tuple(_chapter(folder, part, path, language) for part, path in _documents(folder))
     if not chapters:
         raise InputError(
             "manual.none",
@@ -144,6 +154,15 @@ def load_manual(folder: Path | None = None) -> Manual:
             "Install OCMM again; its package holds the manual.",
         )
     return Manual(folder, chapters)
+
+
+def _chapter(folder: Path, part: Part, path: Path, language: str) -> Chapter:
+    name, text = path.relative_to(folder).as_posix(), _text(path)
+    english = chapter_of(name, part, text)
+    other = folder / language / name
+    if language == ENGLISH or not other.is_file():
+        return english
+    return translated(english, text, language, _text(other)) or english
 
 
 def _documents(folder: Path) -> Iterator[tuple[Part, Path]]:

@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ocmm_core.manual._document import Chapter, ManualSection, Part
+from ocmm_core.manual._document import ENGLISH, Chapter, ManualSection, Part
 
 _WORD = re.compile(r"[^\W_]+(?:[.'-][^\W_]+)*")
 _MOST_WORDS = 12
@@ -29,6 +29,7 @@ _WEIGHTS = {
 """Who searches at the machine is most often the inspector."""
 
 _EXCERPT = 150
+_PART_OF_WORD = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +90,8 @@ class Index:
         if not wanted:
             return ()
         counts = [
-            [_count(words, word) for word in wanted] for _c, _s, words, _length in self._entries
+            [_count(words, word, joins=_joins(chapter)) for word in wanted]
+            for chapter, _section, words, _length in self._entries
         ]
         holders = [sum(1 for row in counts if row[i]) for i in range(len(wanted))]
         best = max(sum(1 for count in row if count) for row in counts)
@@ -103,7 +105,7 @@ class Index:
                 _weight(count, length / self._mean) * _rarity(len(counts), held)
                 for count, held in zip(row, holders, strict=True)
             )
-            excerpt, marked = _excerpt(section.text, wanted)
+            excerpt, marked = _excerpt(section.text, wanted, joins=_joins(chapter))
             hits.append(
                 ManualHit(
                     chapter.name, section.anchor, chapter.title, section.title, excerpt, marked,
@@ -118,11 +120,25 @@ def _words(text: str) -> list[str]:
     return [word.casefold() for word in _WORD.findall(text)]
 
 
-def _count(words: Counter[str], begun: str) -> float:
+def word_fits(word: str, wanted: str, *, joins: bool) -> bool:
+    """Return whether a word begins with the wanted one or, in German, holds it.
+
+    ``Unsicherheit`` is sought by who means ``Messunsicherheit``, too. What is shorter than
+    `_PART_OF_WORD` stands in too many words by chance.
+    """
+    return word.startswith(wanted) or (joins and len(wanted) >= _PART_OF_WORD and wanted in word)
+
+
+def _joins(chapter: Chapter) -> bool:
+    """Return whether the language of a document puts words together."""
+    return chapter.language != ENGLISH
+
+
+def _count(words: Counter[str], wanted: str, *, joins: bool) -> float:
     """Return how often a section has a word; what only begins with it counts half."""
-    exact = float(words.get(begun, 0))
+    exact = float(words.get(wanted, 0))
     return exact + 0.5 * sum(
-        n for word, n in words.items() if word != begun and word.startswith(begun)
+        n for word, n in words.items() if word != wanted and word_fits(word, wanted, joins=joins)
     )
 
 
@@ -135,10 +151,12 @@ def _rarity(sections: int, holders: int) -> float:
     return math.log(1.0 + (sections - holders + 0.5) / (holders + 0.5))
 
 
-def _excerpt(text: str, wanted: Sequence[str]) -> tuple[str, tuple[tuple[int, int], ...]]:
+def _excerpt(
+    text: str, wanted: Sequence[str], *, joins: bool
+) -> tuple[str, tuple[tuple[int, int], ...]]:
     """Return the line with most of the words, cut around the first of them, and where they are."""
     lines = text.split("\n")
-    found = [_places(line, wanted) for line in lines]
+    found = [_places(line, wanted, joins=joins) for line in lines]
     # The more different words, the better, then those side by side; of equal lines, the first.
     phrase = " ".join(wanted)
     best = max(
@@ -163,10 +181,10 @@ def _excerpt(text: str, wanted: Sequence[str]) -> tuple[str, tuple[tuple[int, in
     return f"{front}{line[begin:end]}{back}", marked
 
 
-def _places(line: str, wanted: Sequence[str]) -> list[tuple[str, int, int]]:
+def _places(line: str, wanted: Sequence[str], *, joins: bool) -> list[tuple[str, int, int]]:
     return [
         (word, one.start(), one.end())
         for one in _WORD.finditer(line)
         for word in wanted
-        if one.group().casefold().startswith(word)
+        if word_fits(one.group().casefold(), word, joins=joins)
     ]

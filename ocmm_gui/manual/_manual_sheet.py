@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import (
     QApplication,
     QHBoxLayout,
@@ -16,10 +16,20 @@ from PySide6.QtWidgets import (
 )
 from shiboken6 import isValid
 
-from ocmm_core.manual import Chapter, Manual, ManualHit, Part, Place, load_manual
-from ocmm_gui.kit import ActionInfo, FormField, Sheet, later, list_step, literal, text_font, tr
+from ocmm_core.manual import Chapter, Manual, Part, Place, load_manual
+from ocmm_gui.kit import (
+    ActionInfo,
+    Sheet,
+    language_in_use,
+    later,
+    literal,
+    sentence_label,
+    text_font,
+    tr,
+)
 from ocmm_gui.manual._places import FIRST
 from ocmm_gui.manual._reading import Reading
+from ocmm_gui.manual._search_field import SearchField, hit_words
 
 _INFOS = (
     ActionInfo(
@@ -68,11 +78,12 @@ class ManualSheet(Sheet):
 
     def __init__(self, manual: Manual | None = None) -> None:
         super().__init__(tr("Manual"), _INFOS)
-        self._manual = manual or self.attempt(load_manual)
+        self._language = language_in_use()
+        self._manual = manual or self.attempt(lambda: load_manual(language=self._language))
         self._read: list[_Read] = []
         self._now = -1
         self._came_from: tuple[QWidget | None, QWidget | None] = (None, None)
-        self.field = _SearchField.of(tr("Search the manual"), tr("Words to search for"))
+        self.field = SearchField.of(tr("Search the manual"), tr("Words to search for"))
         self.list = QListWidget()
         self.list.setAccessibleName(tr("Chapters and what was found"))
         self.list.setFont(text_font(14))
@@ -90,8 +101,14 @@ class ManualSheet(Sheet):
         both = QHBoxLayout()
         both.setSpacing(10)
         both.addWidget(left)
+        self.remark = sentence_label(tr("Language of this page"), 14)
+        self.remark.setProperty("role", "muted")
         if self.text is not None:
-            both.addWidget(self.text, 1)
+            right = QVBoxLayout()
+            right.setSpacing(4)
+            right.addWidget(self.remark)
+            right.addWidget(self.text, 1)
+            both.addLayout(right, 1)
             self.text.link_wanted.connect(self._follow)
         self.body.addLayout(both, 1)
         self.field.textChanged.connect(lambda _text: self._list())
@@ -168,6 +185,7 @@ class ManualSheet(Sheet):
         self.keys["before"].setEnabled(self._now > 0)
         self.keys["after"].setEnabled(self._now + 1 < len(self._read))
         chapter = None if self._manual is None or not self._read else self._chapter()
+        self._remark_on(chapter)
         if chapter is None:
             self.say(tr("Tab and Return follow a link."))
         else:
@@ -176,6 +194,16 @@ class ManualSheet(Sheet):
                     part=tr(_PARTS[chapter.part]), title=chapter.title
                 )
             )
+
+    def _remark_on(self, chapter: Chapter | None) -> None:
+        """Say where a page is not in the language of the window, or not as new as the English."""
+        told = ""
+        if chapter is not None and chapter.language != self._language:
+            told = tr("This page is in English only.")
+        elif chapter is not None and chapter.is_behind:
+            told = tr("The English page was changed after this one was translated.")
+        self.remark.setText(told)
+        self.remark.setVisible(bool(told))
 
     def _chapter(self) -> Chapter | None:
         place = self.place()
@@ -278,32 +306,3 @@ class ManualSheet(Sheet):
     def _zoom(self, steps: int) -> None:
         if self.text is not None:
             self.text.zoom(steps)
-
-
-def hit_words(hit: ManualHit) -> str:
-    """Return a hit as it stands in the list: where, and the words around it."""
-    where = hit.title if hit.title == hit.chapter else f"{hit.chapter}: {hit.title}"
-    return f"{where}\n{hit.excerpt}" if hit.excerpt else where
-
-
-class _SearchField(FormField):
-    """Up and Down move in what was found."""
-
-    moved = Signal(int)
-
-    @classmethod
-    def of(cls, name: str, tip: str) -> _SearchField:
-        """Return the field with its names."""
-        field = cls("")
-        field.setAccessibleName(name)
-        field.setToolTip(literal(tip))
-        field.setPlaceholderText(tip)
-        field.setFont(text_font(15))
-        return field
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Move in the list, or type."""
-        if step := list_step(event):
-            self.moved.emit(step)
-            return
-        super().keyPressEvent(event)

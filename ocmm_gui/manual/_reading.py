@@ -24,7 +24,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QTextBrowser, QTextEdit
 
-from ocmm_core.manual import Chapter, Manual, Place, anchors_of, search_words
+from ocmm_core.manual import ENGLISH, Chapter, Manual, Place, anchors_of, search_words, word_fits
 from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, text_font, tr
 
 _BODY_PX = 16
@@ -219,21 +219,25 @@ class Reading(QTextBrowser):
         table.setFormat(style)
 
     def _mark(self) -> None:
-        """Mark the words of a search wherever they begin a word of the text."""
-        words = search_words(" ".join(self._words))
+        """Mark the words of a search wherever they begin a word, in German stand in one."""
+        text = " ".join(self._words)
+        # Qt takes "ss" and "ß" for two things.
+        words = (*search_words(text), *(word for word in text.lower().split() if "ß" in word))
+        joins = self._chapter is not None and self._chapter.language != ENGLISH
         marks: list[QTextEdit.ExtraSelection] = []
         style = QTextCharFormat()
         style.setBackground(QColor(self._theme.zone_warn))
         style.setForeground(QColor(self._theme.text))
         document = self.document()
         for word in words:
+            inside = word_fits(f"x{word}", word, joins=joins)
             at = QTextCursor(document)
             while len(marks) < _MOST_MARKS:
                 at = document.find(word, at)
                 if at.isNull():
                     break
                 before = document.characterAt(at.selectionStart() - 1)
-                if before.isalnum():
+                if before.isalnum() and not inside:
                     continue
                 mark = QTextEdit.ExtraSelection()
                 mark.cursor = at
@@ -248,7 +252,10 @@ class Reading(QTextBrowser):
     def headings(self) -> Iterator[tuple[str, QTextBlock]]:
         """Give the anchor of every heading, with its place in the document."""
         blocks = [one for one in _blocks(self.document()) if one.blockFormat().headingLevel()]
-        yield from zip(anchors_of(one.text() for one in blocks), blocks, strict=True)
+        # Those of a German page are the English ones.
+        anchors = {} if self._chapter is None else self._chapter.anchors_by_heading()
+        for shown, block in zip(anchors_of(one.text() for one in blocks), blocks, strict=True):
+            yield anchors.get(shown, shown), block
 
     def _heading(self, anchor: str) -> QTextBlock | None:
         return next((block for name, block in self.headings() if name == anchor), None)

@@ -8791,11 +8791,15 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Words to search for</source>
-        <translation>Suchwörter (englisch)</translation>
+        <translation>Suchwörter</translation>
     </message>
     <message>
         <source>Chapters and what was found</source>
         <translation>Kapitel und Treffer</translation>
+    </message>
+    <message>
+        <source>Language of this page</source>
+        <translation>Sprache dieser Seite</translation>
     </message>
     <message>
         <source>Tab and Return follow a link.</source>
@@ -8803,7 +8807,15 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>{part}: {title}. Tab and Return follow a link.</source>
-        <translation>{part}: {title}. Tab und Eingabe folgen einem Verweis. Das Handbuch ist englisch.</translation>
+        <translation>{part}: {title}. Tab und Eingabe folgen einem Verweis.</translation>
+    </message>
+    <message>
+        <source>This page is in English only.</source>
+        <translation>Diese Seite gibt es nur auf Englisch.</translation>
+    </message>
+    <message>
+        <source>The English page was changed after this one was translated.</source>
+        <translation>Die englische Seite wurde geändert, nachdem diese übersetzt war.</translation>
     </message>
     <message>
         <source>{link} is not part of the manual.</source>
@@ -8811,7 +8823,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Nothing found: try fewer words, or only their beginnings</source>
-        <translation>Nichts gefunden: weniger englische Wörter oder nur deren Anfang eingeben</translation>
+        <translation>Nichts gefunden: weniger Wörter oder nur deren Anfang eingeben</translation>
     </message>
     <message>
         <source>Text of the manual</source>

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,11 +13,11 @@ from PySide6.QtWidgets import QApplication, QMainWindow, QWidget
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.calibration.guided import ProcedureKind
-from ocmm_core.manual import Place, load_manual
+from ocmm_core.manual import Part, Place, load_manual
 from ocmm_core.settings import RecentPlaces, SettingsFile, SettingsStore
 from ocmm_gui.access import PageStack
 from ocmm_gui.home import StartWindow
-from ocmm_gui.kit import THEMES, NoticeCentre, dress
+from ocmm_gui.kit import LANGUAGES, THEMES, NoticeCentre, dress, use_language
 from ocmm_gui.manual import PLACES, ManualSheet, place_of
 from ocmm_gui.manual._places import FIRST
 from ocmm_gui.manual._reading import Reading
@@ -50,8 +51,9 @@ def _reading(sheet: ManualSheet) -> Reading:
     return sheet.text
 
 
-def test_every_place_of_the_register_is_a_section_of_the_manual() -> None:
-    manual = load_manual()
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_place_of_the_register_is_a_section_of_the_manual(language: str) -> None:
+    manual = load_manual(language=language)
     lost = {
         name: place for name, place in PLACES.items() if manual.section(Place.of(place)) is None
     }
@@ -158,6 +160,73 @@ def test_the_start_window_has_the_manual_on_all_its_pages(
 def _focused(window: QWidget) -> QWidget:
     focused: QWidget | None = window.focusWidget()
     return window if focused is None else focused
+
+
+@pytest.fixture
+def german(qapp: QApplication) -> Iterator[QApplication]:
+    """Let windows that are made now be German."""
+    assert use_language(qapp, "de")
+    yield qapp
+    use_language(qapp, "en")
+
+
+def test_a_german_window_reads_german_pages_and_says_which_are_in_english_only(
+    qtbot: QtBot, german: QApplication
+) -> None:
+    sheet = ManualSheet()
+    qtbot.addWidget(sheet)
+    sheet.resize(1280, 720)
+    with qtbot.waitExposed(sheet):
+        sheet.show()
+    manual, text = load_manual(language="de"), _reading(sheet)
+    seen = {"de": 0, "en": 0}
+    for chapter in manual.chapters:
+        if chapter.part is Part.DECISIONS and seen["en"]:
+            continue
+        sheet.open(chapter.name)
+        seen[chapter.language] += 1
+        shown = [anchor for anchor, _block in text.headings()]
+        assert shown == [section.anchor for section in chapter.sections], chapter.name
+        english_only = chapter.language == "en"
+        assert sheet.remark.isVisibleTo(sheet) is english_only, chapter.name
+        assert ("nur auf Englisch" in sheet.remark.text()) is english_only, chapter.name
+    assert min(seen.values()) > 5
+    sheet.open("inspecting.md#results-f3")
+    assert text.place() == Place("inspecting.md", "results-f3")
+    kind = 2  # QTextDocument.ImageResource
+    assert text.loadResource(kind, "../images/far_dark.png") is not None
+    assert text.loadResource(kind, "../../README.md") is None
+
+
+def test_a_german_search_marks_the_word_inside_others(qtbot: QtBot, german: QApplication) -> None:
+    sheet = ManualSheet()
+    qtbot.addWidget(sheet)
+    sheet.open()
+    sheet.field.setText("größer")
+    assert sheet.list.count() > 1
+    sheet.field.setText("unsicherheit")
+    QTest.keyClick(sheet.field, Qt.Key.Key_Return)
+    place, text = sheet.place(), _reading(sheet)
+    assert place is not None
+    before = {
+        text.document().characterAt(one.cursor.selectionStart() - 1)
+        for one in text.extraSelections()
+    }
+    # Messunsicherheit, Standardunsicherheit.
+    assert {"s", "d"} & before, place
+
+
+def test_a_page_that_is_older_than_the_english_one_says_so(
+    qtbot: QtBot, german: QApplication, tmp_path: Path
+) -> None:
+    (tmp_path / "de").mkdir()
+    (tmp_path / "start.md").write_text("# First\n")
+    (tmp_path / "de" / "start.md").write_text("<!-- English: 0123456789abcdef -->\n# Zuerst\n")
+    sheet = ManualSheet(load_manual(tmp_path, "de"))
+    qtbot.addWidget(sheet)
+    sheet.open("start.md")
+    assert sheet.remark.isVisibleTo(sheet)
+    assert "nur auf Englisch" not in sheet.remark.text()
 
 
 def test_headings_on_the_screen_are_the_sections_of_the_manual(sheet: ManualSheet) -> None:

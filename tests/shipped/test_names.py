@@ -14,7 +14,15 @@ from tests.host import HANG_S
 ROOT = Path(__file__).resolve().parents[2]
 _LINUX = ROOT / "installer" / "linux"
 _STATION = ROOT / "installer" / "station" / "root" / "usr" / "lib" / "systemd" / "system"
-_WHERE = ("*.md", "run", "docs/*.md", "installer/**/*", "ocmm_core/**/*.py", "ocmm_gui/**/*.py")
+_WHERE = (
+    "*.md",
+    "run",
+    "docs/*.md",
+    "docs/de/*.md",
+    "installer/**/*",
+    "ocmm_core/**/*.py",
+    "ocmm_gui/**/*.py",
+)
 _PAGES = [
     path
     for pattern in _WHERE
