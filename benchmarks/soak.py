@@ -35,8 +35,19 @@ import msgspec
 from PySide6.QtCore import QTimer
 
 from benchmarks import soak_stepped
-from benchmarks.soak_books import Cable, Outcome, Usage, WakeUps, counters, judge, words
-from ocmm_core.acquisition.frames import FrameRing, read_status
+from benchmarks.soak_books import (
+    WARM_UP_S,
+    Cable,
+    Outcome,
+    Usage,
+    WakeUps,
+    counters,
+    judge,
+    mapped_ring,
+    once_in_operation,
+    words,
+)
+from ocmm_core.acquisition.frames import read_status
 from ocmm_core.camera import load_rig
 from ocmm_core.composition import (
     DEMO_PLAN,
@@ -46,7 +57,7 @@ from ocmm_core.composition import (
     segment_of,
 )
 from ocmm_core.errors import OcmmError
-from ocmm_core.fieldbus.report import BusPhase, decode_report
+from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.simulation.bus import (
     READY,
@@ -65,8 +76,6 @@ from ocmm_gui.window import MainWindow
 SECONDS = 600.0
 OTHERS = 0.2
 """Length of the second and third run against the first."""
-WARM_UP_S = 10.0
-"""Until here code is compiled, pages are touched and the window is laid out."""
 SAMPLE_S, MOST_SAMPLES = 2.0, 300
 """The samples are kept in the window's process, whose memory they measure."""
 DROPPED = 0.01
@@ -111,14 +120,6 @@ def bus_pid() -> int:
             ):
                 return int(child)
     raise RuntimeError("there is no bus process")
-
-
-def mapped_ring() -> FrameRing:
-    """Return the ring of this process, mapped once more: this one outlives the station."""
-    for line in Path("/proc/self/maps").read_text(encoding="utf-8").splitlines():
-        if "/ocmm-ring-" in line:
-            return FrameRing.attach(line.split()[-1])
-    raise RuntimeError("there is no ring")
 
 
 def play(folder: Path, seconds: float, rules: tuple[LineRule, ...], *, freeze: bool) -> Outcome:
@@ -169,16 +170,6 @@ def _with_window(
     freezes = 0
     libc = ctypes.PyDLL(None)
 
-    def wait_for_operation() -> None:
-        report = decode_report(ring.report())
-        follows = station.looks.live().frame_counter > 0
-        if report is not None and report.phase is BusPhase.OPERATION and follows:
-            QTimer.singleShot(round(1000 * WARM_UP_S), wait_until_it_follows)
-        elif time.monotonic() - begun > START_S:
-            window.close()
-        else:
-            QTimer.singleShot(100, wait_for_operation)
-
     def wait_until_it_follows() -> None:
         # Code that is compiled at the first run takes longer than the ring lasts on slow machines.
         if read_status(ring).frames - station.looks.live().frame_counter < FOLLOWS_FRAMES:
@@ -218,8 +209,7 @@ def _with_window(
     sampling.timeout.connect(sample)
     freezing.setInterval(round(1000 * FREEZE_EVERY_S))
     freezing.timeout.connect(stand_still)
-    begun = time.monotonic()
-    QTimer.singleShot(0, wait_for_operation)
+    once_in_operation(station, ring, START_S, wait_until_it_follows, window.close)
     try:
         bridge.start()
         app.exec()

@@ -6,15 +6,19 @@ import os
 import socket
 import subprocess
 import sys
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import msgspec
 import numpy as np
+from PySide6.QtCore import QTimer
 
-from ocmm_core.acquisition.frames import AcquisitionStatus
-from ocmm_core.fieldbus.report import BusReport, Histogram
+from ocmm_core.acquisition.frames import AcquisitionStatus, FrameRing
+from ocmm_core.fieldbus.report import BusPhase, BusReport, Histogram, decode_report
 from ocmm_core.simulation.bus import LineLog, LineOrder, LineRule
+from ocmm_core.station import MeasuringStation
 
 LOST_WITHOUT_PRIORITY = 0.001
 LOST_WITH_DROPS = 0.001
@@ -24,6 +28,8 @@ traces and, while it measures, the job; both end, but not within a short run."""
 GROWTH_MIB_AN_HOUR = 1.0
 """Of every process, once it has run for `STEADY_S`."""
 STEADY_S = 600.0
+WARM_UP_S = 10.0
+"""Until here code is compiled, pages are touched and the window is laid out."""
 _LONG_S = 2.0 * STEADY_S
 _PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2**20
 
@@ -144,6 +150,40 @@ def counters(status: AcquisitionStatus) -> dict[str, int]:
     """Return what counts, by name."""
     names = ("elapsed", "good", "late", "lost", "bad", "frames", "frames_lost", "overrun")
     return {name: getattr(status, name) for name in names}
+
+
+def mapped_ring() -> FrameRing:
+    """Return the ring of this process, mapped once more: this one outlives the station."""
+    for line in Path("/proc/self/maps").read_text(encoding="utf-8").splitlines():
+        if "/ocmm-ring-" in line:
+            return FrameRing.attach(line.split()[-1])
+    raise RuntimeError("there is no ring")
+
+
+def once_in_operation(
+    station: MeasuringStation,
+    ring: FrameRing,
+    start_s: float,
+    begin: Callable[[], object],
+    give_up: Callable[[], object],
+) -> None:
+    """Call ``begin`` in the event loop, warmed up, once the station follows a bus in operation.
+
+    Where it does not within ``start_s``, ``give_up`` is called instead.
+    """
+    until = time.monotonic() + start_s
+
+    def look() -> None:
+        report = decode_report(ring.report())
+        follows = station.looks.live().frame_counter > 0
+        if report is not None and report.phase is BusPhase.OPERATION and follows:
+            QTimer.singleShot(round(1000 * WARM_UP_S), begin)
+        elif time.monotonic() > until:
+            give_up()
+        else:
+            QTimer.singleShot(100, look)
+
+    QTimer.singleShot(0, look)
 
 
 @dataclass(frozen=True, slots=True)

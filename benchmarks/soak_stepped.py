@@ -27,7 +27,16 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QTimer
 
-from benchmarks.soak_books import GROWTH_MIB, GROWTH_MIB_AN_HOUR, STEADY_S, Row, Usage
+from benchmarks.soak_books import (
+    GROWTH_MIB,
+    GROWTH_MIB_AN_HOUR,
+    STEADY_S,
+    Row,
+    Usage,
+    counters,
+    mapped_ring,
+    once_in_operation,
+)
 from ocmm_core.acquisition.frames import FrameBlock, FrameRing, quantise, read_status
 from ocmm_core.camera import load_rig
 from ocmm_core.composition import (
@@ -37,7 +46,7 @@ from ocmm_core.composition import (
     build_station,
     segment_of,
 )
-from ocmm_core.fieldbus.report import BusPhase, decode_report
+from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.simulation.scene import RigScript, decode_script
 from ocmm_core.simulation.slave import CameraFrames
@@ -47,7 +56,7 @@ from ocmm_gui.kit import NoticeCentre
 from ocmm_gui.window import MainWindow
 
 BUS_SECONDS, AT_MOST_S = 1800.0, 7200.0
-WARM_UP_S, START_S, SAMPLE_S, MOST_SAMPLES = 10.0, 120.0, 2.0, 300
+START_S, SAMPLE_S, MOST_SAMPLES = 120.0, 2.0, 300
 SAMPLE, SAMPLED_FRAMES = 50, 16
 """Of one block in so many, so many frames are compared with what the rig shows."""
 
@@ -150,14 +159,6 @@ def processes() -> dict[str, int]:
     return found
 
 
-def mapped_ring() -> FrameRing:
-    """Return the ring of this process, mapped once more: this one outlives the station."""
-    for line in Path("/proc/self/maps").read_text(encoding="utf-8").splitlines():
-        if "/ocmm-ring-" in line:
-            return FrameRing.attach(line.split()[-1])
-    raise RuntimeError("there is no ring")
-
-
 @dataclass(slots=True)
 class Soak:
     """A run that is under way, and what came of it."""
@@ -172,21 +173,15 @@ class Soak:
     first: dict[str, int] | None = None
     last: dict[str, int] | None = None
 
-    def books(self) -> dict[str, int]:
-        """Return the counters of the ring."""
-        status = read_status(self.ring)
-        names = ("elapsed", "good", "late", "lost", "bad", "frames", "frames_lost", "overrun")
-        return {name: getattr(status, name) for name in names}
-
     def begin(self) -> None:
         """Count from now on."""
         self.observer.clear()
-        self.first, self.begun_s = self.books(), time.monotonic()
+        self.first, self.begun_s = counters(read_status(self.ring)), time.monotonic()
 
     def look(self) -> bool:
         """Take a sample; return whether the run is at its end."""
         assert self.first is not None
-        now, self.lasted_s = self.books(), time.monotonic() - self.begun_s
+        now, self.lasted_s = counters(read_status(self.ring)), time.monotonic() - self.begun_s
         pids = processes() | {"window": os.getpid()}
         for name, held in self.usage.items():
             held.look(pids[name], self.lasted_s)
@@ -216,19 +211,8 @@ def play(folder: Path, seconds: float, at_most_s: float) -> tuple[Soak, str]:
     window = MainWindow(bridge, NoticeCentre())
     window.resize(1920, 1080)
     window.show()
-    begun = time.monotonic()
     sampling = QTimer()
     sampling.setInterval(round(1000 * max(SAMPLE_S, min(seconds, at_most_s) / MOST_SAMPLES)))
-
-    def wait_for_operation() -> None:
-        report = decode_report(ring.report())
-        follows = station.looks.live().frame_counter > 0
-        if report is not None and report.phase is BusPhase.OPERATION and follows:
-            QTimer.singleShot(round(1000 * WARM_UP_S), begin)
-        elif time.monotonic() - begun > START_S:
-            window.close()
-        else:
-            QTimer.singleShot(100, wait_for_operation)
 
     def begin() -> None:
         soak.begin()
@@ -240,7 +224,7 @@ def play(folder: Path, seconds: float, at_most_s: float) -> tuple[Soak, str]:
             window.close()
 
     sampling.timeout.connect(sample)
-    QTimer.singleShot(0, wait_for_operation)
+    once_in_operation(station, ring, START_S, begin, window.close)
     with observed(observer):
         try:
             bridge.start()

@@ -25,6 +25,13 @@ def kind_of(features: Iterable[str]) -> str:
     return AVX2 if frozenset(features) >= _NEEDED else GENERIC
 
 
+def kind_of_this() -> str:
+    """Return for which kind to compile on this processor, as LLVM sees it."""
+    from llvmlite.binding import get_host_cpu_features
+
+    return kind_of(name for name, has in get_host_cpu_features().items() if has)
+
+
 def environment(kind: str) -> dict[str, str]:
     """Return what numba must find in its environment to compile for a kind."""
     # Empty: the features of that processor; without it those of this one are in the key.
@@ -52,8 +59,7 @@ def _choose() -> None:
 
     # Of another architecture numba knows more than we do.
     if binding.get_process_triple().startswith(("x86_64", "amd64")):
-        features = binding.get_host_cpu_features()
         # The processes of this one inherit it.
-        os.environ.update(environment(kind_of(name for name, has in features.items() if has)))
+        os.environ.update(environment(kind_of_this()))
         # Whoever imported numba before us had it read an environment without.
         config.reload_config()

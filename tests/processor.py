@@ -16,10 +16,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from llvmlite.binding import get_host_cpu_features
 
 from ocmm_core import instructions
-from ocmm_core.instructions import environment, kind_of
 from tests.gate import FAILED, NOT_RUN, RECORD, REQUIRE_ALL, Outcome, write_record
 from tests.host import long_form
 
@@ -36,8 +34,6 @@ _LIBRARIES = {AVX2: ("Haswell", instructions.AVX2), GENERIC: ("Nehalem", instruc
 def emulation(processor: str) -> dict[str, str]:
     """Return the environment in which numerical libraries see another processor."""
     blas, compiled_for = _LIBRARIES[processor]
-    features = get_host_cpu_features()
-    own = kind_of(name for name, has in features.items() if has)
     kept = _UP_TO_AVX2 if processor == AVX2 else set()
     emulated = {
         NAME: processor,
@@ -45,8 +41,8 @@ def emulation(processor: str) -> dict[str, str]:
             sorted(name for name in _dispatched() if name not in kept)
         ),
         "OPENBLAS_CORETYPE": blas,
-    } | environment(compiled_for)
-    if compiled_for == own:
+    } | instructions.environment(compiled_for)
+    if compiled_for == instructions.kind_of_this():
         # The set-up has compiled all of it.
         return emulated
     # Two processes that compile the same function at the same time spoil its list of results,

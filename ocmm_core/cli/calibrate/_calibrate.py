@@ -98,15 +98,12 @@ def cameras(
 
     console, site = make_console(), open_site(rig, calibrations)
     listed = load_reference_points(points)
-    procedure = (
-        None
-        if new
-        else continued(
-            site,
-            ProcedureKind.KNOWN_POINTS,
-            lambda path: KnownPointsProcedure.resume(path, site.design, site.store),
-            console,
-        )
+    procedure = continued(
+        site,
+        ProcedureKind.KNOWN_POINTS,
+        lambda path: KnownPointsProcedure.resume(path, site.design, site.store),
+        console,
+        new=new,
     )
     if procedure is None:
         procedure = KnownPointsProcedure.begin(

@@ -156,15 +156,12 @@ def probe_command(
         rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
     )
     site, body, store = place.site, place.body, place.store
-    procedure = (
-        None
-        if new
-        else continued(
-            site,
-            ProcedureKind.PIVOT,
-            lambda path: about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
-            console,
-        )
+    procedure = continued(
+        site,
+        ProcedureKind.PIVOT,
+        lambda path: about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
+        console,
+        new=new,
     )
     if procedure is None:
         procedure = PivotProcedure.begin(

@@ -143,15 +143,12 @@ def relocate(
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
     known = None if control is None else load_reference_points(control)
-    procedure = (
-        None
-        if new
-        else continued(
-            site,
-            ProcedureKind.RELOCATION,
-            lambda path: RelocationProcedure.resume(path, site.rig, body, site.store),
-            console,
-        )
+    procedure = continued(
+        site,
+        ProcedureKind.RELOCATION,
+        lambda path: RelocationProcedure.resume(path, site.rig, body, site.store),
+        console,
+        new=new,
     )
     recorded = () if shots is None else load_shots(shots, site.rig, body.n_leds)
     if procedure is None:

@@ -98,10 +98,13 @@ def open_site(rig: Path, calibrations: Path | None) -> Site:
 
 
 def continued(
-    site: Site, kind: ProcedureKind, resume: Callable[[Path], P], console: Console
+    site: Site, kind: ProcedureKind, resume: Callable[[Path], P], console: Console, *, new: bool
 ) -> P | None:
-    """Return the newest session of a kind that can go on; None where there is none."""
-    for path in sessions(site.sessions, kind):
+    """Return the newest session of a kind that can go on; None where there is none.
+
+    None as well where a ``new`` one is wanted.
+    """
+    for path in () if new else sessions(site.sessions, kind):
         try:
             procedure = resume(path)
         except (CalibrationError, InputError, StorageError) as error:

@@ -118,7 +118,7 @@ def tip_command(
         rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
     )
     name = _mounted(place, tip, who, console)
-    procedure = None if new else _continued(TipQualificationProcedure, place, name, console)
+    procedure = _continued(TipQualificationProcedure, place, name, console, new=new)
     if procedure is None:
         procedure = TipQualificationProcedure.begin(
             place.site.sessions, place.site.rig, place.body, place.store, name,
@@ -172,7 +172,7 @@ def check_tip_command(
         rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
     )
     name = _mounted(place, tip, who, console)
-    procedure = None if new else _continued(TipCheckProcedure, place, name, console)
+    procedure = _continued(TipCheckProcedure, place, name, console, new=new)
     if procedure is None:
         procedure = TipCheckProcedure.begin(
             place.site.sessions, place.site.rig, place.body, place.store, name,
@@ -202,7 +202,9 @@ class _Source:
     force: bool
 
 
-def _continued(kind: type[T], place: TerminalProbeSite, tip: str, console: Console) -> T | None:
+def _continued(
+    kind: type[T], place: TerminalProbeSite, tip: str, console: Console, *, new: bool
+) -> T | None:
     """Return the newest session about a tip that can go on; None where there is none."""
     from ocmm_core.cli.calibrate._probe_site import about_tip
     from ocmm_core.cli.calibrate._run import continued
@@ -215,6 +217,7 @@ def _continued(kind: type[T], place: TerminalProbeSite, tip: str, console: Conso
             tip,
         ),
         console,
+        new=new,
     )
 
 

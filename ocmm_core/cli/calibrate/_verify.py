@@ -131,15 +131,12 @@ def verify(
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
     spheres = tuple(load_sphere(path) for path in sphere or ())
-    procedure = (
-        None
-        if new
-        else continued(
-            site,
-            ProcedureKind.VERIFICATION,
-            lambda path: VerificationProcedure.resume(path, site.rig, body, site.store),
-            console,
-        )
+    procedure = continued(
+        site,
+        ProcedureKind.VERIFICATION,
+        lambda path: VerificationProcedure.resume(path, site.rig, body, site.store),
+        console,
+        new=new,
     )
     if procedure is None:
         procedure = VerificationProcedure.begin(

@@ -12,7 +12,7 @@ import numpy as np
 
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.step._edge_steps import EdgeSteps
-from ocmm_core.inspection.step._library import SameShape, explored, static
+from ocmm_core.inspection.step._library import SameShape, explored, static, without_place
 
 _LONGEST = 200
 _OPERATOR = b"CARTESIAN_TRANSFORMATION_OPERATOR"
@@ -69,7 +69,7 @@ class StepDocument:
 
     def about(self, face: Any) -> Said:
         """Return what the file says of a face of ``shape``."""
-        return self.said.get(_without_place(face), Said()) if self.said else Said()
+        return self.said.get(without_place(face), Said()) if self.said else Said()
 
 
 def read_document(path: str, doing: Callable[[str], None]) -> StepDocument:
@@ -213,9 +213,9 @@ def _all_said(document: Any, shapes: Any) -> dict[SameShape, Said]:
                 of_faces.append((shape, words))
             elif words.colour or words.layer:
                 for face in explored(shape, "FACE"):
-                    said[_without_place(face)] = Said("", words.colour, words.layer)
+                    said[without_place(face)] = Said("", words.colour, words.layer)
         for shape, words in of_faces:
-            key = _without_place(shape)
+            key = without_place(shape)
             body = said.get(key, Said())
             said[key] = Said(words.name, words.colour or body.colour, words.layer or body.layer)
     return said
@@ -260,9 +260,3 @@ def _word(text: str) -> str:
 
 def _items(sequence: Any) -> list[Any]:
     return [sequence.Value(index) for index in range(1, sequence.Length() + 1)]
-
-
-def _without_place(face: Any) -> SameShape:
-    from OCP.TopLoc import TopLoc_Location
-
-    return SameShape(face.Located(TopLoc_Location()))

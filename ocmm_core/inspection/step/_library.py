@@ -64,6 +64,15 @@ def vector(triple: Any) -> Float:
     return np.array([triple.X(), triple.Y(), triple.Z()])
 
 
+def triangulation(face: Any) -> tuple[Any, Any]:
+    """Return the mesh that the library keeps of a face, None where there is none, and its place."""
+    from OCP.BRep import BRep_Tool
+    from OCP.TopLoc import TopLoc_Location
+
+    place = TopLoc_Location()
+    return static(BRep_Tool, "Triangulation")(face, place), place
+
+
 class SameShape:
     """A shape as the key of a dictionary: its orientation does not count."""
 
@@ -77,3 +86,10 @@ class SameShape:
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, SameShape) and bool(self._shape.IsSame(other._shape))
+
+
+def without_place(face: Any) -> SameShape:
+    """Return the key of a face as it is where it has no place in an assembly."""
+    from OCP.TopLoc import TopLoc_Location
+
+    return SameShape(face.Located(TopLoc_Location()))

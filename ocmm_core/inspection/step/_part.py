@@ -19,6 +19,7 @@ from ocmm_core.inspection.step._library import (
     is_turned,
     kind_of,
     static,
+    triangulation,
     vector,
 )
 from ocmm_core.inspection.step._raw_faces import UnusableModelError, faces_with_surface
@@ -77,7 +78,7 @@ def part_of(
     deflection = _meshed(document, faces)
     compute_normals = static(BRepLib_ToolTriangulatedShape, "ComputeNormals")
     for face in faces:
-        if (mesh := _triangulation(face)[0]) is not None:
+        if (mesh := triangulation(face)[0]) is not None:
             compute_normals(face, mesh)
     meshes = raw_meshes(faces, with_normals=True)
     parts: list[_FaceMesh] = []
@@ -173,7 +174,7 @@ def _kept_deflection(faces: Sequence[Any]) -> float:
 
     To mesh a large model once more takes seconds. What has very many triangles is no picture.
     """
-    meshes = [_triangulation(face)[0] for face in faces]
+    meshes = [triangulation(face)[0] for face in faces]
     made = [one for one in meshes if one is not None]
     if not made or sum(one.NbTriangles() for one in made) > MOST_TRIANGLES:
         return 0.0
@@ -181,23 +182,15 @@ def _kept_deflection(faces: Sequence[Any]) -> float:
 
 
 def _count(face: Any) -> int:
-    mesh = _triangulation(face)[0]
+    mesh = triangulation(face)[0]
     return 0 if mesh is None else int(mesh.NbTriangles())
-
-
-def _triangulation(face: Any) -> tuple[Any, Any]:
-    from OCP.BRep import BRep_Tool
-    from OCP.TopLoc import TopLoc_Location
-
-    place = TopLoc_Location()
-    return static(BRep_Tool, "Triangulation")(face, place), place
 
 
 def _face_mesh(face: Any, raw: RawMesh | None) -> _FaceMesh:
     from OCP.BRep import BRep_Tool
     from OCP.TopAbs import TopAbs_REVERSED
 
-    mesh, place = _triangulation(face)
+    mesh, place = triangulation(face)
     if raw is None or raw.normals is None:
         none = np.empty((0, 3))
         return _FaceMesh(none, none, np.empty((0, 3), dtype=np.int64), ())

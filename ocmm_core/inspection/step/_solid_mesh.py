@@ -11,7 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.step._library import SameShape, explored, static
+from ocmm_core.inspection.step._library import (
+    SameShape,
+    explored,
+    static,
+    triangulation,
+    without_place,
+)
 
 DEFLECTION_MM = 0.04
 _BEND_RAD = 0.35
@@ -97,7 +103,7 @@ def raw_meshes(faces: Sequence[Any], *, with_normals: bool = False) -> dict[int,
     first: list[int] = []
     of_face: dict[int, int] = {}
     for place in asked:
-        key = SameShape(without_place(faces[place]))
+        key = without_place(faces[place])
         if key not in whose:
             whose[key] = len(first)
             first.append(place)
@@ -114,20 +120,9 @@ def raw_meshes(faces: Sequence[Any], *, with_normals: bool = False) -> dict[int,
     return found
 
 
-def without_place(face: Any) -> Any:
-    """Return a face as it is where it has no place in an assembly."""
-    from OCP.TopLoc import TopLoc_Location
-
-    return face.Located(TopLoc_Location())
-
-
 def mesh_of(face: Any) -> tuple[Any, Float | None] | None:
     """Return the mesh of a face and the motion to its place, if there is one."""
-    from OCP.BRep import BRep_Tool
-    from OCP.TopLoc import TopLoc_Location
-
-    place = TopLoc_Location()
-    mesh = static(BRep_Tool, "Triangulation")(face, place)
+    mesh, place = triangulation(face)
     if mesh is None or not mesh.NbTriangles():
         return None
     return mesh, None if place.IsIdentity() else motion_of(place)
