@@ -1610,7 +1610,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>{count} files, {size} KiB. This is all that is packed; nothing is sent. Passwords and keys are never in it.</source>
-        <translation>{count} Dateien, {size} KiB. Nur das wird gepackt; nichts wird gesendet. Kennwörter und Schlüssel sind nie dabei.</translation>
+        <translation>{count} Dateien, {size} KiB. Nur das wird gepackt; nichts wird gesendet. Passwörter und Schlüssel sind nie dabei.</translation>
     </message>
     <message>
         <source>Support bundle written to {path} ({size} KiB). Nothing was sent.</source>

@@ -206,7 +206,7 @@ def test_whoever_reads_the_list_gets_it_in_his_language_and_support_in_english(
         return speech.of(text) if speech.of(text) != text else speech.word(text)
 
     shown = draft.contents((), say)
-    for words in ("OCMM-Supportpaket", "Kennwörter, Tokens", "Rechnerprüfung: ", "Einstellungen: "):
+    for words in ("OCMM-Supportpaket", "Passwörter, Tokens", "Rechnerprüfung: ", "Einstellungen: "):
         assert words in shown
     assert not re.search(r"\b(the|and|of|names|taken)\b", shown), shown
     with zipfile.ZipFile(io.BytesIO(draft.packed())) as archive:
