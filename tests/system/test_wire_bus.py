@@ -154,6 +154,12 @@ def test_objects_are_read_written_and_refused() -> None:
     assert "0x06070010" in seen["length"]
 
 
+def test_an_answer_that_comes_too_late_is_not_taken_for_another_entry() -> None:
+    seen = play("late_objects")
+    assert seen["wrong"] == []
+    assert seen["right"] >= 100
+
+
 def test_killed_cameras_are_lost_but_waited_for() -> None:
     seen = play("killed")
     assert seen["before"]["verdicts"]["good"] > 0

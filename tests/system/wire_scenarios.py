@@ -29,16 +29,20 @@ from ocmm_core.acquisition.bus_process import (
 from ocmm_core.acquisition.frames import Cycle, quantise
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle import BusSettings, CameraBus
-from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.fieldbus.device import NEWEST_LAYOUT, SM_ASSIGNMENT, SM_INPUTS, CameraIdentity
 from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.fieldbus.wire import Master, check_interface
 from ocmm_core.simulation.bus import Chain, FaultKind, FaultRig, Faults, Unit, Wire, make_link
 from ocmm_core.simulation.slave import INIT, TestPattern
+from tests.core.fieldbus.bugs.bug_tools import late
 
 LEFT, RIGHT = CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2)
 HOST, FAR = "wire0", "wire1"
 FRAME_NS, CYCLE_NS = 125_000, 1_000_000
 _MOST_TIMES = 200
+_MAILBOX_LATE_S = 0.12
+"""Longer than the master waits for an answer, and shorter than it waits twice."""
+_LATE_READS, _LATE_S = 100, 20.0
 Cameras = list[Unit]
 
 
@@ -291,6 +295,39 @@ def objects() -> dict[str, Any]:
         master.close()
 
 
+def late_objects() -> dict[str, Any]:
+    """Read entry after entry of one object from a camera that answers some of them too late."""
+    made = cameras(LEFT)
+    asked = [0]
+
+    def when(_mailbox: bytes) -> bool:
+        asked[0] += 1
+        return asked[0] % 5 == 0
+
+    late(_MAILBOX_LATE_S, when)(made[0].camera)
+    serve(made)
+    master = Master(HOST)
+    wrong: list[str] = []
+    unanswered = right = 0
+    try:
+        master.scan()
+        begin = time.monotonic()
+        while right < _LATE_READS and time.monotonic() - begin < _LATE_S:
+            for sub, pdo in enumerate(NEWEST_LAYOUT.input_pdos, start=1):
+                try:
+                    value = master.read_object(0, "'left'", SM_ASSIGNMENT + SM_INPUTS, sub)
+                except BusError as error:
+                    wrong += [error.what] if error.code != "bus.no_answer" else []
+                    unanswered += 1
+                    continue
+                right += int.from_bytes(value, "little") == pdo.index
+                if int.from_bytes(value, "little") != pdo.index:
+                    wrong.append(f"entry {sub} is {value.hex()}")
+        return {"right": right, "wrong": wrong, "unanswered": unanswered}
+    finally:
+        master.close()
+
+
 def killed() -> dict[str, Any]:
     """Kill the cameras while they are measuring."""
     return _disturbed(signal.SIGKILL, 1.5)
@@ -368,7 +405,8 @@ def stalled() -> dict[str, Any]:
 SCENARIOS: dict[str, Callable[[], dict[str, Any]]] = {
     scenario.__name__: scenario
     for scenario in (
-        run, drop, refusals, alarms, interfaces, objects, killed, frozen, restarted, stalled
+        run, drop, refusals, alarms, interfaces, objects, late_objects, killed, frozen, restarted,
+        stalled,
     )
 }  # fmt: skip
 

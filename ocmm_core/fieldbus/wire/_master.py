@@ -28,6 +28,7 @@ from ocmm_core.fieldbus.wire._datagrams import Command, Datagram
 from ocmm_core.fieldbus.wire._fuse import fuse, set_blocking
 from ocmm_core.fieldbus.wire._host_time import HostTime
 from ocmm_core.fieldbus.wire._mapping import check_room
+from ocmm_core.fieldbus.wire._object_calls import ObjectCalls
 from ocmm_core.fieldbus.wire._other_masters import refuse_other_programs
 from ocmm_core.fieldbus.wire._port import Passage, Port
 from ocmm_core.fieldbus.wire._scan import stored_serial
@@ -58,6 +59,10 @@ _FIRST_STATION = 0x1001
 """What pysoem gives the first device; the others follow."""
 _TRIES = 2
 _OBJECT_BYTES = 512
+_SERIAL_BYTES = 4
+_DEVICE_TYPE = 0x1000
+"""Of ETG.1000.6; every device has it, and nothing here reads it for its own sake."""
+_LATE_ANSWER_S = 0.02
 
 # pysoem asserts on its shared error list instead of raising
 _CALL_ERRORS: tuple[type[Exception], ...] = (AssertionError,)
@@ -108,6 +113,11 @@ class Master:
         self._master.always_release_gil = True
         patient_us = self._time.patience * _SDO_TIMEOUT_US
         self._master.sdo_read_timeout = self._master.sdo_write_timeout = patient_us
+        self._calls = ObjectCalls(
+            lambda position: self._devices[position].sdo_read(_DEVICE_TYPE, 0),
+            _CALL_ERRORS,
+            self._time.patience * _LATE_ANSWER_S,
+        )
         try:
             try:
                 self._master.open(*interfaces)
@@ -200,7 +210,12 @@ class Master:
             How many bytes it has at most.
         """
         device = self._devices[position]
-        return _call(lambda: bytes(device.sdo_read(index, sub, room)), name, f"object {index:#06x}")
+        return self._calls.call(
+            position,
+            name,
+            index,
+            lambda: _unless_refused(lambda: bytes(device.sdo_read(index, sub, room)), name, index),
+        )
 
     def write_object(self, position: int, name: str, index: int, sub: int, value: bytes) -> None:
         """Change a value of a device's object dictionary; ``name`` is for messages."""
@@ -210,7 +225,7 @@ class Master:
             device.sdo_write(index, sub, value)
             return b""
 
-        _call(write, name, f"object {index:#06x}")
+        self._calls.call(position, name, index, lambda: _unless_refused(write, name, index))
 
     def read_register(self, position: int, name: str, address: int, length: int) -> bytes:
         """Return registers of a device's controller; ``name`` is for messages."""
@@ -399,8 +414,11 @@ class Master:
         """Return what a device says it is."""
         device = self._devices[position]
         serial: int | None = None
-        with contextlib.suppress(*_CALL_ERRORS):
-            serial = struct.unpack("<I", device.sdo_read(IDENTITY, IDENTITY_SERIAL))[0]
+        with contextlib.suppress(BusError):
+            name = f"at position {position + 1}"
+            content = self.read_object(position, name, IDENTITY, IDENTITY_SERIAL)
+            if len(content) == _SERIAL_BYTES:
+                serial = int.from_bytes(content, "little")
         alias = self.read_register(position, f"at position {position + 1}", _ALIAS_REGISTER, 2)
         return FoundDevice(
             device.man, device.id, device.rev, serial, int.from_bytes(alias, "little"),
@@ -444,23 +462,13 @@ def _closed() -> BusError:
     return BusError("bus.closed", "The camera bus is not open.", "Open it first.")
 
 
-def _call(action: Callable[[], bytes], name: str, what: str) -> bytes:
-    """Try again what a lost frame may have spoiled; then say which camera did not answer."""
-    for attempt in range(_TRIES):
-        try:
-            return action()
-        except pysoem.SdoError as error:
-            raise BusError(
-                "bus.refused",
-                f"Camera {name} refuses {what} (abort code {error.abort_code:#010x}: "
-                f"{error.desc}).",
-                "Install the camera firmware that matches this program.",
-            ) from error
-        except _CALL_ERRORS as error:
-            if attempt == _TRIES - 1:
-                raise BusError(
-                    "bus.no_answer",
-                    f"Camera {name} gives an unexpected answer ({what}).",
-                    "Check its cable; power-cycle the camera.",
-                ) from error
-    raise AssertionError("the last try returns or raises")
+def _unless_refused(action: Callable[[], bytes], name: str, index: int) -> bytes:
+    try:
+        return action()
+    except pysoem.SdoError as error:
+        raise BusError(
+            "bus.refused",
+            f"Camera {name} refuses object {index:#06x} (abort code {error.abort_code:#010x}: "
+            f"{error.desc}).",
+            "Install the camera firmware that matches this program.",
+        ) from error

@@ -182,16 +182,18 @@ def answers(change: Callable[[Any, bytes, bytes | None], bytes | None]) -> Plant
 
 
 def late(seconds: float, when: Callable[[bytes], bool]) -> Plant:
-    """Answer some mailboxes late."""
+    """Answer some mailboxes late, and those behind them after them: mailboxes keep their order."""
 
     def plant(camera: Any) -> None:
         before, poll = camera.answer, camera.esc.poll
         waiting: list[tuple[int, bytes]] = []
+        late_ns = round(seconds * 1e9)
 
         def answer(asked: bytes) -> Any:
             found = before(asked)
-            if found is not None and when(asked):
-                waiting.append((camera.esc.now_ns + round(seconds * 1e9), found))
+            if found is not None and (waiting or when(asked)):
+                due_ns = waiting[-1][0] + late_ns // 8 if waiting else camera.esc.now_ns + late_ns
+                waiting.append((due_ns, found))
                 return None
             return found
 
