@@ -51,9 +51,11 @@ def pytest_in(folder: Path, *options: str, **environment: str) -> tuple[int, str
     if not (folder / "test_them.py").exists():
         (folder / "test_them.py").write_text(_TESTS)
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *options],
+        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-p", "xdist.plugin", *options],
         cwd=folder, capture_output=True, text=True, timeout=HANG_S, check=False,
-        env={**os.environ, "PYTHONPATH": str(_ROOT), **environment},
+        # The other plugins, that of Qt above all, take longer to load than these tests.
+        env={**os.environ, "PYTHONPATH": str(_ROOT), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
+             **environment},
     )  # fmt: skip
     return done.returncode, done.stdout
 
