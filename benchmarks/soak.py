@@ -113,8 +113,8 @@ def stop(child: subprocess.Popen[bytes]) -> None:
 
 def bus_pid() -> int:
     """Return the number of the bus process, a child of this one."""
-    for child, words in children_of(os.getpid()):
-        if b"ocmm_core.acquisition.bus_process._start" in words:
+    for child, command in children_of(os.getpid()):
+        if b"ocmm_core.acquisition.bus_process._start" in command:
             return child
     raise RuntimeError("there is no bus process")
 
