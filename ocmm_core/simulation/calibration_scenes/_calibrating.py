@@ -39,8 +39,8 @@ from ocmm_core.tracking import ProbeBody, load_probe, satisfies_rules
 
 STILL_S, SEATED_S, TRAVEL_S, WAY_S = 0.045, 0.14, 0.06, 0.6
 _STILL_FRAMES = 300
-"""A rest has so many frames at least, however slow the cameras are: two averages of a hundred that a
-step compares, and the block of eighty in which it may begin."""
+"""A rest has so many frames at least, however slow the cameras are: two averages of a hundred, as a
+step compares them, and the block of eighty in which it may begin."""
 _TREMOR = np.array([2e-3, 1.0])
 """Amplitude of a hand in attitude (rad) and place (mm), where a segment lets the ball sway at all:
 else it is held by its seat."""
