@@ -61,7 +61,9 @@ def _part_file(request: StationRequest, plan: Plan) -> Path:
 def virtual_rig_feed(request: StationRequest, plan: Plan, _rig: Rig, _value: str) -> Feed:
     """Return the virtual rig in this process; it waits for who reads it."""
     virtual = script_of(request, plan).build()
-    source = SimulatedSource(virtual, request.speed, hover=request.stay)
+    source = SimulatedSource(
+        virtual, request.speed, hover=request.stay, rest_speed=request.rest_speed
+    )
     description = source.description
     per_read = max(1, round(description.cycle_period_ns / description.frame_period_ns))
     ahead = round(_AHEAD_S * 1e9 / description.frame_period_ns)

@@ -46,8 +46,9 @@ class StationRequest:
         Folder of the job file; made if it does not exist.
     seed, speed, world, frame_rate_hz
         Of the virtual rig; a speed of zero is as fast as possible, a rate of zero the rig's own.
-    stay
-        At the end of the script the operator stays and goes on touching what is missing.
+    stay, rest_speed
+        At the end of the script the operator stays and goes on touching what is missing. While
+        nothing is, a virtual rig without a speed has this one, and zero is as fast as possible.
     operator, serial, order, batch
         Names for the job; order and batch may be empty.
     resume
@@ -95,6 +96,7 @@ class StationRequest:
     world: WorldOptions = field(default_factory=WorldOptions)
     frame_rate_hz: int = 0
     stay: bool = False
+    rest_speed: float = 1.0
     operator: str = "demo"
     serial: str = "1"
     order: str = ""

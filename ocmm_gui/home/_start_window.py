@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,7 +26,6 @@ from ocmm_core.settings import LoadedSettings, RecentPlaces, Settings, SettingsS
 from ocmm_gui.access import HandsAndEyes, PageStack, ZoomArea
 from ocmm_gui.home._file_browser import FileBrowser, Wanted
 from ocmm_gui.home._plan_list import PlanList
-from ocmm_gui.home._settings_page import SettingsPage
 from ocmm_gui.home._start_page import StartPage
 from ocmm_gui.kit import (
     ACTIONS,
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.archive import LastJob
     from ocmm_core.inspection.plan import PlanSummary
     from ocmm_gui.archive import ArchiveSheet
+    from ocmm_gui.home._settings_page import SettingsPage
     from ocmm_gui.manual import ManualSheet
 
 
@@ -135,11 +136,6 @@ class StartWindow(QMainWindow):
             }
         )
         self.page.job_chosen.connect(lambda path: self._leave_for(Errands.CONTINUE, path))
-        self.settings = SettingsPage(store)
-        self.settings.left.connect(self.show_start)
-        self.settings.failed.connect(notices.error)
-        self.settings.told.connect(notices.warn)
-        self.settings.changed.connect(self._on_settings)
         self.plans = PlanList()
         self.plans.left.connect(self.show_start)
         self.plans.chosen.connect(lambda path: self._leave_for(Errands.NEW, path))
@@ -150,7 +146,7 @@ class StartWindow(QMainWindow):
         self._archive_sheet: ArchiveSheet | None = None
         self.manual: ManualSheet | None = None
         self._stack = PageStack()
-        for page in (self.page, self.settings, self.plans, self.browser):
+        for page in (self.page, self.plans, self.browser):
             self._stack.addWidget(page)
         central = QWidget()
         layout = QVBoxLayout(central)
@@ -160,7 +156,7 @@ class StartWindow(QMainWindow):
         self.setCentralWidget(area)
         self.eyes = HandsAndEyes(self, area, store, notices)
         self._stack.currentChanged.connect(lambda _page: self.eyes.show_far(False))
-        self.eyes.kept.connect(self.settings.read_again)
+        self.eyes.kept.connect(self._read_settings)
         self._keys = self._make_keys()
         notices.posted.connect(self.banner.show_notice)
         for note in self.loaded.notes:
@@ -218,7 +214,8 @@ class StartWindow(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Stop reading."""
-        self.settings.close_work()
+        if self._has_settings():
+            self.settings.close_work()
         if self._archive_sheet is not None:
             self._archive_sheet.close_work()
         self.browser.close_work()
@@ -297,6 +294,28 @@ class StartWindow(QMainWindow):
         self._stack.setCurrentWidget(page)
         page.setFocus()
 
+    @cached_property
+    def settings(self) -> SettingsPage:
+        """Return the settings; their many rows are made when somebody looks at them."""
+        from ocmm_gui.home._settings_page import SettingsPage
+
+        page = SettingsPage(self._store)
+        page.left.connect(self.show_start)
+        page.failed.connect(self._notices.error)
+        page.told.connect(self._notices.warn)
+        page.changed.connect(self._on_settings)
+        dress(page, THEMES[self.loaded.settings.window_theme])
+        self._stack.addWidget(page)
+        return page
+
+    def _has_settings(self) -> bool:
+        # `cached_property` keeps what it made under its name.
+        return "settings" in vars(self)
+
+    def _read_settings(self) -> None:
+        if self._has_settings():
+            self.settings.read_again()
+
     def show_settings(self, section: str = "") -> None:
         """Show the settings, at one of their sections."""
         self._stack.setCurrentWidget(self.settings)
@@ -334,7 +353,13 @@ class StartWindow(QMainWindow):
     def _next_theme(self) -> None:
         names = list(THEMES)
         after = names[(names.index(self.loaded.settings.window_theme) + 1) % len(names)]
-        self.settings.change("window.theme", after)
+        try:
+            for note in self._store.change({"window.theme": after}):
+                self._notices.warn(note.what, note.remedy)
+        except OcmmError as error:
+            self._notices.error(error)
+        self._read_settings()
+        self._on_settings(self._store.load())
 
     def _dress(self) -> None:
         theme = THEMES[self.loaded.settings.window_theme]

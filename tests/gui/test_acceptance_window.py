@@ -35,6 +35,7 @@ from ocmm_gui.kit import THEMES, Notice, NoticeCentre, Themed
 from ocmm_gui.window import MainWindow
 from ocmm_gui.wizards import Runner
 from tests.host import HANG_MS
+from tests.slow_rig import CALM_HZ, slow_rig_in
 
 _NOT_BOUNCED_MS = 170
 
@@ -130,7 +131,7 @@ def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
     qapp.setStyle("Fusion")
     request = StationRequest(
         plan=resource("plans", "quick.toml"), out=tmp_path / "job", speed=0.1, stay=True,
-        frame_rate_hz=800,
+        frame_rate_hz=800, rig=slow_rig_in(tmp_path, CALM_HZ),
     )  # fmt: skip
     built = build_station(request)
     bench = AcceptanceBench(

@@ -9,14 +9,14 @@ import pytest
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QPushButton
+from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.settings import RecentPlaces, SettingsFile, SettingsStore
-from ocmm_gui.home import Choice, Errands, StartWindow
-from ocmm_gui.kit import THEMES, NoticeCentre
+from ocmm_gui.home import Choice, Errands, SettingsPage, StartWindow
+from ocmm_gui.kit import THEMES, NoticeCentre, Theme
 from tests.host import HANG_MS
 
 MakeStart = Callable[..., StartWindow]
@@ -130,6 +130,36 @@ def test_every_button_is_whole_and_15_mm_high(
         assert button.height() >= 57
         assert button.width() >= button.sizeHint().width(), button.text()
         assert button.accessibleName()
+
+
+def test_settings_are_made_when_somebody_looks_at_them(make_start: MakeStart) -> None:
+    window = make_start()
+
+    def next_theme() -> str:
+        before = window.loaded.settings.window_theme
+        window.page.keys["theme"].trigger()
+        after = window.loaded.settings.window_theme
+        assert after != before
+        return after
+
+    theme = next_theme()
+    assert window.findChildren(SettingsPage) == []
+    window.page.keys["settings"].trigger()
+    page = window.settings
+    assert window.findChildren(SettingsPage) == [page]
+    assert page.isVisible()
+    worn = {
+        one.name
+        for widget in page.findChildren(QWidget)
+        for one in [vars(widget).get("_theme")]
+        if isinstance(one, Theme)
+    }
+    assert worn == {theme}
+    # What a key changes later is shown there, too.
+    page.left.emit()
+    assert window.page.isVisible()
+    assert page.loaded.settings.window_theme == theme != next_theme()
+    assert page.loaded.settings.window_theme == window.loaded.settings.window_theme
 
 
 def test_a_dropped_plan_or_job_is_opened_and_nothing_else(

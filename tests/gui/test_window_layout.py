@@ -37,8 +37,9 @@ def test_nothing_is_cut_off(open_window: OpenWindow, qapp: QApplication) -> None
     if long_form():
         found = walk(window, qapp, tuple(THEMES), SIZES)
     else:
-        found = walk(window, qapp, ("light",), SIZES)
-        found += walk(window, qapp, (WIDEST_FRAMES,), SIZES[:1])
+        # Where there is least room, what takes most of it; the other size in another theme.
+        found = walk(window, qapp, (WIDEST_FRAMES,), SIZES[:1])
+        found += walk(window, qapp, ("light",), SIZES[1:])
     assert not found, "\n".join(found)
 
 
@@ -60,18 +61,9 @@ def longer_language(request: pytest.FixtureRequest, qapp: QApplication) -> Itera
     use_numbers(NumberStyle())
 
 
-@pytest.mark.usefixtures("longer_language")
-def test_nothing_is_cut_off_in_a_longer_language(
-    open_window: OpenWindow, qapp: QApplication
-) -> None:
-    window = open_window(speed=0.1).window
-    found = walk(window, qapp, ("dark",), SIZES[:1])
-    assert not found, "\n".join(found)
-
-
 @pytest.mark.slow
 @pytest.mark.usefixtures("longer_language")
-def test_nothing_is_cut_off_in_a_longer_language_anywhere(
+def test_nothing_is_cut_off_in_a_longer_language(
     open_window: OpenWindow, qapp: QApplication
 ) -> None:
     window = open_window(speed=0.1).window

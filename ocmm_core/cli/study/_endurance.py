@@ -52,8 +52,9 @@ def run_for(bus_time_s: float, console: Console) -> MemoryRun:
     """
     with tempfile.TemporaryDirectory() as folder:
         request = StationRequest(
-            plan=resource("plans", "quick.toml"), out=Path(folder), stay=True, speed=0.0
-        )
+            plan=resource("plans", "quick.toml"), out=Path(folder), stay=True, speed=0.0,
+            rest_speed=0.0,
+        )  # fmt: skip
         station = build_station(request).station
         memory: list[float] = []
         start = time.monotonic()

@@ -38,6 +38,9 @@ from ocmm_core.simulation.scene import (
 from ocmm_core.tracking import ProbeBody, load_probe, satisfies_rules
 
 STILL_S, SEATED_S, TRAVEL_S, WAY_S = 0.045, 0.14, 0.06, 0.6
+_STILL_FRAMES = 300
+"""A rest has so many frames at least, however slow the cameras are: two averages of a hundred, as a
+step compares them, and the block of eighty in which it may begin."""
 _TREMOR = np.array([2e-3, 1.0])
 """Amplitude of a hand in attitude (rad) and place (mm), where a segment lets the ball sway at all:
 else it is held by its seat."""
@@ -230,6 +233,7 @@ class CalibrationScenesRig:
 
     def _prepared(self, scene: Scene, first: int) -> _Shown:
         world, body = self.world, self.body
+        still_s = _rest_s(STILL_S, self.rig)
         leds, directions = world.leds_probe, body.led_directions_probe
         cos_emission, origin = float(np.cos(body.emission_half_angle)), world.tip_probe
         tremor, hidden = _tremor(self.seed), 0
@@ -238,7 +242,7 @@ class CalibrationScenesRig:
             leds, origin, tremor = np.zeros((1, 3)), still, np.zeros_like(tremor)
             directions, cos_emission = np.array([[0.0, -1.0, 0.0]]), -2.0
         if isinstance(scene, TargetScene):
-            segments = _visits([np.array(place) for place in scene.positions])
+            segments = _visits([np.array(place) for place in scene.positions], still_s=still_s)
         elif isinstance(scene, ShowBar):
             bar = np.linalg.norm(np.subtract(scene.ends[0][1], scene.ends[0][0]))
             leds = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, float(bar)]])
@@ -246,6 +250,7 @@ class CalibrationScenesRig:
             segments = _visits(
                 [np.array(begin) for begin, _ in scene.ends],
                 [_turn_to(np.subtract(end, begin)) for begin, end in scene.ends],
+                still_s,
             )
         elif isinstance(scene, FreeMotionScene):
             segments = _waves(self.rig.volume_world, scene, body)
@@ -253,10 +258,10 @@ class CalibrationScenesRig:
             segments, hidden = sweep_segments(scene, body), hidden_bits(scene)
             origin = origin + np.array(scene.tip_shift_mm)
         elif isinstance(scene, TouchWithTip):
-            segments = _touches_with_tip(scene, world, body, self.rig.volume_world)
+            segments = _touches_with_tip(scene, world, body, self.rig)
             origin = origin + scene.fault.shift_probe
         else:
-            segments = _touches(scene, world, body, self.rig.volume_world)
+            segments = _touches(scene, world, body, self.rig)
         duration = float(segments[-1, kernels.T1])
         return _Shown(
             leds, directions, cos_emission, origin, segments, tremor, first,
@@ -317,6 +322,11 @@ def move_cameras(cameras: tuple[CameraModel, ...], move: FrameMove) -> tuple[Cam
     return tuple(moved)
 
 
+def _rest_s(usual_s: float, rig: Rig) -> float:
+    """Return how long something is held still for a rig to take it."""
+    return max(usual_s, _STILL_FRAMES / rig.frame_rate_hz)
+
+
 def _visits(
     places: list[Float], attitudes: list[Float] | None = None, still_s: float = STILL_S
 ) -> Float:
@@ -356,9 +366,7 @@ def _waves(volume_world: Float, scene: FreeMotionScene, body: ProbeBody) -> Floa
     return np.array(rows)
 
 
-def _touches(
-    scene: TouchSeats | TouchSphere, world: World, body: ProbeBody, volume_world: Float
-) -> Float:
+def _touches(scene: TouchSeats | TouchSphere, world: World, body: ProbeBody, rig: Rig) -> Float:
     rng = np.random.default_rng([scene.seed, _MOVE + 2])
     if isinstance(scene, TouchSeats):
         # A seat on a stand can be reached from all around.
@@ -367,25 +375,23 @@ def _touches(
         reach = 0.5 * scene.diameter + world.tip_radius
         normals = [unit(np.array(normal)) for normal in scene.normals]
         places = [(np.array(scene.centre) + reach * normal, normal) for normal in normals]
-    turns = [best_seen(tip, normal, world, body, volume_world, rng) for tip, normal in places]
-    return _visits([tip for tip, _ in places], turns, SEATED_S)
+    turns = [best_seen(tip, normal, world, body, rig.volume_world, rng) for tip, normal in places]
+    return _visits([tip for tip, _ in places], turns, _rest_s(SEATED_S, rig))
 
 
-def _touches_with_tip(
-    scene: TouchWithTip, world: World, body: ProbeBody, volume_world: Float
-) -> Float:
+def _touches_with_tip(scene: TouchWithTip, world: World, body: ProbeBody, rig: Rig) -> Float:
     rng = np.random.default_rng([scene.seed, _MOVE + 4])
     places, turns = [], []
     for normal in unit_vectors(scene.normals):
         tip = np.array(scene.centre) + 0.5 * scene.diameter * normal
-        turn = best_seen(tip, normal, world, body, volume_world, rng)
+        turn = best_seen(tip, normal, world, body, rig.volume_world, rng)
         reach = reach_of(scene, world.tip_radius, rotation_from_vector(turn), normal)
         places.append(np.array(scene.centre) + reach * normal)
         turns.append(turn)
     for handle in unit_vectors(scene.handles):
         places.append(np.array(scene.cone))
         turns.append(_turn_to(handle + rng.normal(0.0, _LEAN_ERROR_RAD, 3)))
-    return _visits(places, turns, SEATED_S)
+    return _visits(places, turns, _rest_s(SEATED_S, rig))
 
 
 def best_seen(
@@ -404,11 +410,14 @@ def best_seen(
     best, least = np.zeros(3), np.inf
     for _ in range(_ATTEMPTS):
         lean, yaw = rng.uniform(-0.2, 0.2, 2), float(rng.uniform(-0.2, 0.2))
+        roll = 0.0 if normal is not None else float(rng.uniform(-np.pi, np.pi))
+        if least == 0.0:
+            # None is better than one that all cameras see; only the draws go on as ever.
+            continue
         upwards = np.array([0.0, 0.0, 1.0]) if normal is None else normal
         rotation = rotation_from_vector(attitude_at(upwards, lean, yaw, bore=False))
         if normal is None:
-            roll = np.array([0.0, float(rng.uniform(-np.pi, np.pi)), 0.0])
-            rotation = rotation_from_vector(roll) @ rotation
+            rotation = rotation_from_vector(np.array([0.0, roll, 0.0])) @ rotation
         if not satisfies_rules(body, rotation):
             continue
         leds = tip + (world.leds_probe - world.tip_probe) @ rotation.T

@@ -136,6 +136,7 @@ class MouseHand:
         self._presses = 0
         self._forgotten = 0
         self._wish: Wish | None = None
+        self._wanted: tuple[Wish, Float] | None = None
         self._state = np.zeros(kernel.N_STATE)
         self._attitude = np.zeros(3)
         self._phase, self._since_s, self._button_s = _Phase.FOLLOW, 0.0, 0.0
@@ -293,15 +294,16 @@ class MouseHand:
             return now, TRAVEL_MM_S, self._attitude
         self._since_s += block_s
         hover = wish.contact_part + wish.clear_mm * wish.normal_part
-        self._step(now, hover, self._wanted_attitude(wish))
+        attitude = self._wanted_attitude(wish)
+        self._step(now, hover, attitude)
         pressed = wish.contact_part - _PRESS_MM * wish.normal_part
         if self._phase in (_Phase.APPROACH, _Phase.SETTLE, _Phase.DOWN, _Phase.HOLD):
-            return pressed, APPROACH_MM_S, self._wanted_attitude(wish)
+            return pressed, APPROACH_MM_S, attitude
         if self._phase is _Phase.LIFT or wish.clear_mm < CLEAR_MM:
             near = float(np.linalg.norm(hover - now)) < 2.0 * CLEAR_MM
             if near:
-                return hover, APPROACH_MM_S, self._wanted_attitude(wish)
-        return self._way(now, hover), TRAVEL_MM_S, self._wanted_attitude(wish)
+                return hover, APPROACH_MM_S, attitude
+        return self._way(now, hover), TRAVEL_MM_S, attitude
 
     def _step(self, now: Float, hover: Float, attitude: Float) -> None:
         """Go on with a touch that was asked for."""
@@ -348,6 +350,12 @@ class MouseHand:
         return self._march(first, toward, way, place, normal) >= way - 0.05
 
     def _wanted_attitude(self, wish: Wish) -> Float:
+        # The same for many blocks of frames: the part stands still.
+        if self._wanted is None or self._wanted[0] is not wish:
+            self._wanted = wish, self._attitude_of(wish)
+        return self._wanted[1]
+
+    def _attitude_of(self, wish: Wish) -> Float:
         normal = self._pose.rotation @ wish.normal_part
         if not np.any(normal):
             normal = np.array([0.0, 0.0, 1.0])

@@ -54,6 +54,9 @@ class SimulatedSource:
         Time of the rig over time on the clock; zero is as fast as the reader takes the frames.
     hover
         At the end of the script the probe rests at home for ever; otherwise the source finishes.
+    rest_speed
+        The speed while it rests, where ``speed`` is zero: there is nothing to hurry for, and a
+        window that stays open would keep a core busy. Zero hurries there as well.
 
     Attributes
     ----------
@@ -63,7 +66,9 @@ class SimulatedSource:
         reader must then be no more than half a second behind. None asks nobody.
     """
 
-    def __init__(self, rig: VirtualRig, speed: float = 0.0, *, hover: bool = False) -> None:
+    def __init__(
+        self, rig: VirtualRig, speed: float = 0.0, *, hover: bool = False, rest_speed: float = 0.0
+    ) -> None:
         if speed != 0.0 and not SLOWEST <= speed <= 1000.0:
             raise InputError(
                 "simulation.speed",
@@ -75,6 +80,7 @@ class SimulatedSource:
         self._rig = rig
         self._speed = speed
         self._hover = hover
+        self._rest_speed = speed or rest_speed
         self._block = max(1, BLOCK_NS // rig.frame_period_ns)
         self._next_frame = 0
         self._due_s = 0.0
@@ -105,8 +111,7 @@ class SimulatedSource:
         """Return the next block; wait for its time if the source is paced."""
         led = self._read_led()
         if led is not None:
-            if self._speed:
-                self._pace(len(led))
+            self._pace(len(led), self._speed)
             return Cycle(CycleVerdict.GOOD, frames=led, finished=False)
         with self._lock:
             first = self._next_frame
@@ -116,8 +121,7 @@ class SimulatedSource:
             count = self._block if self._hover else min(self._block, max(left, 0))
             self._next_frame = first + count
         frames = self._rig.frames(first, count) if count else None
-        if self._speed:
-            self._pace(count)
+        self._pace(count, self._speed if left > 0 else self._rest_speed)
         return Cycle(
             CycleVerdict.GOOD, frames=frames, finished=not self._hover and left <= self._block
         )
@@ -179,8 +183,10 @@ class SimulatedSource:
         self._rig.complete(Missing(touches, missing.taken), first + self._block)
         return True
 
-    def _pace(self, count: int) -> None:
-        self._due_s += count * self._rig.frame_period_ns * 1e-9 / self._speed
+    def _pace(self, count: int, speed: float) -> None:
+        if not speed:
+            return
+        self._due_s += count * self._rig.frame_period_ns * 1e-9 / speed
         wait = self._due_s - time.monotonic()
         if wait > 0.0:
             time.sleep(wait)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.random.bit_generator import ISeedSequence
@@ -258,13 +259,22 @@ def white_noise(
     # Cameras beyond four came later; the numbers of the first four stay what they were.
     item = camera + (4 if beside else 0) if camera < 4 else camera + (128 if beside else 64)
     chunks = range(first // CHUNK_FRAMES, (first + count - 1) // CHUNK_FRAMES + 1)
-    numbers = [
-        _keyed(seed, _WHITE, item, chunk).standard_normal((CHUNK_FRAMES, n_leds, 2))
-        for chunk in chunks
-    ]
+    numbers = [_white_chunk(seed, item, chunk, n_leds) for chunk in chunks]
     start = first - chunks[0] * CHUNK_FRAMES
     joined = numbers[0] if len(numbers) == 1 else np.concatenate(numbers)
     return joined[start : start + count]
+
+
+@lru_cache(maxsize=32)
+def _white_chunk(seed: int, item: int, chunk: int, n_leds: int) -> Float:
+    """Return the numbers (CHUNK_FRAMES, n_leds, 2) of one key; read-only.
+
+    A rig with a low rate asks for few frames at a time, so for each chunk many times in turn. Kept
+    are as many as two bodies before a dozen cameras need at once, 10 kB each.
+    """
+    numbers = _keyed(seed, _WHITE, item, chunk).standard_normal((CHUNK_FRAMES, n_leds, 2))
+    numbers.setflags(write=False)
+    return numbers
 
 
 def hidden_leds(

@@ -16,14 +16,17 @@ from ocmm_core.acceptance import AcceptanceProcedure
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.composition import AcceptanceBench, Conditions, StationRequest
 from ocmm_core.documents import resource
+from tests.slow_rig import CALM_HZ, slow_rig_in
 
 NAME = "EFFECTIVE-DIAMETER"
 
 
 def bench_in(folder: Path) -> AcceptanceBench:
+    folder.mkdir(parents=True, exist_ok=True)
     request = StationRequest(
-        plan=resource("plans", "quick.toml"), out=folder / "job", speed=0.0, frame_rate_hz=800
-    )
+        plan=resource("plans", "quick.toml"), out=folder / "job", speed=0.0, frame_rate_hz=800,
+        rig=slow_rig_in(folder, CALM_HZ),
+    )  # fmt: skip
     return AcceptanceBench(request, folder=folder / "tests", register=folder / "artefacts")
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import threading
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,17 +13,11 @@ from ocmm_core.acquisition.recording import ReplaySource
 from ocmm_core.composition import AcceptanceBench, Conditions, StationRequest, open_test_site
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError, InputError, OcmmError
+from tests.core.conftest import Ocmm
 from tests.core.station.test_unproven_cameras import rig_of
 from tests.host import HANG_S, private_network
 
 PLAN = resource("plans", "quick.toml")
-
-
-def _ocmm(*words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "ocmm_core.cli", "acceptance", *words],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
 
 
 def _bench(folder: Path, source: str, **more: object) -> AcceptanceBench:
@@ -83,9 +75,13 @@ def test_a_short_test_runs_over_the_virtual_wire_as_the_window_does(tmp_path: Pa
 
 
 @pytest.mark.slow
-def test_a_short_test_runs_over_the_virtual_wire_on_the_command_line(tmp_path: Path) -> None:
+def test_a_short_test_runs_over_the_virtual_wire_on_the_command_line(
+    ocmm_here: Ocmm, tmp_path: Path
+) -> None:
     private_network()
-    ran = _ocmm("run", "INTERIM", "--source", "ethercat:virtual", "--folder", str(tmp_path))
+    ran = ocmm_here(
+        "acceptance", "run", "INTERIM", "--source", "ethercat:virtual", "--folder", tmp_path
+    )
     assert ran.returncode == 0, ran.stdout + ran.stderr
     assert "EtherCAT, virtual wire" in ran.stdout
     (record,) = (tmp_path / "records").glob("*.json")
@@ -93,13 +89,18 @@ def test_a_short_test_runs_over_the_virtual_wire_on_the_command_line(tmp_path: P
 
 
 @pytest.mark.slow
-def test_a_recording_is_measured_in_the_window_and_not_twice(tmp_path: Path) -> None:
+def test_a_recording_is_measured_in_the_window_and_not_twice(
+    ocmm_here: Ocmm, calm_rig: Path, tmp_path: Path
+) -> None:
     frames = tmp_path / "test.ocmmframes"
-    made = _ocmm("run", "INTERIM", "--folder", str(tmp_path / "first"), "--record", str(frames))
+    made = ocmm_here(
+        "acceptance", "run", "INTERIM", "--rig", calm_rig, "--folder", tmp_path / "first",
+        "--record", frames,
+    )  # fmt: skip
     assert made.returncode == 0, made.stdout + made.stderr
     (first,) = (load_record(one) for one in (tmp_path / "first" / "records").glob("*.json"))
 
-    bench = _bench(tmp_path, f"replay:{frames}")
+    bench = _bench(tmp_path, f"replay:{frames}", rig=calm_rig)
     now = datetime.now(UTC)
     offer = next(one for one in bench.procedures(now) if one.procedure.id == "INTERIM")
     procedure = bench.begin(offer, first.artefacts, Conditions(who="Ann"), now)
@@ -117,7 +118,7 @@ def test_a_recording_is_measured_in_the_window_and_not_twice(tmp_path: Path) -> 
     # And what a recording does not hold is missed in words.
     longer = next(one for one in bench.procedures(now) if one.procedure.id == "EFFECTIVE-DIAMETER")
     sphere = bench.begin(
-        longer, (_bench(tmp_path, "simulated").offers(longer, now, 20.0)[0].used,),
+        longer, (_bench(tmp_path, "simulated", rig=calm_rig).offers(longer, now, 20.0)[0].used,),
         Conditions(who="Ann"), now,
     )  # fmt: skip
     (failed,) = _measured(bench, sphere)
@@ -132,7 +133,9 @@ def test_a_virtual_rig_without_touches_is_refused_before_the_test(tmp_path: Path
     assert "pixels" not in caught.value.remedy
 
 
-def test_unproven_cameras_are_refused_unless_the_procedure_allows_them(tmp_path: Path) -> None:
+def test_unproven_cameras_are_refused_unless_the_procedure_allows_them(
+    ocmm_here: Ocmm, tmp_path: Path
+) -> None:
     rig = rig_of(tmp_path)
     bench = _bench(tmp_path, "simulated", rig=rig)
     with pytest.raises(CalibrationError, match="no common clock") as caught:
@@ -146,7 +149,7 @@ def test_unproven_cameras_are_refused_unless_the_procedure_allows_them(tmp_path:
     )
     assert site.stage.procedure.cameras == "unproven"
     assert site.stage.instrument.states == ("SIMULATED", "CAMERAS UNPROVEN")
-    ran = _ocmm("run", str(own), "--rig", str(rig), "--folder", str(tmp_path / "allowed"))
+    ran = ocmm_here("acceptance", "run", own, "--rig", rig, "--folder", tmp_path / "allowed")
     assert ran.returncode == 0, ran.stdout + ran.stderr
     assert "CAMERAS UNPROVEN: Cameras 'Plain spots': no common clock" in ran.stdout
     (record,) = (load_record(one) for one in (tmp_path / "allowed" / "records").glob("*.json"))

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import pytest
 from ocmm_core.acceptance import ArtefactEntry, ArtefactRegister, load_artefact
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
+from tests.core.conftest import Ocmm
 
 _NOW = datetime(2026, 11, 25, tzinfo=UTC)
 
@@ -89,15 +89,9 @@ def test_a_changed_line_is_noticed(tmp_path: Path) -> None:
         ArtefactRegister(tmp_path)
 
 
-@pytest.mark.slow
-def test_the_register_from_the_command_line(tmp_path: Path) -> None:
+def test_the_register_from_the_command_line(ocmm_here: Ocmm, tmp_path: Path) -> None:
     def run(*words: str) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            [sys.executable, "-m", "ocmm_core.cli", "artefact", *words, "--folder", str(tmp_path)],
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        return ocmm_here("artefact", *words, "--folder", tmp_path)
 
     typed = run(
         "add", "--id", "block-20", "--kind", "gauge block", "--serial", "GB-20",

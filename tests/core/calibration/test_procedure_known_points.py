@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -39,8 +40,11 @@ def hash_of(procedure: KnownPointsProcedure) -> str:
     return record_hash(outcome.record)
 
 
-def test_a_target_shown_at_every_point_is_taken_once_at_each(tmp_path: Path) -> None:
+@pytest.mark.parametrize("rate_hz", [8000, 2000, 500])
+def test_a_target_shown_at_every_point_is_taken_once_at_each(tmp_path: Path, rate_hz: int) -> None:
     bench = Bench.at(tmp_path)
+    # However slow the cameras are, what is shown to them rests for the frames that are wanted.
+    bench.rig = replace(bench.rig, frame_rate_hz=rate_hz)
     points = bench.points(40)
     procedure = bench.known_points(40)
     procedure.advance(bench.now())

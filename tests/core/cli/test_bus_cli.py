@@ -19,7 +19,7 @@ from ocmm_core.cli.terminal._pictures import encode_pgm, encode_png
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from tests.core.acquisition.test_capture import bringup, steady, write_pcap
-from tests.core.cli.conftest import Ocmm
+from tests.core.conftest import Ocmm
 from tests.host import HANG_S, private_network
 
 VIRTUAL = ("--source", "ethercat:virtual")

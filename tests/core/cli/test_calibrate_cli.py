@@ -14,7 +14,7 @@ import pytest
 from ocmm_core.calibration.cameras import KnownPoints, write_reference_points, write_spots
 from ocmm_core.calibration.guided import ProcedureKind, Shot, sessions, write_shots
 from tests.core.calibration.procedure_site import Bench, recorded
-from tests.core.cli.conftest import Ocmm
+from tests.core.conftest import Ocmm
 from tests.host import HANG_S
 
 pytestmark = pytest.mark.slow
@@ -71,15 +71,16 @@ def _rings(pid: int) -> set[Path]:
 
 
 def test_known_points_survive_a_kill_and_become_valid(
-    ocmm_here: Ocmm, tmp_path: Path, store: Path
+    ocmm_here: Ocmm, tmp_path: Path, store: Path, calm_rig: Path
 ) -> None:
-    command = ["calibrate", "cameras", "--points", "points.csv", "--calibrations", "cal"]
+    rig = ["--rig", str(calm_rig), "--calibrations", "cal"]
+    command = ["calibrate", "cameras", "--points", "points.csv", *rig]
     folder = store / "recommended" / "sessions"
-    lines = killed([*command, "--speed", "1"], tmp_path, folder, ProcedureKind.KNOWN_POINTS, 20)
+    lines = killed([*command, "--speed", "4"], tmp_path, folder, ProcedureKind.KNOWN_POINTS, 20)
     assert lines < 120
     other = Bench.at(tmp_path).points(119)
     (tmp_path / "other.csv").write_bytes(write_reference_points(other))
-    refused = ocmm_here("calibrate", "cameras", "--points", "other.csv", "--calibrations", "cal")
+    refused = ocmm_here("calibrate", "cameras", "--points", "other.csv", *rig)
     assert refused.returncode == 2
     assert "started with another list" in refused.stderr
     waiting = ocmm_here(*command)
@@ -90,40 +91,40 @@ def test_known_points_survive_a_kill_and_become_valid(
     done = ocmm_here(*command, "--accept")
     assert done.returncode == 0, done.stderr
     assert "State    SUSPECT" in done.stdout
-    status = ocmm_here("calibrate", "status", "--calibrations", "cal")
+    status = ocmm_here("calibrate", "status", *rig)
     assert status.returncode == 1
-    verified = ocmm_here("calibrate", "verify", "--calibrations", "cal", "--accept")
+    verified = ocmm_here("calibrate", "verify", *rig, "--accept")
     assert verified.returncode == 0, verified.stdout + verified.stderr
     assert "State    VALID" in verified.stdout
-    status = ocmm_here("calibrate", "status", "--calibrations", "cal")
+    status = ocmm_here("calibrate", "status", *rig)
     assert status.returncode == 0
     assert "State    VALID" in status.stdout
     assert "whole: history of 2 events, 2 records, 2 sessions" in status.stdout
     # A session that is lost is made up for by doing what the sentence says.
     sessions(folder, ProcedureKind.VERIFICATION)[0].unlink()
-    status = ocmm_here("calibrate", "status", "--calibrations", "cal")
+    status = ocmm_here("calibrate", "status", *rig)
     assert status.returncode == 1
     assert "/sessions is missing." in status.stdout
-    verified = ocmm_here("calibrate", "verify", "--calibrations", "cal", "--accept")
+    verified = ocmm_here("calibrate", "verify", *rig, "--accept")
     assert verified.returncode == 0, verified.stdout + verified.stderr
     assert "1 lost earlier, see the history" in verified.stdout
-    history = ocmm_here("calibrate", "history", "--calibrations", "cal").stdout
+    history = ocmm_here("calibrate", "history", *rig).stdout
     assert history.index("accepted") < history.index("verification passed")
 
 
 def test_a_relocation_survives_a_kill_and_becomes_valid(
-    ocmm_here: Ocmm, tmp_path: Path, store: Path
+    ocmm_here: Ocmm, tmp_path: Path, store: Path, calm_rig: Path
 ) -> None:
+    rig = ["--rig", str(calm_rig), "--calibrations", "cal"]
     bench = Bench.at(tmp_path)
     points = bench.points(120)
     (tmp_path / "spots.csv").write_bytes(write_spots(bench.spots(points), points.names))
     first = ocmm_here(
-        "calibrate", "cameras", "--points", "points.csv", "--spots", "spots.csv",
-        "--calibrations", "cal", "--accept",
+        "calibrate", "cameras", "--points", "points.csv", "--spots", "spots.csv", *rig, "--accept"
     )  # fmt: skip
     assert first.returncode == 0, first.stderr
     command = [
-        "calibrate", "relocate", "--calibrations", "cal", "--move", "7", "--world", "points",
+        "calibrate", "relocate", *rig, "--move", "7", "--world", "points",
         "--control", "control.csv", "--poses", "120",
     ]  # fmt: skip
     folder = store / "recommended" / "sessions"
@@ -133,10 +134,10 @@ def test_a_relocation_survives_a_kill_and_becomes_valid(
     assert "Continue" in done.stdout
     assert "the frame moved by" in done.stdout
     killed(
-        ["calibrate", "verify", "--calibrations", "cal", "--move", "7"],
+        ["calibrate", "verify", *rig, "--move", "7"],
         tmp_path, folder, ProcedureKind.VERIFICATION, 15,
     )  # fmt: skip
-    verified = ocmm_here("calibrate", "verify", "--calibrations", "cal", "--move", "7", "--accept")
+    verified = ocmm_here("calibrate", "verify", *rig, "--move", "7", "--accept")
     assert verified.returncode == 0, verified.stdout + verified.stderr
     assert "Continue" in verified.stdout
     assert "State    VALID" in verified.stdout

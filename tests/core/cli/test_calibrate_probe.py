@@ -13,8 +13,8 @@ from ocmm_core.calibration.pivot import PivotSweep, write_sweeps
 from ocmm_core.calibration.records import ProbeStore
 from ocmm_core.geometry import Float
 from tests.core.calibration.pivot_site import CONE, OTHER_CONE, SIGMA_PX, PivotBench
-from tests.core.cli.conftest import Ocmm
 from tests.core.cli.test_calibrate_cli import killed
+from tests.core.conftest import Ocmm
 
 pytestmark = pytest.mark.slow
 
@@ -31,11 +31,12 @@ def recorded(bench: PivotBench, path: Path, shift: Float, n: int = 420) -> Path:
 
 
 def test_a_virtual_probe_survives_a_kill_and_its_recording_says_the_same(
-    ocmm_here: Ocmm, tmp_path: Path
+    ocmm_here: Ocmm, tmp_path: Path, calm_rig: Path
 ) -> None:
     folder = tmp_path / "probes"
     command = [
-        "calibrate", "probe", "--tip", "A", "--probes", str(folder), "--poses", "150", "--who", "me"
+        "calibrate", "probe", "--rig", str(calm_rig), "--tip", "A", "--probes", str(folder),
+        "--poses", "150", "--who", "me",
     ]  # fmt: skip
     place = folder / "standard" / "sessions"
     lines = killed(command, tmp_path, place, ProcedureKind.PIVOT, 6)
@@ -50,7 +51,7 @@ def test_a_virtual_probe_survives_a_kill_and_its_recording_says_the_same(
     assert active is not None
     assert active.calibration.made_by == "me"
     assert np.abs(active.calibration.tip_mm).max() < 0.05
-    waiting = ocmm_here(*command[:2], "--tip", "B", "--probes", "again", "--poses", "150",
+    waiting = ocmm_here(*command[:4], "--tip", "B", "--probes", "again", "--poses", "150",
                    "--source", "replay:sweeps.ocmm-rec")  # fmt: skip
     # The recording begins where the killed session stood; what is left of it still makes sweeps.
     assert waiting.returncode == 1, waiting.stdout + waiting.stderr

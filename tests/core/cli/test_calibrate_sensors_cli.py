@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -12,22 +10,18 @@ import pytest
 from ocmm_core.calibration.monitor import load_baseline
 from ocmm_core.documents import resource
 from ocmm_core.tracking import load_probe
-from tests.core.cli.conftest import Ocmm
+from tests.core.conftest import Ocmm
 from tests.core.station.test_station_calibration import calibrate, fresh_record
-from tests.host import HANG_S
 
 COMMAND = ("calibrate", "sensors", "--calibrations", "cal")
 
 
 @pytest.mark.slow
-def test_sensors_are_learnt_for_the_calibration_in_force(tmp_path: Path) -> None:
+def test_sensors_are_learnt_for_the_calibration_in_force(
+    ocmm_here: Ocmm, tmp_path: Path, calm_rig: Path
+) -> None:
     store = calibrate(tmp_path / "cal", fresh_record())
-    # Forty seconds of 8000 frames each, and the learning: longer than the fixture waits.
-    said = subprocess.run(
-        [sys.executable, "-m", "ocmm_core.cli", *COMMAND, "--seconds", "40"],
-        cwd=tmp_path, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=HANG_S,
-        check=False,
-    )  # fmt: skip
+    said = ocmm_here(*COMMAND, "--rig", calm_rig, "--seconds", "40")
     assert said.returncode == 0, said.stdout + said.stderr
     assert "samples; pattern" in said.stdout
     probe = load_probe(resource("probes", "standard.toml"))

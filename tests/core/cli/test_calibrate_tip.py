@@ -13,7 +13,7 @@ from ocmm_core.calibration.records import ProbeStore
 from ocmm_core.calibration.tip import CHECK_RINGS
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.core.calibration.touched_tip import SIGMA_PX, TipWorld
-from tests.core.cli.conftest import Ocmm
+from tests.core.conftest import Ocmm
 
 pytestmark = pytest.mark.slow
 

@@ -33,7 +33,7 @@ from ocmm_core.simulation.calibration_scenes import FreeMotionScene
 from ocmm_core.simulation.scene import SimulatedSource
 from tests.core.calibration.fresh_tips import Tips
 from tests.core.calibration.made_records import make_record, make_verification
-from tests.core.cli.conftest import Ocmm
+from tests.core.conftest import Ocmm
 
 QUICK = resource("plans", "quick.toml")
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.firmware_updates import firmware
-from tests.core.cli.conftest import Ocmm
+from tests.core.conftest import Ocmm
 from tests.host import private_network
 
 VIRTUAL = ("--source", "ethercat:virtual")

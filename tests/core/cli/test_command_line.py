@@ -11,7 +11,7 @@ import pytest
 
 from ocmm_core.documents import resource
 from ocmm_core.storage import JobFile
-from tests.core.cli.conftest import Ocmm
+from tests.core.conftest import Ocmm
 from tests.host import on_linux_only
 
 QUICK = resource("plans", "quick.toml")

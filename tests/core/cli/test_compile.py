@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from ocmm_core.composition import kernel_groups
-from tests.core.cli.conftest import Ocmm
+from tests.core.conftest import Ocmm
 
 
 def test_what_is_compiled_is_not_compiled_again(ocmm: Ocmm) -> None:

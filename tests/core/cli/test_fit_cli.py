@@ -12,7 +12,7 @@ import pytest
 from ocmm_core.cli.study._fit_json import FitFile
 from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import Shape
-from tests.core.cli.conftest import Ocmm
+from tests.core.conftest import Ocmm
 from tests.core.features.shape_samples import HALF_ANGLE, ideal_points
 
 

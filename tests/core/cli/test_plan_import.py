@@ -9,7 +9,7 @@ import pytest
 
 from ocmm_core.features.shapes import Shape
 from ocmm_core.inspection.plan import load_plan
-from tests.core.cli.conftest import Ocmm
+from tests.core.conftest import Ocmm
 from tests.core.inspection.step_models import MODELS, TESSELLATED, written
 from tests.host import needs_package
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from ocmm_core.inspection.plan import load_plan
-from tests.core.cli.conftest import Ocmm
+from tests.core.conftest import Ocmm
 from tests.core.inspection.step_models import MODELS
 from tests.core.inspection.test_pmi_models import toleranced
 from tests.host import needs_package

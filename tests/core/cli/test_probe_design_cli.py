@@ -17,7 +17,7 @@ from ocmm_core.measuring import CLIMATE_EVENT, climate_of_text
 from ocmm_core.storage import JobFile
 from ocmm_core.tracking import load_probe
 from tests.core.calibration.made_probe_records import make_probe_record
-from tests.core.cli.conftest import Ocmm
+from tests.core.conftest import Ocmm
 
 QUICK = resource("plans", "quick.toml")
 THESIS = ("--probe", resource("probes", "thesis.toml"), "--rig", resource("rigs", "thesis.toml"))

@@ -11,7 +11,7 @@ from ocmm_core.cli import app
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from tests.core.calibration.fresh_tips import TIP, Tips
-from tests.core.cli.conftest import Ocmm
+from tests.core.conftest import Ocmm
 
 
 def test_what_is_said_about_a_tip(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -165,6 +165,28 @@ def test_a_paced_source_keeps_time(make_rig: MakeRig) -> None:
     assert 0.195 < took < BUSY * 0.2
 
 
+@pytest.mark.timing
+def test_a_fast_source_rests_in_the_time_of_the_clock_and_hurries_again(make_rig: MakeRig) -> None:
+    rig = make_rig([("CORNER", 1)], frame_rate_hz=500)
+    source = SimulatedSource(rig, hover=True, rest_speed=0.1)
+    source.open()
+
+    def took(blocks: int) -> float:
+        start = time.monotonic()
+        for _ in range(blocks):
+            source.read()
+        return time.monotonic() - start
+
+    # Blocks of 10 ms: at the speed of the rest each of them would take 0.1 s.
+    script = rig.n_frames // 5
+    assert took(script) < 0.5 * 0.1 * script
+    took(2)
+    assert 0.95 < took(10) < BUSY * 1.0
+    source.extend([("BED", 3)])
+    added = rig.n_frames // 5 - script - 14
+    assert took(added) < 0.5 * 0.1 * added
+
+
 @pytest.mark.parametrize("speed", [-1.0, 0.01, 1e6, float("nan")])
 def test_an_impossible_speed_is_refused(make_rig: MakeRig, speed: float) -> None:
     with pytest.raises(InputError, match="speed of the virtual rig"):

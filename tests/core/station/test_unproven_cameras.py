@@ -56,7 +56,9 @@ def allowing(folder: Path) -> Path:
 
 
 def request(folder: Path, plan: Path, rig: Path) -> StationRequest:
-    return StationRequest(plan=plan, out=folder / "out", rig=rig, source="simulated", seed=4)
+    return StationRequest(
+        plan=plan, out=folder / "out", rig=rig, source="simulated", seed=4, frame_rate_hz=800
+    )
 
 
 def test_only_what_has_no_age_or_order_needs_the_leave_of_a_plan() -> None:

@@ -10,18 +10,24 @@ import pytest
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
+from ocmm_core.host import HOST
 from ocmm_core.inspection.archive import compare_files, compare_folder
 from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import Touch, TouchCollector
+from ocmm_core.processes import processes_for
 from ocmm_core.simulation.scene import VirtualRig, load_part
 from ocmm_core.storage import JobFile, make_head
 from ocmm_core.studies import StudyPlan, plan_study, study_jobs
 from ocmm_core.tracking import TrackingPipeline, load_probe
 from tests.core.inspection.conftest import FRAME_RATE_HZ, PLAN, PROBE, RIG
+from tests.host import amount
 
 _SEEDS = 4
+_PARTS = amount(5, 9)
+"""Of six runs each; with five of them jobs are still read by processes side by side."""
+_RUNS = 6 * _PARTS
 
 
 def _touches(seed: int) -> tuple[Touch, ...]:
@@ -36,8 +42,8 @@ def _touches(seed: int) -> tuple[Touch, ...]:
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyPlan, Path]:
-    """Return 54 jobs: touches of four virtual rigs, stored as a measurement stores them."""
-    plan = plan_study("GRR", [f"P{i}" for i in range(9)], ["Ann", "Bob", "Cid"], 2, 1)
+    """Return the jobs of a study: touches of four virtual rigs, stored as they are measured."""
+    plan = plan_study("GRR", [f"P{i}" for i in range(_PARTS)], ["Ann", "Bob", "Cid"], 2, 1)
     folder = tmp_path_factory.mktemp("many")
     touches = [_touches(seed) for seed in range(_SEEDS)]
     rig, body, measured = load_rig(RIG), load_probe(PROBE), load_plan(PLAN)
@@ -52,22 +58,23 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyPlan, Path]:
     return plan, folder
 
 
-def test_a_study_of_fifty_four_jobs_counts_each_once(study: tuple[StudyPlan, Path]) -> None:
+def test_a_study_of_many_jobs_counts_each_once(study: tuple[StudyPlan, Path]) -> None:
     plan, folder = study
+    assert processes_for(_RUNS) == HOST.processors(), "they are read side by side"
     told: list[float] = []
     report = study_jobs(plan, folder, progress=lambda _what, share: told.append(share))
-    assert (report.measured, report.left_out) == (54, ())
+    assert (report.measured, report.left_out) == (_RUNS, ())
     assert all(one.study is not None for one in report.characteristics)
     # Every job is told of, once, and the share only grows.
     assert told[-1] == 1.0
     assert told == sorted(told)
-    assert len(set(told)) == 55
+    assert len(set(told)) == _RUNS + 1
 
 
 def test_how_they_are_read_changes_no_digit(study: tuple[StudyPlan, Path]) -> None:
     paths = sorted(study[1].glob("*.ocmm"))[:6]
-    alone, chosen = compare_files(paths, processes=1), compare_files(paths)
-    for one, other in zip(alone.trends, chosen.trends, strict=True):
+    alone, beside = compare_files(paths, processes=1), compare_files(paths, processes=2)
+    for one, other in zip(alone.trends, beside.trends, strict=True):
         np.testing.assert_array_equal(one.values, other.values)
 
 

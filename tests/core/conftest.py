@@ -1,3 +1,5 @@
+"""Commands of `ocmm`, in processes of their own or in that of the test."""
+
 from __future__ import annotations
 
 import io
@@ -10,7 +12,7 @@ import pytest
 
 from ocmm_core.cli import main
 from tests.host import HANG_S
-from tests.slow_rig import slow_rig_in
+from tests.slow_rig import CALM_HZ, slow_rig_in
 
 Ocmm = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -60,3 +62,9 @@ def ocmm_here(
 def slow_rig(tmp_path: Path) -> Path:
     """Return the recommended rig with an eighth of the frames, where speed does not matter."""
     return slow_rig_in(tmp_path)
+
+
+@pytest.fixture
+def calm_rig(tmp_path: Path) -> Path:
+    """Return the same with a quarter of them, where a step wants frames of a ball at rest."""
+    return slow_rig_in(tmp_path, CALM_HZ)
