@@ -20,6 +20,7 @@ from ocmm_gui.kit import (
     Theme,
     later,
     mark_colour,
+    said_word,
     tr,
     tr_all,
 )
@@ -53,7 +54,8 @@ class RecallTable(DataTable):
 
     def __init__(self) -> None:
         super().__init__(
-            tr("Verdicts of the recall"), tuple(zip(COLUMNS, tr_all(_TIPS), strict=True))
+            tr("Verdicts of the recall"),
+            tuple(zip(map(said_word, COLUMNS), tr_all(_TIPS), strict=True)),
         )
         self._record: RecallRecord | None = None
         self._lines: list[str] = []

@@ -67,7 +67,10 @@ class PlanItems(QListWidget):
                 ItemKey("constructions", item.name),
             )
         for wanted in plan.characteristics:
-            self._add(f"±  {wanted.name}   {wanted.kind}", ItemKey("characteristics", wanted.name))
+            self._add(
+                f"±  {wanted.name}   {said_word(str(wanted.kind))}",
+                ItemKey("characteristics", wanted.name),
+            )
         self.choose(chosen)
         self.blockSignals(False)
 

@@ -155,7 +155,7 @@ class ResultDetail(QFrame):
         if result is None:
             return
         of = " – ".join(result.features)
-        self._title.show_text(f"{result.name}: {result.kind} {of}")
+        self._title.show_text(f"{result.name}: {said_word(str(result.kind))} {of}")
         colour = verdict_colour(self._theme, result.verdict)
         self._verdict.show_text(
             said_word(result.verdict.value), colour, verdict_mark(result.verdict)

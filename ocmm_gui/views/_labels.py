@@ -12,6 +12,16 @@ from ocmm_core.geometry import Float
 _NEAR_PX = 8.0
 _RINGS_PX = (26.0, 46.0, 70.0, 100.0, 140.0, 190.0)
 _TURN = 16
+_GAP_PX = 1.0
+"""Between two words."""
+
+_MARK_PX = 3.0
+"""A mark reaches so far round its place."""
+
+_DETOUR = 0.4
+"""To stand one ring farther away is as bad as to cover so much of a mark."""
+
+_DETOURS = _DETOUR * np.repeat(np.arange(1 + len(_RINGS_PX)), (4, *(_TURN for _ in _RINGS_PX)))
 LEADER_PX = 14.0
 """A word that stands farther from its place gets a line to it."""
 
@@ -21,6 +31,7 @@ def place_labels(
     sizes: Sequence[tuple[float, float]],
     bounds: QRectF,
     taken: Iterable[QRectF] = (),
+    marks: Float | None = None,
 ) -> list[QRectF | None]:
     """Return where each word stands, px; None for one that has no room anywhere near its place.
 
@@ -33,6 +44,8 @@ def place_labels(
         Words stand inside; one whose place lies outside is left out.
     taken
         Where no word may stand.
+    marks
+        Places (n, 2), px, of marks that a word covers only where it has no other room nearby.
     """
     walls = [_edges(rect) for rect in taken]
     placed: list[QRectF | None] = []
@@ -58,9 +71,12 @@ def place_labels(
         if not free.any():
             placed.append(None)
             continue
-        left, top = corners[int(np.argmax(free))].tolist()
+        cost = _DETOURS + np.where(free, 0.0, np.inf)
+        if marks is not None:
+            cost += _covered(corners, wide, high, marks)
+        left, top = corners[int(np.argmin(cost))].tolist()
         rect = QRectF(left, top, wide, high)
-        walls.append(_edges(rect))
+        walls.append(_edges(rect.adjusted(-_GAP_PX, -_GAP_PX, _GAP_PX, _GAP_PX)))
         placed.append(rect)
     return placed
 
@@ -73,6 +89,16 @@ def leader(anchor: QPointF, rect: QRectF) -> QPointF | None:
     )
     away = float(np.hypot(end.x() - anchor.x(), end.y() - anchor.y()))
     return end if away > LEADER_PX else None
+
+
+def _covered(corners: Float, wide: float, high: float, marks: Float) -> Float:
+    """Return how many marks a word would cover at each of its corners (n, 2)."""
+    low = corners.min(axis=0) - _MARK_PX
+    high_most = corners.max(axis=0) + np.array([wide, high]) + _MARK_PX
+    near = marks[np.all((marks > low) & (marks < high_most), axis=1)]
+    away = near - corners[:, None]
+    inside = (away > -_MARK_PX) & (away < np.array([wide, high]) + _MARK_PX)
+    return inside.all(axis=2).sum(axis=1).astype(np.float64)
 
 
 def _edges(rect: QRectF) -> tuple[float, float, float, float]:

@@ -55,8 +55,9 @@ def paint_scene(
 class ScenePainter:
     """Paint faces, then lines, then dots, then words, at once or a few at a time.
 
-    Faces and dots are painted from far to near. A word stands where it covers no other one, and has
-    a line to its place where that is not beside it; the first ones have the right of way.
+    Faces and dots are painted from far to near. A word stands where it covers no other one, and no
+    mark if there is room nearby; it has a line to its place where that is not beside it. The first
+    ones have the right of way.
 
     Parameters
     ----------
@@ -97,6 +98,7 @@ class ScenePainter:
         self._picture = orbit.projection(box.width(), box.height())
         self._taken = tuple(taken)
         self._depth, self._ghost = depth, ghost
+        self._marks: list[Float] = []
         self.words: list[tuple[str, QRectF]] = []
         items = tuple(items)
         faces = [item for item in items if isinstance(item, Face)]
@@ -148,7 +150,9 @@ class ScenePainter:
             case Dots():
                 self._paint_dots(painter, item, self._picture.apply(item.points))
             case Diamonds():
-                _paint_diamonds(painter, item, self._picture.apply(item.points), self._halo)
+                places = self._picture.apply(item.points)
+                self._marks.append(places[:, :2])
+                _paint_diamonds(painter, item, places, self._halo)
 
     def _paint_face(self, painter: QPainter, face: Face) -> None:
         colour = QColor(face.colour)
@@ -167,6 +171,7 @@ class ScenePainter:
         painter.setPen(outline)
         painter.setBrush(QColor(item.colour))
         radius = 0.5 * item.size
+        self._marks.append(places[seen, :2])
         for k in np.argsort(places[:, 2]).tolist():
             if not seen[k]:
                 if self._ghost <= 0.0:
@@ -182,7 +187,8 @@ class ScenePainter:
         sizes = [(metrics.horizontalAdvance(t.text) + 8.0, metrics.height()) for t in self._tags]
         bounds = QRectF(0.0, 0.0, self._box.width(), self._box.height())
         anchors = [(x, y) for x, y, _ in places.tolist()]
-        rects = place_labels(anchors, sizes, bounds, self._taken)
+        marks = np.concatenate([places[:, :2], *self._marks])
+        rects = place_labels(anchors, sizes, bounds, self._taken, marks)
         behind = QColor(self._halo)
         behind.setAlpha(190)
         shown = [

@@ -312,7 +312,7 @@
     </message>
     <message>
         <source>The artefacts</source>
-        <translation>Die Normale</translation>
+        <translation>Die Prüfkörper</translation>
     </message>
     <message>
         <source>Preparing the test</source>
@@ -523,7 +523,7 @@
     </message>
     <message>
         <source>Reading the artefacts</source>
-        <translation>Normale werden gelesen</translation>
+        <translation>Prüfkörper werden gelesen</translation>
     </message>
     <message>
         <source>{name}, {serial}, due {due}</source>
@@ -1790,7 +1790,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Which jobs used this</source>
-        <translation>Welche Jobs dies benutzten</translation>
+        <translation>Welche Aufträge dies benutzten</translation>
     </message>
     <message>
         <source>Cpk by month</source>
@@ -1806,7 +1806,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>name of the part</source>
-        <translation>Name des Teils</translation>
+        <translation>Name des Werkstücks</translation>
     </message>
     <message>
         <source>What</source>
@@ -2222,7 +2222,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Verify the calibration with independent artefacts</source>
-        <translation>Kalibrierung mit unabhängigen Normalen verifizieren</translation>
+        <translation>Kalibrierung mit unabhängigen Prüfkörpern verifizieren</translation>
     </message>
     <message>
         <source>Write to cameras</source>
@@ -2242,7 +2242,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Jobs of all stations: lists, trends, what used a calibration</source>
-        <translation>Jobs aller Stationen: Listen, Trends, was eine Kalibrierung benutzte</translation>
+        <translation>Aufträge aller Stationen: Listen, Trends, was eine Kalibrierung benutzte</translation>
     </message>
     <message>
         <source>Calibrate probe</source>
@@ -3067,7 +3067,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>SIMULATED: a virtual part. The probe rests until you measure.</source>
-        <translation>SIMULIERT: ein virtuelles Teil. Der Taster ruht, bis Sie messen.</translation>
+        <translation>SIMULIERT: ein virtuelles Werkstück. Der Taster ruht, bis Sie messen.</translation>
     </message>
     <message>
         <source>Hand back</source>
@@ -3886,7 +3886,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>artefact</source>
-        <translation>Normal</translation>
+        <translation>Prüfkörper</translation>
     </message>
     <message>
         <source>tip</source>
@@ -8483,7 +8483,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Take over is for the virtual rig: this probe is in your hands already.</source>
-        <translation>Übernehmen gibt es nur am virtuellen Aufbau: Dieser Taster ist schon in Ihrer Hand.</translation>
+        <translation>Übernehmen gibt es nur mit virtuellen Kameras: Dieser Taster ist schon in Ihrer Hand.</translation>
     </message>
     <message>
         <source>Choose Demo on the Start page.</source>
@@ -8579,7 +8579,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Turn the LEDs to the cameras. Follow the arrow beside the readout. Move hand, cable and part out of the line of sight. Check that the probe is switched on.</source>
-        <translation>LEDs zu den Kameras drehen. Dem Pfeil neben der Anzeige folgen. Hand, Kabel und Teil aus der Sichtlinie nehmen. Prüfen, ob der Taster eingeschaltet ist.</translation>
+        <translation>LEDs zu den Kameras drehen. Dem Pfeil neben der Anzeige folgen. Hand, Kabel und Werkstück aus der Sichtlinie nehmen. Prüfen, ob der Taster eingeschaltet ist.</translation>
     </message>
     <message>
         <source>LOST: LED identification is ambiguous</source>
@@ -8595,7 +8595,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Follow the hint beside the readout. Show more LEDs to both cameras. Move the part to the middle of the measuring volume.</source>
-        <translation>Dem Hinweis neben der Anzeige folgen. Beiden Kameras mehr LEDs zeigen. Das Teil in die Mitte des Messvolumens stellen.</translation>
+        <translation>Dem Hinweis neben der Anzeige folgen. Beiden Kameras mehr LEDs zeigen. Das Werkstück in die Mitte des Messvolumens stellen.</translation>
     </message>
     <message>
         <source>INACCURATE: the spots do not fit the probe</source>
@@ -8611,7 +8611,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Move the part into the measuring volume; the small picture of the 3-D view shows it.</source>
-        <translation>Das Teil in das Messvolumen stellen; das kleine Bild der 3-D-Ansicht zeigt es.</translation>
+        <translation>Das Werkstück in das Messvolumen stellen; das kleine Bild der 3-D-Ansicht zeigt es.</translation>
     </message>
     <message>
         <source>No point: the probe moved</source>
@@ -8675,7 +8675,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Clear the line of sight to its LEDs. Let part and cameras come to rest. It must not be moved against the part.</source>
-        <translation>Sichtlinie zu seinen LEDs freimachen. Teil und Kameras zur Ruhe kommen lassen. Er darf gegen das Teil nicht bewegt werden.</translation>
+        <translation>Sichtlinie zu seinen LEDs freimachen. Werkstück und Kameras zur Ruhe kommen lassen. Er darf gegen das Werkstück nicht bewegt werden.</translation>
     </message>
     <message>
         <source>NOT STORED: points cannot be saved</source>
@@ -8943,11 +8943,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>A sweep is about to begin. The page counts down.</source>
-        <translation>Ein Durchgang beginnt gleich. Die Seite zählt herunter.</translation>
+        <translation>Das Schwenken beginnt gleich. Die Seite zählt herunter.</translation>
     </message>
     <message>
         <source>Sweep begins</source>
-        <translation>Durchgang beginnt</translation>
+        <translation>Schwenken beginnt</translation>
     </message>
     <message>
         <source>one long</source>
