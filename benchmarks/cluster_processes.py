@@ -11,6 +11,7 @@ import socket
 import subprocess
 import sys
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 from cryptography import x509
@@ -71,11 +72,14 @@ class ShopCluster:
             assert time.monotonic() < until
             time.sleep(0.05)
 
-    def start_worker(self, *more: str) -> subprocess.Popen[bytes]:
+    def start_worker(
+        self, *more: str, environment: Mapping[str, str] | None = None
+    ) -> subprocess.Popen[bytes]:
         """Start a worker; it is not waited for."""
         worker = self._run(
             "worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard",
             "--memory-limit", "0", "--local-directory", str(self._folder), *more,
+            environment=environment,
         )  # fmt: skip
         self.workers.append(worker)
         return worker
@@ -94,16 +98,18 @@ class ShopCluster:
         with Client(self.address, security=security, set_as_default=False) as client:
             client.wait_for_workers(workers, timeout=HANG_S)
 
-    def _run(self, what: str, *arguments: str) -> subprocess.Popen[bytes]:
-        environment = os.environ | {
+    def _run(
+        self, what: str, *arguments: str, environment: Mapping[str, str] | None = None
+    ) -> subprocess.Popen[bytes]:
+        whole = os.environ | {
             "PYTHONPATH": str(ROOT),
             "OPENBLAS_NUM_THREADS": "1",
             NO_PROFILE: "False",
-        }
+        } | dict(environment or {})  # fmt: skip
         command = [sys.executable, "-m", f"distributed.cli.dask_{what}", *arguments, *self._tls]
         with (self._folder / f"{what}.log").open("ab") as log:
             return subprocess.Popen(  # noqa: S603 - our own interpreter
-                command, stdout=log, stderr=log, env=environment
+                command, stdout=log, stderr=log, env=whole
             )
 
     def kill(self, process: subprocess.Popen[bytes]) -> None:

@@ -32,6 +32,17 @@ def kind_of_this() -> str:
     return kind_of(name for name, has in get_host_cpu_features().items() if has)
 
 
+def kind_in_use() -> str:
+    """Return for which kind loops are compiled in this process, as `njit` decides it."""
+    if _NAME in os.environ:
+        return os.environ[_NAME]
+    if _is_x86():
+        return kind_of_this()
+    from llvmlite.binding import get_host_cpu_name
+
+    return str(get_host_cpu_name())
+
+
 def environment(kind: str) -> dict[str, str]:
     """Return what numba must find in its environment to compile for a kind."""
     # Empty: the features of that processor; without it those of this one are in the key.
@@ -54,12 +65,17 @@ def njit(**options: object) -> Callable[[F], F]:
 def _choose() -> None:
     if _NAME in os.environ:
         return
-    from llvmlite import binding
     from numba.core import config
 
     # Of another architecture numba knows more than we do.
-    if binding.get_process_triple().startswith(("x86_64", "amd64")):
+    if _is_x86():
         # The processes of this one inherit it.
         os.environ.update(environment(kind_of_this()))
         # Whoever imported numba before us had it read an environment without.
         config.reload_config()
+
+
+def _is_x86() -> bool:
+    from llvmlite.binding import get_process_triple
+
+    return str(get_process_triple()).startswith(("x86_64", "amd64"))

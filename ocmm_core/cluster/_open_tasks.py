@@ -21,9 +21,9 @@ from typing import Any
 from distributed import Client, Future, KilledWorker
 
 from ocmm_core.cluster._contents import Contents
-from ocmm_core.cluster._scheduler import all_versions, has_workers
-from ocmm_core.cluster._sentences import died, no_workers, other_version, scheduler_lost
-from ocmm_core.cluster._worker import Asked, Done, Refused, do, versions
+from ocmm_core.cluster._scheduler import check_all, has_workers, refusal
+from ocmm_core.cluster._sentences import died, no_workers, scheduler_lost
+from ocmm_core.cluster._worker import Asked, Computer, Done, Refused, do, this_computer
 from ocmm_core.errors import OcmmError
 from ocmm_core.failure import contained
 
@@ -96,7 +96,7 @@ class Tasks:
         """Give the answers in the order of the things."""
         found: dict[int, Any] = {}
         given = losses = done = taken = 0
-        ours = versions()
+        ours = this_computer()
         client = self._connected(ours)
         try:
             room = self._room(client)
@@ -124,7 +124,7 @@ class Tasks:
                 if answered is None:
                     continue
                 if isinstance(answered, Refused):
-                    raise other_version("A worker", answered.versions, ours)
+                    raise refusal("A worker", answered.computer, ours)
                 found |= answered
                 losses = 0
                 for _ in answered:
@@ -141,13 +141,11 @@ class Tasks:
             with contextlib.suppress(Exception):
                 client.close(timeout=5.0)
 
-    def _connected(self, ours: str) -> Client:
+    def _connected(self, ours: Computer) -> Client:
         client = self.connect(_CONNECT_S)
         try:
             self._wait_for_workers(client)
-            for worker, theirs in all_versions(client).items():
-                if theirs != ours:
-                    raise other_version(worker, theirs, ours)
+            check_all(client, ours)
         except BaseException:
             client.close(timeout=5.0)
             raise
@@ -185,7 +183,7 @@ class Tasks:
         together = min(int(_BUNDLE_S / max(self.thing_s, 1e-6)), _LARGEST, left // (2 * room))
         return range(self.begun, self.begun + max(together, 1))
 
-    def _give(self, client: Client, places: Sequence[int], ours: str) -> dict[int, OcmmError]:
+    def _give(self, client: Client, places: Sequence[int], ours: Computer) -> dict[int, OcmmError]:
         """Give a task out about the first of some things; return why some of it cannot be."""
         failed: dict[int, OcmmError] = {}
         asked: list[Asked] = []
@@ -271,7 +269,7 @@ class Tasks:
     def _name(self, place: int) -> str:
         return self.named(self.things[place])
 
-    def _again(self, client: Client, ours: str) -> Client:
+    def _again(self, client: Client, ours: Computer) -> Client:
         """Return a new client with all open tasks given out anew."""
         with contextlib.suppress(Exception):
             client.close(timeout=2.0)

@@ -6,18 +6,38 @@ import contextlib
 
 from distributed import Client
 
-from ocmm_core.cluster._worker import versions
+from ocmm_core.cluster._sentences import other_processor, other_version
+from ocmm_core.cluster._worker import Computer, this_computer, versions
+from ocmm_core.errors import InputError
 
 
-def all_versions(client: Client) -> dict[str, str]:
-    """Return the versions of all; one that knows no such thing is of another version."""
-    found: dict[str, object] = {"The scheduler": _of_scheduler(client)}
-    for worker, one in client.run(versions, on_error="return").items():
-        found[f"Worker {worker}"] = one
-    return {
-        name: one if isinstance(one, str) else f"another version ({type(one).__name__})"
-        for name, one in found.items()
-    }
+def check_all(client: Client, ours: Computer) -> None:
+    """Raise InputError where the scheduler or a worker could give other digits.
+
+    The scheduler computes nothing: its processor may be any.
+    """
+    scheduler = _of_scheduler(client)
+    if scheduler != ours.versions:
+        raise other_version("The scheduler", _named(scheduler), ours.versions)
+    for worker, theirs in client.run(this_computer, on_error="return").items():
+        if theirs != ours:
+            raise refusal(f"Worker {worker}", theirs, ours)
+
+
+def refusal(who: str, theirs: object, ours: Computer) -> InputError:
+    """Return why a worker that is not like this computer could give other digits."""
+    if not isinstance(theirs, Computer):
+        # One that knows no such thing is of another version.
+        return other_version(who, _named(theirs), ours.versions)
+    if theirs.versions != ours.versions:
+        return other_version(who, theirs.versions, ours.versions)
+    there = theirs.arithmetic.environment_of(ours.arithmetic)
+    here = ours.arithmetic.environment_of(theirs.arithmetic)
+    return other_processor(who, str(theirs.arithmetic), str(ours.arithmetic), there, here)
+
+
+def _named(found: object) -> str:
+    return found if isinstance(found, str) else f"another version ({type(found).__name__})"
 
 
 def _of_scheduler(client: Client) -> object:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Mapping
+
 from ocmm_core.errors import InputError, InternalError, OcmmError, StorageError
 
 
@@ -76,6 +79,36 @@ def other_version(who: str, theirs: str, ours: str) -> InputError:
         f"{who} has {theirs}; this computer has {ours}. Their digits could differ.",
         "Install the same version there, or stop it, then run this again.",
     )
+
+
+def other_processor(
+    who: str, theirs: str, ours: str, there: Mapping[str, str] | None,
+    here: Mapping[str, str] | None,
+) -> InputError:  # fmt: skip
+    """Return that a worker has a processor of another kind.
+
+    Parameters
+    ----------
+    there, here
+        Environment in which the worker, or this computer, computes as the other does; None where
+        it cannot.
+    """
+    if there:
+        remedy = f"Start that worker with {_assigned(there)}"
+    elif here:
+        remedy = f"Run this again with {_assigned(here)}"
+    else:
+        remedy = "Stop that worker"
+    return InputError(
+        "cluster.processor",
+        f"{who} computes otherwise ({theirs}) than this computer ({ours}). Last digits could "
+        "differ.",
+        f"{remedy}, or leave out --scheduler to compute here (docs/cluster.md).",
+    )
+
+
+def _assigned(environment: Mapping[str, str]) -> str:
+    return " ".join(f"{name}={shlex.quote(value)}" for name, value in environment.items())
 
 
 def altered(sha256: str) -> StorageError:

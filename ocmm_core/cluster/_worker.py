@@ -1,4 +1,4 @@
-"""What runs on a worker; both ends must be of the same version."""
+"""What runs on a worker; both ends must be of the same version, and compute alike."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from itertools import islice
 from typing import TypeVar
 
 from ocmm_core import __version__
+from ocmm_core.cluster._arithmetic import Arithmetic, arithmetic
 from ocmm_core.cluster._sentences import altered
 from ocmm_core.errors import OcmmError
 from ocmm_core.failure import contained
@@ -21,10 +22,18 @@ R = TypeVar("R")
 
 
 @dataclass(frozen=True, slots=True)
+class Computer:
+    """What decides about the digits that a computer finds: packages, and how it computes."""
+
+    versions: str
+    arithmetic: Arithmetic
+
+
+@dataclass(frozen=True, slots=True)
 class Refused:
     """A worker that did not begin: what it has."""
 
-    versions: str
+    computer: Computer
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +66,11 @@ def versions() -> str:
     return ", ".join(found)
 
 
+def this_computer() -> Computer:
+    """Return what decides about digits here."""
+    return Computer(versions(), arithmetic())
+
+
 def held(content: bytes) -> bytes:
     """Return what it is given: a task that keeps bytes on a worker.
 
@@ -66,19 +80,19 @@ def held(content: bytes) -> bytes:
 
 
 def do(
-    ours: str, work: Callable[..., R], asked: Sequence[Asked], *contents: bytes
+    ours: Computer, work: Callable[..., R], asked: Sequence[Asked], *contents: bytes
 ) -> Done | Refused:
     """Do the work on some things; errors are answers, as in `processes.side_by_side`.
 
     Parameters
     ----------
     ours
-        `versions` of the computer that asks.
+        The computer that asks.
     contents
         Of one thing after the other, as many as each has hashes.
     """
-    if versions() != ours:
-        return Refused(versions())
+    if this_computer() != ours:
+        return Refused(this_computer())
     begun, rest = time.monotonic(), iter(contents)
     answers = tuple(
         answer(work, one.thing, one.name, one.hashes, list(islice(rest, len(one.hashes))))

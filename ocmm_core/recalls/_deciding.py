@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 import msgspec
 
 from ocmm_core.archive.records import MarkRow
-from ocmm_core.archive.stores import Archive
+from ocmm_core.archive.stores import Archive, time_of
 from ocmm_core.calibration.records import seal
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.archive import Outcome, RecalledJob, RecallRecord, headline
@@ -34,9 +34,10 @@ def decide_archived(
             "No name given for the decision.",
             "Give the name of the person who decides.",
         )
-    made = datetime.fromisoformat(record.made_utc)
+    # By the clock of the archive alone: one that is ahead would hold up every recall after it.
+    made = datetime.fromisoformat(record.made_utc) + (archive.now() - datetime.now(UTC))
     for one in archive.findings():
-        if one.kind == "recall" and datetime.fromisoformat(one.utc) > made:
+        if one.kind == "recall" and time_of(archive.place, one.received_utc) > made:
             raise InputError(
                 "recall.overtaken",
                 f"{one.who} has stored another recall since this one was computed.",

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from ocmm_core import __version__
 from ocmm_core.archive.records import JobRecord
-from ocmm_core.archive.stores import Archive, open_archive
+from ocmm_core.archive.stores import CLOCK_TELL_S, Archive, Cell, open_archive, time_of
 from ocmm_core.cluster import HERE, Site
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive import (
@@ -42,6 +42,13 @@ _JOBS = (
 _USED = (
     "SELECT job_id FROM archived_use WHERE used_kind = :kind"
     " AND (identity = :identity OR name = :identity) AND created_utc >= :since"
+)
+
+_USED_LATE = (
+    "SELECT u.job_id, d.sent_utc, d.received_utc FROM archived_use u"
+    " JOIN delivery d ON d.job = u.job_id WHERE u.used_kind = :kind"
+    " AND (u.identity = :identity OR u.name = :identity)"
+    " AND u.created_utc < :since AND d.received_utc >= :since"
 )
 
 
@@ -209,7 +216,18 @@ def _users(archive: Archive, finding: ArchiveFinding | None) -> frozenset[int]:
         return frozenset()
     since = finding.since.astimezone(UTC).isoformat(timespec="milliseconds")
     table = archive.ask(_USED, {"kind": finding.kind, "identity": finding.identity, "since": since})
-    return frozenset(int(str(row[0])) for row in table.rows)
+    late = archive.ask(
+        _USED_LATE, {"kind": finding.kind, "identity": finding.identity, "since": since}
+    )
+    # A station's clock that was behind makes a job look older than what was found.
+    behind = (row[0] for row in late.rows if _was_behind(archive.place, row[1], row[2]))
+    return frozenset(int(str(one)) for one in (*(row[0] for row in table.rows), *behind))
+
+
+def _was_behind(place: str, sent_utc: Cell, received_utc: Cell) -> bool:
+    """Return whether the clock of a station was behind that of the archive at a delivery."""
+    behind = time_of(place, received_utc) - time_of(place, sent_utc)
+    return behind.total_seconds() > CLOCK_TELL_S
 
 
 def _touched(

@@ -112,7 +112,9 @@ class Courier:
                     else:
                         aside += 1
             learn_marks(archive)
-        except OcmmError as error:
+        except Exception as caught:
+            # Whatever an archive says, the process that hands over lives on and tries again.
+            error = contained(caught, "The hand-over to the archive")
             if error.code.startswith("outbox."):
                 raise
             self.close()

@@ -24,8 +24,8 @@ def learn_marks(archive: Archive, path: Path | None = None) -> int:
     known = read_held_jobs(path)
     # Another archive counts its marks anew; what the former one held back is not taken for good.
     after = known.after if known.archive in ("", archive.place) else 0
-    (most,) = archive.ask("SELECT coalesce(max(id), 0) FROM archive_mark").rows[0]
-    if int(str(most)) < after:
+    newest = archive.ask("SELECT id FROM archive_mark ORDER BY id DESC LIMIT 1", {}, int).rows
+    if not newest or int(str(newest[0][0])) < after:
         # It was restored from a backup, and counts anew from there.
         after = 0
     marks = archive.marks(after)

@@ -23,6 +23,7 @@ import platformdirs
 from ocmm_core.archive.outbox._outbox_file import OutboxFile, utc_now
 from ocmm_core.archive.outbox._outbox_rows import Contact, Item, ItemState, machine_identity
 from ocmm_core.archive.records import snapshot
+from ocmm_core.archive.stores import CLOCK_TELL_S
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import OcmmError, StorageError
 
@@ -171,7 +172,12 @@ class Outbox(OutboxFile):
         return Contact(*row)
 
     def prune(self, now: datetime | None = None) -> int:
-        """Remove copies of what was delivered long ago, and return how many."""
+        """Remove copies of what was delivered long ago, and return how many.
+
+        None where the clock here and that of the archive differ: by a wrong one all is long ago.
+        """
+        if abs(self.contact().clock_off_s) > CLOCK_TELL_S:
+            return 0
         before = ((now or datetime.now(UTC)) - KEPT).isoformat(timespec="milliseconds")
         removed = 0
         # Under the write lock, so that nobody puts the same file in meanwhile.

@@ -85,6 +85,10 @@ _WORDS = {
     "archive.read_only": "server takes no writing",
     "archive.shop": "program part missing",
     "archive.not_set_up": "archive not set up",
+    "archive.too_large": "answer without an end",
+    "archive.not_understood": "answer not understood",
+    "archive.not_kept": "server keeps nothing",
+    "archive.changes": "server changes values",
 }
 
 

@@ -9,9 +9,9 @@ from ocmm_core.archive.questions._answers import ArchiveAnswer
 from ocmm_core.archive.questions._asked import Asked
 from ocmm_core.archive.questions._lists import passed, today, used
 from ocmm_core.archive.questions._statistics import cpk_by_month, rr, trend
-from ocmm_core.archive.stores import Archive
+from ocmm_core.archive.stores import Archive, not_understood
 
-Ask = Callable[[Archive, Asked], ArchiveAnswer]
+Answers = Callable[[Archive, Asked], ArchiveAnswer]
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,15 +24,31 @@ class Question:
         For scripts, and for people.
     takes, needs
         Fields of `Asked` that it uses, and those of them that must be given.
-    ask
-        Answers it.
+    answers
+        What answers it.
     """
 
     name: str
     title: str
     takes: tuple[str, ...]
     needs: tuple[str, ...]
-    ask: Ask
+    answers: Answers
+
+    def ask(self, archive: Archive, asked: Asked) -> ArchiveAnswer:
+        """Return the answer; what is none is told, and nothing of it is shown.
+
+        Raises
+        ------
+        InputError
+            Something that the question needs is missing, or unknown.
+        StorageError
+            The archive cannot be asked, or its rows are not those that a question has.
+        """
+        try:
+            return self.answers(archive, asked)
+        except (ValueError, TypeError, LookupError, AssertionError) as error:
+            # A server may say anything, and a file have other columns than ours.
+            raise not_understood(archive.place, str(error)) from error
 
 
 QUESTIONS = (

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ocmm_core.archive.records._checks import check_delivery, check_mark, utc_text
     from ocmm_core.archive.records._extract import Extract, ExtractedJob, extract_job, snapshot
     from ocmm_core.archive.records._rows import (
+        LONGEST_SENTENCE,
         USES,
         Delivery,
         JobRecord,
@@ -30,10 +31,11 @@ else:
         __name__,
         _checks="check_delivery check_mark utc_text",
         _extract="Extract ExtractedJob extract_job snapshot",
-        _rows="USES Delivery JobRecord JobRow MarkRow ResultRow Sender UseRow",
+        _rows="LONGEST_SENTENCE USES Delivery JobRecord JobRow MarkRow ResultRow Sender UseRow",
     )
 
 __all__ = [
+    "LONGEST_SENTENCE",
     "USES",
     "Delivery",
     "Extract",

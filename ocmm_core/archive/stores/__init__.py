@@ -17,7 +17,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.archive.stores._address import check_address, is_server, parse_server
-    from ocmm_core.archive.stores._faults import Remedy, remedy_of
+    from ocmm_core.archive.stores._faults import Remedy, not_understood, remedy_of
     from ocmm_core.archive.stores._interface import (
         CLOCK_TELL_S,
         Answer,
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         Table,
     )
     from ocmm_core.archive.stores._open import default_archive, open_archive
+    from ocmm_core.archive.stores._reader import time_of
     from ocmm_core.archive.stores._roles import ROLES, give_roles, role_statements, roles_sql
     from ocmm_core.archive.stores._schema import VERSION
     from ocmm_core.archive.stores._store import SqlArchive
@@ -37,9 +38,10 @@ else:
     __getattr__ = door(
         __name__,
         _address="check_address is_server parse_server",
-        _faults="Remedy remedy_of",
+        _faults="Remedy not_understood remedy_of",
         _interface="CLOCK_TELL_S Answer Archive Cell Finding Receipt Row Table",
         _open="default_archive open_archive",
+        _reader="time_of",
         _roles="ROLES give_roles role_statements roles_sql",
         _schema="VERSION",
         _store="SqlArchive",
@@ -64,9 +66,11 @@ __all__ = [
     "default_archive",
     "give_roles",
     "is_server",
+    "not_understood",
     "open_archive",
     "parse_server",
     "remedy_of",
     "role_statements",
     "roles_sql",
+    "time_of",
 ]

@@ -109,7 +109,7 @@ def sqlite_fault(place: str, error: sqlite3.Error) -> OcmmError:
         return _refused(str(error))
     return StorageError(
         "archive.failed",
-        f"{place}: {' '.join(str(error).split())[:200]}.",
+        f"{place}: {_short(error)}.",
         "Check the disk; make the archive again from the job files: ocmm archive rebuild.",
     )
 
@@ -120,12 +120,23 @@ def postgresql_fault(place: str, error: Exception) -> OcmmError:
     By SQLSTATE (PostgreSQL, appendix A); one without it never reached the server.
     """
     state = getattr(error, "sqlstate", None) or ""
-    said = " ".join(str(error).split())[:300]
+    said = _short(error)
     for prefix, make in _BY_STATE:
         if state.startswith(prefix):
             return make(place, said)
-    if isinstance(error, UnicodeError | ValueError) or state.startswith(("22", "23")):
+    if isinstance(error, UnicodeEncodeError) or state.startswith(("22", "23")) or "NUL" in said:
         return _refused(said)
+    # What came cannot be read: no fault of the job that was sent, which waits.
+    if not state and not isinstance(error, OSError) and not _is_of_connection(error):
+        return not_understood(place, said or type(error).__name__)
+    if any(word in said for word in ("not yet valid", "has expired")):
+        return StorageError(
+            "archive.tls",
+            f"{place}: no trusted connection ({said}).",
+            "Check the clock of this computer first, then the certificate of the server.",
+        )
+    if any(word in said for word in _NO_PROTOCOL):
+        return not_understood(place, said)
     if "certificate" in said or "SSL" in said:
         return StorageError(
             "archive.tls",
@@ -147,8 +158,52 @@ def postgresql_fault(place: str, error: Exception) -> OcmmError:
 
 
 def silent_server(place: str) -> OcmmError:
-    """Return the error for a server that keeps the connection and says nothing."""
-    return _slow(place, "it took the connection and says nothing")
+    """Return the error for a server that keeps the connection and does not come to an end."""
+    return _slow(place, "it took the connection and does not come to an end")
+
+
+def endless_answer(place: str, limit: int) -> OcmmError:
+    """Return the error for an answer that has no end, or is larger than this computer takes."""
+    return StorageError(
+        "archive.too_large",
+        f"{place}: the server answers with more than {limit / 1e9:.0f} GB at once.",
+        "Ask for fewer rows. Where nothing was asked, check that this is the server of the "
+        "archive.",
+    )
+
+
+def not_understood(place: str, why: str) -> StorageError:
+    """Return the error for an answer that no archive of this program gives."""
+    return StorageError(
+        "archive.not_understood",
+        f"{place}: the answer is none of an archive ({_short(why)}).",
+        "Nothing of it is used. Check the address, then run ocmm archive verify.",
+    )
+
+
+def not_kept(place: str, job: str) -> StorageError:
+    """Return the error for a job that was acknowledged and is not there."""
+    return StorageError(
+        "archive.not_kept",
+        f"{place}: the server acknowledged job {job[:8]} and does not have it.",
+        "Whoever owns the database looks for a trigger or rule that drops rows; the job waits.",
+    )
+
+
+def altered_rows(place: str, job: str, where: str) -> StorageError:
+    """Return the error for an archive that stores something else than it is given."""
+    return StorageError(
+        "archive.changes",
+        f"{place}: the server would store other values of job {job[:8]} than were sent ({where}).",
+        "Whoever owns the database looks for a trigger or rule that changes rows; nothing of it "
+        "was stored, and the job waits here.",
+    )
+
+
+def _short(text: object) -> str:
+    """Return the beginning of what somebody said, however much it is, in one line."""
+    words = " ".join(str(text)[:2000].split())[:300]
+    return "".join(c if c.isprintable() else "?" for c in words)
 
 
 def _full(place: str, said: str = "") -> StorageError:
@@ -204,6 +259,17 @@ def _other_version(place: str, said: str) -> StorageError:
         "Whoever owns the database brings it up to date: ocmm archive set-up.",
     )
 
+
+def _is_of_connection(error: Exception) -> bool:
+    """Return whether psycopg blames the connection, and not what came over it."""
+    return any(one.__name__ == "OperationalError" for one in type(error).__mro__)
+
+
+_NO_PROTOCOL = (
+    "synchronization", "unexpected response", "unexpected field", "invalid message",
+    "insufficient data", "message contents", "extraneous data", "unknown oid", "DateStyle", "codec",
+)  # fmt: skip
+"""Words of libpq and psycopg for what no server of PostgreSQL says."""
 
 _BY_STATE = (
     ("53100", _full),

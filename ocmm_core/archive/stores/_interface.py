@@ -8,13 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from enum import Enum
+from types import UnionType
 from typing import Protocol
 
 from ocmm_core.archive.records import Delivery, JobRecord, MarkRow, Sender
 
 Cell = str | float | int | bytes | None
 Row = tuple[Cell, ...]
+Kind = type | UnionType
+"""What a cell of an answer is."""
 
 CLOCK_TELL_S = 300.0
 """A clock that is off by more is told: a day's list would have jobs of another day."""
@@ -57,7 +61,13 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A document about archived jobs, such as that of a recall."""
+    """A document about archived jobs, such as that of a recall.
+
+    Attributes
+    ----------
+    utc, received_utc
+        By the clock of who wrote it, and by that of the archive.
+    """
 
     id: int
     kind: str
@@ -65,6 +75,7 @@ class Finding:
     document: str
     who: str
     utc: str
+    received_utc: str
 
 
 class Archive(Protocol):
@@ -97,8 +108,14 @@ class Archive(Protocol):
     def record(self, job: int) -> JobRecord:
         """Return the rows of a job by its number."""
 
-    def ask(self, sql: str, values: Mapping[str, Cell] | None = None) -> Table:
-        """Return the answer to SQL that names values as ``:name``; it can change nothing."""
+    def ask(self, sql: str, values: Mapping[str, Cell] | None = None, *kinds: Kind) -> Table:
+        """Return the answer to SQL that names values as ``:name``; it can change nothing.
+
+        Where kinds are given, each row has such cells; a server may say anything.
+        """
+
+    def now(self) -> datetime:
+        """Return the time by the clock of the archive."""
 
     def add_finding(
         self, kind: str, subject: str, document: str, who: str, utc: str,

@@ -13,20 +13,24 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from datetime import datetime
+from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from ocmm_core import __version__
 from ocmm_core.archive.stores._address import PostgresAddress
 from ocmm_core.archive.stores._faults import (
+    endless_answer,
     foreign,
     newer,
     not_set_up,
+    not_understood,
     older,
     postgresql_fault,
     silent_server,
 )
 from ocmm_core.archive.stores._interface import Cell, Table
-from ocmm_core.archive.stores._patience import Patience
+from ocmm_core.archive.stores._patience import GaveUp, Patience
+from ocmm_core.archive.stores._reader import time_of, whole_of
 from ocmm_core.archive.stores._schema import POSTGRESQL, VERSION, statements
 from ocmm_core.archive.stores._store import SqlArchive
 from ocmm_core.errors import InputError, OcmmError, StorageError
@@ -35,9 +39,15 @@ if TYPE_CHECKING:
     import psycopg
 
 SCHEMA = "ocmm"
+_CELLS = (str, int, float, bytes, bool)
 _NAMED = re.compile(r"(?<![:\w]):([a-z_][a-z0-9_]*)")
 _GRACE_S = 5.0
 """How much longer than the server itself a station waits for an answer."""
+_ANSWER_BYTES = 2 << 30
+"""How much this process may grow by one answer: the largest job file takes less than half."""
+_ROWS = 2000
+_ODD = (ValueError, TypeError, ArithmeticError, LookupError, NotImplementedError, MemoryError)
+"""What psycopg raises besides its own of bytes that are no value of their type."""
 _LOCK = 0x4F434D41
 """Number of the advisory lock under which an archive is set up (it is "OCMA")."""
 
@@ -96,10 +106,12 @@ class PostgresArchive(SqlArchive):
                 ),
             )
             # The server ends a statement first, and says why; this is for one that says nothing.
-            self._patience = Patience(self._db.fileno(), address.limit_ms / 1000.0 + _GRACE_S)
+            self._patience = Patience(
+                self._db.fileno(), address.limit_ms / 1000.0 + _GRACE_S, _ANSWER_BYTES
+            )
             self._db.read_only = read_only or None
             self._check_version(set_up=set_up)
-        except psycopg.Error as error:
+        except (psycopg.Error, *_ODD) as error:
             fault = self._fault(error)
             self.close()
             raise fault from error
@@ -141,10 +153,11 @@ class PostgresArchive(SqlArchive):
             raise older(self.place, version, VERSION)
 
     def _version(self) -> int:
-        there = self._run("SELECT to_regclass('ocmm.migration') IS NOT NULL").rows[0][0]
+        there = self._one("SELECT to_regclass('ocmm.migration') IS NOT NULL", {}, int)[0]
         if not there:
             return 0
-        return int(str(self._run("SELECT coalesce(max(version), 0) FROM migration").rows[0][0]))
+        (version,) = self._one("SELECT coalesce(max(version), 0) FROM migration", {}, int)
+        return whole_of(version)
 
     def _bring_up_to_date(self) -> None:
         with self._transaction():
@@ -175,13 +188,42 @@ class PostgresArchive(SqlArchive):
             )
         return self._db
 
-    def _run(self, sql: str, values: Mapping[str, Cell] | None = None) -> Table:
+    def _run(
+        self, sql: str, values: Mapping[str, Cell] | None = None, *, alone: bool = False
+    ) -> Table:
         text = _NAMED.sub(r"%(\1)s", sql) if values else sql
         # Statements are ours or typed by the person who asks; values never become part of them.
-        with self._waiting():
-            cursor = self._open().execute(text.encode(), values or None)
-            columns = tuple(one.name for one in cursor.description or ())
-            return Table(columns, tuple(cursor.fetchall()) if cursor.description else ())
+        with self._waiting(), self._open().cursor() as cursor:
+            # Binary answers are asked for by the protocol that takes one statement alone: a COMMIT
+            # before another one would end the transaction in which nothing can be written.
+            cursor.execute(text.encode(), values or None, binary=alone or None)
+            if not cursor.description:
+                return Table((), ())
+            columns = tuple(one.name for one in cursor.description)
+            rows: list[tuple[Cell, ...]] = []
+            while some := cursor.fetchmany(_ROWS):
+                rows += map(self._cells, some)
+                if self._patience is not None and self._patience.gave_up is not None:
+                    raise self._fault(MemoryError())
+            return Table(columns, tuple(rows))
+
+    def _ask(self, sql: str, values: Mapping[str, Cell] | None) -> Table:
+        return self._run(sql, values, alone=True)
+
+    def _cells(self, row: tuple[Any, ...]) -> tuple[Cell, ...]:
+        """Return a row; a sum of whole numbers is one, whatever PostgreSQL makes of it."""
+        if all(cell is None or type(cell) in _CELLS for cell in row):
+            return row
+        found = [self._whole(cell) if isinstance(cell, Decimal) else cell for cell in row]
+        for cell in found:
+            if cell is not None and not isinstance(cell, _CELLS):
+                raise not_understood(self.place, f"a {type(cell).__name__}")
+        return tuple(found)
+
+    def _whole(self, number: Decimal) -> int:
+        if not number.is_finite() or number != number.to_integral_value():
+            raise not_understood(self.place, "a sum that is no whole number")
+        return int(number)
 
     def _run_many(self, sql: str, values: Sequence[Mapping[str, Cell]]) -> None:
         if values:
@@ -195,7 +237,7 @@ class PostgresArchive(SqlArchive):
         try:
             with self._begun():
                 yield
-        except (psycopg.Error, UnicodeError) as error:
+        except (psycopg.Error, *_ODD) as error:
             raise self._fault(error) from error
 
     @contextlib.contextmanager
@@ -206,7 +248,7 @@ class PostgresArchive(SqlArchive):
             with self._begun():
                 self._run("SET TRANSACTION READ ONLY")
                 yield
-        except (psycopg.Error, UnicodeError) as error:
+        except (psycopg.Error, *_ODD) as error:
             raise self._fault(error) from error
 
     @contextlib.contextmanager
@@ -228,11 +270,17 @@ class PostgresArchive(SqlArchive):
         return contextlib.nullcontext() if self._patience is None else self._patience
 
     def _fault(self, error: Exception) -> OcmmError:
-        if self._patience is not None and self._patience.ran_out:
+        gave_up = None if self._patience is None else self._patience.gave_up
+        if gave_up is GaveUp.SILENT:
             return silent_server(self.place)
+        if gave_up is GaveUp.FLOODED or isinstance(error, MemoryError):
+            return endless_answer(self.place, _ANSWER_BYTES)
         return postgresql_fault(self.place, error)
 
+    def _settle(self) -> None:
+        # What a trigger keeps for the end of the transaction is done before it is looked at.
+        self._run("SET CONSTRAINTS ALL IMMEDIATE")
+
     def _now(self) -> datetime:
-        found = self._run("SELECT clock_timestamp()").rows[0][0]
-        assert isinstance(found, datetime)  # noqa: S101 - the type of that function
-        return found
+        (text,) = self._one(f"SELECT {POSTGRESQL.now}", {}, str)
+        return time_of(self.place, text)

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
+from datetime import UTC, datetime
 from types import TracebackType
 from typing import Self
 
-from ocmm_core.archive.records import JobRecord, JobRow, MarkRow, ResultRow, UseRow
-from ocmm_core.archive.stores._faults import damaged_file
-from ocmm_core.archive.stores._interface import Cell, Finding, Table
-from ocmm_core.archive.stores._statements import JOB_FIELDS, OF_JOB, RESULT_FIELDS
+import msgspec
+
+from ocmm_core.archive.records import LONGEST_SENTENCE, JobRecord, MarkRow
+from ocmm_core.archive.stores._faults import damaged_file, not_understood
+from ocmm_core.archive.stores._interface import Cell, Finding, Kind, Row, Table
+from ocmm_core.archive.stores._statements import JOB_FIELDS, OF_JOB, RESULT_FIELDS, USE_FIELDS
 from ocmm_core.errors import StorageError
 
 
@@ -39,21 +43,31 @@ class SqlReader(ABC):
     def close(self) -> None:
         """Let go; may be called twice."""
 
+    @abstractmethod
+    def _now(self) -> datetime:
+        """Return the time by the clock of the store."""
+
+    def now(self) -> datetime:
+        """Return the time by the clock of the archive: see `Archive`."""
+        with self._reading():
+            return self._now()
+
     def heads(self, job_uuid: str) -> dict[int, str]:
         """Return the head of each version of a job: see `Archive`."""
         table = self.ask(
             "SELECT steps, head FROM job WHERE job_uuid = :job_uuid AND sound = 1 ORDER BY id DESC",
-            {"job_uuid": job_uuid},
-        )
+            {"job_uuid": job_uuid}, int, str,
+        )  # fmt: skip
         return {whole_of(steps): str(head) for steps, head in table.rows}
 
     def last_sequence(self, outbox: str) -> int:
         """Return the highest number of an outbox that arrived: see `Archive`."""
-        table = self.ask(
-            "SELECT coalesce(max(sequence), 0) FROM delivery WHERE outbox = :outbox",
-            {"outbox": outbox},
-        )
-        return whole_of(table.rows[0][0])
+        with self._reading():
+            (last,) = self._one(
+                "SELECT coalesce(max(sequence), 0) FROM delivery WHERE outbox = :outbox",
+                {"outbox": outbox}, int,
+            )  # fmt: skip
+        return whole_of(last)
 
     def arrived(self, outbox: str, sequences: Sequence[int]) -> set[int]:
         """Return which numbers of an outbox arrived: see `Archive`."""
@@ -62,8 +76,8 @@ class SqlReader(ABC):
         table = self.ask(
             "SELECT sequence FROM delivery WHERE outbox = :outbox"
             " AND sequence BETWEEN :least AND :most",
-            {"outbox": outbox, "least": min(sequences), "most": max(sequences)},
-        )
+            {"outbox": outbox, "least": min(sequences), "most": max(sequences)}, int,
+        )  # fmt: skip
         return {whole_of(row[0]) for row in table.rows} & set(sequences)
 
     def content(self, sha256: str) -> bytes:
@@ -87,41 +101,63 @@ class SqlReader(ABC):
             raise StorageError(
                 "archive.no_job", f"{self.place}: there is no job {job}.", "Ask for another one."
             )
-        fields = dict(zip(JOB_FIELDS, found[0], strict=True))
-        fields |= {name: bool(fields[name]) for name in ("complete", "simulated")}
         results = self.ask(
-            "SELECT position, characteristic, kind, unit, nominal, low, high, value, uncertainty,"
-            " verdict, why_not FROM result WHERE job = :id ORDER BY position",
+            f"SELECT {', '.join(RESULT_FIELDS)} FROM result WHERE job = :id ORDER BY position",  # noqa: S608 - names of our own class
             {"id": job},
-        )
+        ).rows
         uses = self.ask(
             "SELECT kind, identity, name FROM used WHERE job = :id ORDER BY kind, identity",
             {"id": job},
-        )
-        return JobRecord(
-            job=JobRow(**fields),  # type: ignore[arg-type] # the columns are its fields
-            results=tuple(
-                ResultRow(**dict(zip(RESULT_FIELDS, row, strict=True)))  # type: ignore[arg-type]
-                for row in results.rows
-            ),
-            uses=tuple(
-                UseRow(**dict(zip(("kind", "identity", "name"), row, strict=True)))  # type: ignore[arg-type]
-                for row in uses.rows
-            ),
-        )
+        ).rows
+        try:
+            fields = dict(zip(JOB_FIELDS, found[0], strict=True))
+            fields |= {name: bool(fields[name]) for name in ("complete", "simulated")}
+            return msgspec.convert(
+                {
+                    "job": fields,
+                    "results": [dict(zip(RESULT_FIELDS, row, strict=True)) for row in results],
+                    "uses": [dict(zip(USE_FIELDS, row, strict=True)) for row in uses],
+                },
+                JobRecord,
+            )
+        except (msgspec.ValidationError, ValueError) as error:
+            raise not_understood(self.place, str(error)) from error
 
-    def ask(self, sql: str, values: Mapping[str, Cell] | None = None) -> Table:
+    def ask(self, sql: str, values: Mapping[str, Cell] | None = None, *kinds: Kind) -> Table:
         """Return the answer of a question: see `Archive`."""
         with self._reading():
-            return self._run(sql, values)
+            table = self._ask(sql, values)
+        for row in table.rows:
+            for cell in row:
+                if type(cell) is float and not math.isfinite(cell):
+                    raise not_understood(self.place, f"{cell} is no number")
+        return self._of(table, kinds) if kinds else table
+
+    def _ask(self, sql: str, values: Mapping[str, Cell] | None) -> Table:
+        """Carry out one statement of somebody who asks."""
+        return self._run(sql, values)
+
+    def _of(self, table: Table, kinds: Sequence[Kind]) -> Table:
+        for row in table.rows:
+            if len(row) != len(kinds) or not all(map(isinstance, row, kinds)):
+                shown = ", ".join(type(cell).__name__ for cell in row[:20])
+                raise not_understood(self.place, f"a row of {shown or 'nothing'}")
+        return table
+
+    def _one(self, sql: str, values: Mapping[str, Cell], *kinds: Kind) -> Row:
+        """Return the one row that a statement must have."""
+        rows = self._of(self._run(sql, values), kinds).rows
+        if len(rows) != 1:
+            raise not_understood(self.place, f"{len(rows)} rows where there is one")
+        return rows[0]
 
     def findings(self, after: int = 0) -> list[Finding]:
         """Return documents with a higher number: see `Archive`."""
         table = self.ask(
-            "SELECT id, kind, subject, document, who, utc FROM finding WHERE id > :after"
-            " ORDER BY id",
-            {"after": after},
-        )
+            "SELECT id, kind, subject, document, who, utc, received_utc FROM finding"
+            " WHERE id > :after ORDER BY id",
+            {"after": after}, int, *(str,) * 6,
+        )  # fmt: skip
         return [Finding(whole_of(row[0]), *(str(cell) for cell in row[1:])) for row in table.rows]
 
     def marks(self, after: int = 0) -> list[tuple[int, MarkRow]]:
@@ -129,14 +165,14 @@ class SqlReader(ABC):
         table = self.ask(
             "SELECT id, job_uuid, kind, holds, why, who, utc, finding FROM mark WHERE id > :after"
             " ORDER BY id",
-            {"after": after},
-        )
+            {"after": after}, int, str, str, int, str, str, str, int,
+        )  # fmt: skip
         return [
             (
                 whole_of(number),
                 MarkRow(
-                    job_uuid=str(job), kind=str(kind), holds=bool(holds), why=str(why),
-                    who=str(who), utc=str(utc), finding=whole_of(finding),
+                    job_uuid=str(job), kind=str(kind), holds=bool(holds), why=_line(why),
+                    who=_line(who), utc=_line(utc), finding=whole_of(finding),
                 ),
             )
             for number, job, kind, holds, why, who, utc, finding in table.rows
@@ -163,3 +199,16 @@ def whole_of(cell: Cell) -> int:
             "archive.foreign", "A number in the archive is none.", "Restore it from a backup."
         )
     return cell
+
+
+def _line(cell: Cell) -> str:
+    """Return what somebody wrote with SQL as it may be shown; a mark holds whatever it says."""
+    return "".join(c if c.isprintable() else " " for c in str(cell)[:LONGEST_SENTENCE])
+
+
+def time_of(place: str, cell: Cell) -> datetime:
+    """Return a time with its zone; StorageError where it is none."""
+    try:
+        return datetime.fromisoformat(str(cell)).astimezone(UTC)
+    except (ValueError, OverflowError) as error:
+        raise not_understood(place, str(error)) from error

@@ -37,6 +37,10 @@ def role_statements() -> tuple[str, ...]:
     everybody = ", ".join(ROLES)
     return (
         *made,
+        # What everybody may do in a new database: fill its disk with tables of his own.
+        "DO $$ BEGIN EXECUTE format('REVOKE TEMPORARY ON DATABASE %I FROM PUBLIC',"
+        " current_database()); REVOKE CREATE ON SCHEMA public FROM PUBLIC;"
+        " EXCEPTION WHEN insufficient_privilege OR invalid_schema_name THEN NULL; END $$",
         "REVOKE ALL ON SCHEMA ocmm FROM PUBLIC",
         "REVOKE ALL ON ALL TABLES IN SCHEMA ocmm FROM PUBLIC",
         f"REVOKE ALL ON ALL TABLES IN SCHEMA ocmm FROM {everybody}",

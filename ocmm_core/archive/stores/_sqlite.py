@@ -162,5 +162,8 @@ class SqliteArchive(SqlArchive):
         except sqlite3.Error as error:
             raise sqlite_fault(self.place, error) from error
 
+    def _settle(self) -> None:
+        """Do nothing: a trigger of SQLite runs at once."""
+
     def _now(self) -> datetime:
         return datetime.now(UTC)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ocmm_core.archive.records import JobRow, MarkRow, ResultRow
+from ocmm_core.archive.records import JobRow, MarkRow, ResultRow, UseRow
 
 JOB_FIELDS = JobRow.__struct_fields__
 RESULT_FIELDS = ResultRow.__struct_fields__
+USE_FIELDS = UseRow.__struct_fields__
 
 
 def _insert(table: str, fields: Sequence[str], more: str = "") -> str:
@@ -33,5 +34,18 @@ OF_VERSION = (
     "SELECT id FROM job WHERE job_uuid = :job_uuid AND steps = :steps AND head = :head"
     " AND sound = :sound"
 )
+KEPT = (
+    "SELECT d.sha256, f.sha256 = j.sha256 FROM delivery d JOIN job j ON j.id = d.job"
+    " JOIN file f ON f.sha256 = j.sha256 WHERE d.outbox = :outbox AND d.sequence = :sequence"
+)
+RESULTS_SHOWN = (
+    "SELECT position, characteristic, kind, unit, nominal, low, high, value, uncertainty"
+    " FROM archived_result WHERE job_id = :id ORDER BY position"
+)
+USES_SHOWN = (
+    "SELECT used_kind, identity, name FROM archived_use WHERE job_id = :id"
+    " ORDER BY used_kind, identity"
+)
+"""As the views show them, because a station may read no more."""
 _COLUMNS = ", ".join(JOB_FIELDS)
 OF_JOB = f"SELECT {_COLUMNS} FROM job WHERE id = :id"  # noqa: S608 - names of our own class

@@ -15,8 +15,15 @@ from ocmm_core.archive.records import (
     Sender,
     check_delivery,
     check_mark,
+    utc_text,
 )
-from ocmm_core.archive.stores._faults import name_taken, sequence_taken
+from ocmm_core.archive.stores._faults import (
+    altered_rows,
+    name_taken,
+    not_kept,
+    not_understood,
+    sequence_taken,
+)
 from ocmm_core.archive.stores._interface import Answer, Cell, Receipt
 from ocmm_core.archive.stores._reader import SqlReader, whole_of
 from ocmm_core.archive.stores._statements import (
@@ -30,10 +37,14 @@ from ocmm_core.archive.stores._statements import (
     ADD_STATION,
     ADD_USE,
     JOB_FIELDS,
+    KEPT,
     MARK_FIELDS,
     OF_DELIVERY,
+    OF_JOB,
     OF_VERSION,
     RESULT_FIELDS,
+    RESULTS_SHOWN,
+    USES_SHOWN,
 )
 from ocmm_core.errors import InputError
 
@@ -58,8 +69,8 @@ class SqlArchive(SqlReader):
         """Open a transaction that is undone where the body raises; errors become sentences."""
 
     @abstractmethod
-    def _now(self) -> datetime:
-        """Return the time by the clock of the store."""
+    def _settle(self) -> None:
+        """Let everything happen that waits for the end of the transaction."""
 
     def put(self, delivery: Delivery) -> Receipt:
         """Keep a job, once, however often it is delivered: see `Archive`."""
@@ -83,13 +94,50 @@ class SqlArchive(SqlReader):
             # Many in one go: a server is a way there and back each time.
             self._run_many(ADD_RESULT, rows.results)
             self._run_many(ADD_USE, rows.uses)
-            return receipts
+            self._settle()
+            for delivery, receipt in zip(deliveries, receipts, strict=True):
+                if receipt.answer is Answer.STORED:
+                    self._check_rows(delivery, receipt.job)
+        for delivery in deliveries:
+            self._check_kept(delivery)
+        return receipts
+
+    def _check_rows(self, delivery: Delivery, job: int) -> None:
+        """Raise StorageError where the archive would hold something else than was sent.
+
+        A trigger that somebody made there could change it, and nobody would see a reason.
+        """
+        sent = delivery.record
+        number: dict[str, Cell] = {"id": job}
+        told = (
+            ("job", OF_JOB, [tuple(getattr(sent.job, field) for field in JOB_FIELDS)]),
+            ("results", RESULTS_SHOWN,
+             [tuple(getattr(row, f) for f in RESULT_FIELDS[:9]) for row in sent.results]),
+            ("uses", USES_SHOWN, sorted((use.kind, use.identity, use.name) for use in sent.uses)),
+        )  # fmt: skip
+        for where, statement, expected in told:
+            found = self._run(statement, number).rows
+            # Views show the newest version alone: of an older one there is nothing in them.
+            if list(found) != expected and (found or where == "job" or self._is_newest(job)):
+                raise altered_rows(self.place, sent.job.job_uuid, where)
+
+    def _is_newest(self, job: int) -> bool:
+        return bool(self._run("SELECT 1 FROM archived_job WHERE job_id = :id", {"id": job}).rows)
+
+    def _check_kept(self, delivery: Delivery) -> None:
+        """Raise StorageError where a job that was acknowledged is not there."""
+        number: dict[str, Cell] = {
+            "outbox": delivery.sender.outbox, "sequence": delivery.sequence,
+        }  # fmt: skip
+        job = delivery.record.job
+        if self.ask(KEPT, number).rows != ((job.sha256, True),):
+            raise not_kept(self.place, job.job_uuid)
 
     def _put(self, delivery: Delivery, now: datetime, rows: _Rows) -> Receipt:
         sender, job = delivery.sender, delivery.record.job
         number: dict[str, Cell] = {"outbox": sender.outbox, "sequence": delivery.sequence}
-        off = (datetime.fromisoformat(delivery.sent_utc) - now).total_seconds()
-        found = self._run(OF_DELIVERY, number).rows
+        off = (datetime.fromisoformat(utc_text(delivery.sent_utc)) - now).total_seconds()
+        found = self._of(self._run(OF_DELIVERY, number), (int, str)).rows
         if found:
             if found[0][1] != job.sha256:
                 raise sequence_taken(sender.outbox, delivery.sequence)
@@ -100,7 +148,7 @@ class SqlArchive(SqlReader):
             "job_uuid": job.job_uuid, "steps": job.steps, "head": job.head,
             "sound": int(not job.fault),
         }  # fmt: skip
-        there = self._run(OF_VERSION, version).rows
+        there = self._of(self._run(OF_VERSION, version), (int,)).rows
         if there:
             row, answer = whole_of(there[0][0]), Answer.KNOWN
         else:
@@ -127,6 +175,8 @@ class SqlArchive(SqlReader):
         if not found:
             self._run(ADD_STATION, {**name, "machine": sender.machine, "host": sender.host})
             found = self._run(claim, name).rows
+        if len(found) != 1 or len(found[0]) != 3:
+            raise not_understood(self.place, f"station '{sender.station}' is not there")
         machine, host, since = found[0]
         if machine not in ("", sender.machine):
             raise name_taken(sender.station, str(host), str(since))
@@ -145,7 +195,7 @@ class SqlArchive(SqlReader):
         values: dict[str, Cell] = {field: getattr(job, field) for field in JOB_FIELDS}
         values |= {"complete": int(job.complete), "simulated": int(job.simulated)}
         values["sound"] = int(not job.fault)
-        number = whole_of(self._run(ADD_JOB, values).rows[0][0])
+        number = whole_of(self._added(ADD_JOB, values, job.job_uuid))
         both: dict[str, Cell] = {"job": number, "created_utc": job.created_utc}
         rows.results += [
             {**both, "part": job.part, **{f: getattr(row, f) for f in RESULT_FIELDS}}
@@ -156,6 +206,13 @@ class SqlArchive(SqlReader):
             for use in record.uses
         ]
         return number
+
+    def _added(self, sql: str, values: Mapping[str, Cell], what: str) -> Cell:
+        """Return the number of a row that was added; StorageError where none was."""
+        rows = self._of(self._run(sql, values), (int,)).rows
+        if not rows:
+            raise not_kept(self.place, what)
+        return rows[0][0]
 
     def add_finding(
         self, kind: str, subject: str, document: str, who: str, utc: str,
@@ -168,7 +225,7 @@ class SqlArchive(SqlReader):
             fields: dict[str, Cell] = {
                 "kind": kind, "subject": subject, "document": document, "who": who, "utc": utc,
             }  # fmt: skip
-            number = whole_of(self._run(ADD_FINDING, fields).rows[0][0])
+            number = whole_of(self._added(ADD_FINDING, fields, subject))
             self._run_many(
                 ADD_MARK,
                 [

@@ -20,7 +20,7 @@ from ocmm_core.archive.records import snapshot
 from ocmm_core.archive.stores import SqlArchive, open_archive, parse_server
 from ocmm_core.archive.stores._postgresql import PostgresArchive
 from ocmm_core.cluster import Site
-from ocmm_core.errors import InputError
+from ocmm_core.errors import InputError, StorageError
 from tests.core.archive.conftest import Place, Server
 from tests.core.archive.flaky_cable import FlakyCable
 from tests.core.archive.made_jobs import made_delivery, made_sender
@@ -168,6 +168,41 @@ def no_login(bench: Bench) -> Handed:
         return courier.send_waiting()
 
 
+def triggered(bench: Bench, table: str, body: str, when: str = "BEFORE INSERT") -> Handed:
+    """Let a trigger that somebody made do something with each row of a table."""
+    kind = "CONSTRAINT TRIGGER" if "DEFERRED" in when else "TRIGGER"
+    name = when.partition(" DEFERRED")[0]
+    bench.sql(
+        f"CREATE FUNCTION ocmm.odd() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN {body} END $$",
+        f"CREATE {kind} odd {name} ON ocmm.{table}"
+        f"{' DEFERRABLE INITIALLY DEFERRED' if 'DEFERRED' in when else ''}"
+        " FOR EACH ROW EXECUTE FUNCTION ocmm.odd()",
+    )
+    bench.put(1)
+    handed = bench.courier.send_waiting()
+    with bench.place.open() as archive:
+        assert archive.ask("SELECT count(*) FROM delivery").rows == ((0,),)
+    return handed
+
+
+def dropping(bench: Bench) -> Handed:
+    """Let the server acknowledge a delivery and keep nothing of it."""
+    return triggered(bench, "delivery", "RETURN NULL;")
+
+
+def changing(bench: Bench) -> Handed:
+    """Let the server store other values than it is given."""
+    return triggered(bench, "result", "NEW.value := NEW.value + 0.01; RETURN NEW;")
+
+
+def changing_late(bench: Bench) -> Handed:
+    """Let it do so when everything is done, at the end of the transaction."""
+    return triggered(
+        bench, "result", "UPDATE ocmm.result SET value = value + 0.01 WHERE job = NEW.job AND"
+        " position = NEW.position; RETURN NULL;", "AFTER INSERT DEFERRED",
+    )  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Said:
     """What a fault is called: its code, and how the line about it begins."""
@@ -179,6 +214,20 @@ class Said:
 
 
 FAULTS = {
+    "dropping": Said(
+        dropping, "archive.not_kept", "1 job waits for the archive; server keeps nothing since ",
+        "looks for a trigger or rule that drops rows",
+    ),
+    "changing": Said(
+        changing, "archive.changes",
+        "1 job waits for the archive; server changes values since ",
+        "looks for a trigger or rule that changes rows",
+    ),
+    "changing late": Said(
+        changing_late, "archive.changes",
+        "1 job waits for the archive; server changes values since ",
+        "looks for a trigger or rule that changes rows",
+    ),
     "gone": Said(
         gone, "archive.unreachable", "1 job waits for the archive; server not reached since ",
         "jobs wait here and are sent by themselves",
@@ -338,3 +387,23 @@ def test_an_archive_of_the_first_version_is_brought_up_to_date_with_its_rights(
         assert archive.ask("SELECT count(*) FROM archived_use").rows == ((3,),)
     with open_archive(shop.server.address(shop.database, "looker")) as archive:
         assert archive.ask("SELECT count(*) FROM archived_use").rows == ((3,),)
+
+
+def test_a_clock_of_2099_does_not_remove_the_copies(bench: Bench) -> None:
+    bench.put(1)
+    assert bench.courier.send_waiting().sent == 1
+    later = datetime(2099, 1, 1, tzinfo=UTC)
+    ahead = (later - datetime.now(UTC)).total_seconds()
+    bench.outbox.note_contact(None, ahead)
+    assert bench.outbox.prune(later) == 0
+    bench.outbox.note_contact(None, 0.0)
+    assert bench.outbox.prune(later) == 1
+
+
+def test_somebody_who_asks_cannot_end_the_transaction_in_which_nothing_is_written(
+    new_database: Callable[[], Place],
+) -> None:
+    with new_database().open() as archive:
+        with pytest.raises(StorageError):
+            archive.ask("COMMIT; CREATE TABLE ocmm.mine (x int)")
+        assert archive.ask("SELECT to_regclass('ocmm.mine') IS NULL").rows == ((True,),)

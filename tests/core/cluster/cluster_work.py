@@ -22,6 +22,10 @@ def drawn(seed: np.random.SeedSequence) -> list[float]:
     return [float(values.sum()), float(np.linalg.norm(values)), float(np.sort(values) @ values)]
 
 
+def some_seeds() -> list[np.random.SeedSequence]:
+    return np.random.SeedSequence(22).spawn(4)
+
+
 def noted(folder: str, thing: int, content: bytes) -> tuple[int, int]:
     """Say that it is worked on, take a while, and return what came."""
     (Path(folder) / f"{thing}-{os.getpid()}").touch()
