@@ -125,7 +125,9 @@ class Restarts(msgspec.Struct, kw_only=True):
     Attributes
     ----------
     count, of_cameras, of_the_bus
-        How many; the latter two of whole processes, which were killed.
+        How many; the latter two of whole processes.
+    killed
+        So many of those of the bus were killed; the others were asked to end.
     looks, torn
         How often the books were read meanwhile, and how often not every cycle had one account.
     elapsed, passed
@@ -139,6 +141,7 @@ class Restarts(msgspec.Struct, kw_only=True):
     count: int = 0
     of_cameras: int = 0
     of_the_bus: int = 0
+    killed: int = 0
     looks: int = 0
     torn: int = 0
     elapsed: int = 0
@@ -158,8 +161,9 @@ def play_restarts(count: int, out: Path) -> None:
                 break
             kind = number % _RESTART_KINDS
             if kind == _RESTART_KINDS - 1:
-                # Killed in the middle of whatever it does: its last page must be whole.
-                books.end(kill=number % 2 == 0)
+                # Every second one is killed in the middle of whatever it does, the first one, too:
+                # its last page must be whole.
+                books.end(kill=number // _RESTART_KINDS % 2 == 0)
                 result.of_the_bus += 1
                 books.begin()
             elif kind == 0:
@@ -222,6 +226,7 @@ class _BookWatch:
         bus = self._rig.bus
         if kill and bus is not None and bus.pid is not None:
             os.kill(bus.pid, signal.SIGKILL)
+            self._result.killed += 1
             bus.join(GIVE_UP_S)
         elif bus is not None:
             bus.request_stop()

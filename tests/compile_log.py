@@ -1,12 +1,15 @@
-"""Runs a command line, and notes in a file every process of it and all that is compiled in them.
+"""Runs command lines, and notes in a file every process of them and all that is compiled there.
 
-``python tests/compile_log.py window|ocmm ARGUMENTS`` writes to the file that the environment
-variable names. What is spawned imports this file again, and so notes, too.
+``python tests/compile_log.py 'window|ocmm ARGUMENTS' ...`` runs one after the other in one process
+and writes to the file that the environment variable names, also which of them have ended well. A
+word with a star stands for the files that it finds then. What is spawned imports this file again,
+and so notes, too.
 """
 
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 from pathlib import Path
 from typing import Any
@@ -35,13 +38,33 @@ if VARIABLE in os.environ:
     event.register("numba:compile", _Notes())
     _note("process")
 
-if __name__ == "__main__":
-    what, *arguments = sys.argv[1:]
+
+def _words(line: str) -> list[str]:
+    """Return the words of a command line, with the files that stars stand for."""
+    return [
+        str(found) for word in shlex.split(line)
+        for found in ([word] if "*" not in word else sorted(Path().glob(word)))
+    ]  # fmt: skip
+
+
+def _run(what: str, *arguments: str) -> int:
     if what == "window":
         from ocmm_gui.app import main as window
 
-        sys.exit(window(arguments))
+        return window(list(arguments))
     from ocmm_core.cli import main
 
     sys.argv[1:] = arguments
-    main()
+    try:
+        main()
+    except SystemExit as end:
+        return int(end.code or 0)
+    return 0
+
+
+if __name__ == "__main__":
+    for line in sys.argv[1:]:
+        # 1 says something of the part that was measured.
+        if (code := _run(*_words(line))) not in (0, 1):
+            sys.exit(code)
+        _note(f"ran {line}")

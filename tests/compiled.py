@@ -49,7 +49,7 @@ class CompileWatch(event.Listener):  # type: ignore[misc] # numba ships no annot
 
     def unlisted(self) -> list[str]:
         """Return a line for each call since the last question that the list does not have."""
-        found = set(self._asked) if self._compiled else set(self._loaded.calls())
+        found = set(self._asked) if self._compiled else set(self._loaded.new_calls())
         self._asked.clear()
         lines = {
             f"{function.__module__} {function.__name__} {' '.join(map(str, called))}"
@@ -70,21 +70,35 @@ class _Loaded:
     def __init__(self) -> None:
         self._modules: dict[str, Any] = {}
         self._dispatchers: list[Dispatcher] = []
+        self._seen = (0, 0)
 
-    def calls(self) -> list[tuple[Any, Any]]:
-        """Return each function with the types that it was loaded or compiled for."""
+    def new_calls(self) -> list[tuple[Any, Any]]:
+        """Return each function with the types that it was loaded or compiled for.
+
+        Nothing, where no module and no type came since the last question: it is asked after every
+        test.
+        """
+        if self._seen == (len(sys.modules), self._count()):
+            return []
+        modules = len(sys.modules)
         for name, module in list(sys.modules.items()):
             if self._modules.get(name) is module or not name.startswith("ocmm_core."):
                 continue
-            # Another thread may be reading its file just now.
-            if not getattr(module.__spec__, "_initializing", False):
-                self._modules[name] = module
-                self._dispatchers += [
-                    value for value in vars(module).values() if isinstance(value, Dispatcher)
-                ]
+            if getattr(module.__spec__, "_initializing", False):
+                # Another thread reads its file just now; it is looked at the next time.
+                modules = 0
+                continue
+            self._modules[name] = module
+            self._dispatchers += [
+                value for value in vars(module).values() if isinstance(value, Dispatcher)
+            ]
+        self._seen = (modules, self._count())
         return [
             (dispatcher, tuple(called))
             for dispatcher in self._dispatchers
             for called in list(dispatcher.overloads)
             if not any(isinstance(one, types.Literal) for one in called)
         ]
+
+    def _count(self) -> int:
+        return sum(len(dispatcher.overloads) for dispatcher in self._dispatchers)

@@ -59,9 +59,10 @@ class Gate:
     def pytest_runtest_makereport(self) -> Generator[None, pytest.TestReport, pytest.TestReport]:
         """Let what is not run fail where the host should have everything; note what it used."""
         report = yield
-        # From the report before this one: set-up, call and taking down have one each.
-        now = _processor_s()
-        vars(report)[_USED], self._used_before = now - self._used_before, now
+        # Set-up, call and taking down have a report each, and to ask takes up to a millisecond.
+        if report.when == "teardown":
+            now = _processor_s()
+            vars(report)[_USED], self._used_before = now - self._used_before, now
         return self._strict(report)
 
     @pytest.hookimpl(wrapper=True)

@@ -11,9 +11,14 @@ from pathlib import Path
 import pytest
 
 
+def histories() -> Path:
+    """Return the folder in which this station remembers how far every chain went."""
+    return Path(os.environ["XDG_STATE_HOME"]) / "ocmm" / "histories"
+
+
 def forget_histories() -> None:
     """Let this station forget how far every chain went, as one that never saw it."""
-    shutil.rmtree(Path(os.environ["XDG_STATE_HOME"]) / "ocmm" / "histories", ignore_errors=True)
+    shutil.rmtree(histories(), ignore_errors=True)
 
 
 @contextmanager

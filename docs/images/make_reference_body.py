@@ -65,7 +65,7 @@ def main() -> int:
         try:
             wait_for(lambda: built.station.looks.live().frame_counter > 12 * RATE_HZ)
             wait_for(lambda: built.station.looks.live().status is StatusWord.READY)
-            wait_for(lambda: window.trust.isVisible())
+            wait_for(lambda: window.running.trust.isVisible())
             window.grab().save(str(pictures / "reference_after_a_knock.png"))
             wait_for(lambda: window.desk.strip.status() == "LOST")
             window.show_far(True)

@@ -37,7 +37,7 @@ _DEFENCES = (
 _STEPS = 50_000
 """Steps of SQLite's machine between two looks at the clock: about a millisecond."""
 
-_BASE_S, _BYTES_A_SECOND = 3.0, 4 << 20
+BASE_S, _BYTES_A_SECOND = 3.0, 4 << 20
 """Processor time that a file may take; the largest jobs are read twenty times as fast."""
 
 
@@ -71,7 +71,7 @@ class GuardedConnection(sqlite3.Connection):
         except OSError:
             size = 0
         # Processor time of this thread: a slow disk or a busy computer is no fault of the file.
-        self._until_s = time.thread_time() + _BASE_S + size / _BYTES_A_SECOND
+        self._until_s = time.thread_time() + BASE_S + size / _BYTES_A_SECOND
 
     def _is_over(self) -> bool:
         return time.thread_time() > self._until_s

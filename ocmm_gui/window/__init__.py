@@ -2,8 +2,9 @@
 
 In: the bridge of a station, and settings of the start. Out: one window with all screens.
 
-Read `_main_window` (the inspector's views of one running job), `_sheets` (results, reports, plan,
-alignment, job), `_maintenance` (Maintain and the wizards, and what they lead to), `_output` (files
+Read `_main_window` (what there is, and what each key calls), `_pages` (which of them is shown),
+`_running_job` (the live readout and the job on it), `_sheets` (results, reports, plan, alignment,
+job), `_maintenance` (Maintain and the wizards, and what they lead to), `_output` (files
 that a key writes), `_keys_sheet` (all keys on one page).
 It joins rooms that do not know each other. Only `ocmm_gui.app` imports it.
 """

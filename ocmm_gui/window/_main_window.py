@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,35 +17,23 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ocmm_core.calibration.records import ProbeView
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.evaluation import JobView, LiveView, withdrawn
 from ocmm_core.settings import LoadedSettings, SettingsStore
-from ocmm_gui.access import HandsAndEyes, PageStack, ZoomArea
+from ocmm_gui.access import HandsAndEyes, ZoomArea
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.home import FindAction
 from ocmm_gui.kit import (
-    ACTIONS,
     THEMES,
     Banner,
-    Level,
     Mode,
-    Notice,
     NoticeCentre,
-    Sheet,
-    Sound,
     SoundPlayer,
-    WorkLine,
     apply_theme,
     bind_actions,
     dress,
     dropped_file,
     make_actions,
-    reference_words,
-    said,
-    said_word,
     show_mode,
-    tr,
     usable_keys,
     use_shortcuts,
 )
@@ -56,27 +43,20 @@ from ocmm_gui.operator import (
     FarView,
     Feedback,
     PointChoice,
-    SimulatedBand,
-    TipLine,
-    TrustBar,
-    TrustPlace,
 )
 from ocmm_gui.window._acceptance import AcceptanceRooms
 from ocmm_gui.window._maintenance import Maintenance
 from ocmm_gui.window._output import Output
+from ocmm_gui.window._pages import Pages
 from ocmm_gui.window._preload import Preload
+from ocmm_gui.window._running_job import RunningJob
 from ocmm_gui.window._sheets import Sheets
 
 if TYPE_CHECKING:
     from ocmm_core.composition import AcceptanceBench
     from ocmm_core.composition.practice import Practice
 
-_PART = "The window"
 START, REOPEN = "start", "reopen"
-_IN_WIZARDS = ("theme", "log", "manual", "zoom_in", "zoom_out", "zoom_reset", "gloves")
-"""Actions of the window that a wizard leaves as they are."""
-_ON_SHEETS = (*_IN_WIZARDS, "settings", "start", "find", "what_to_do", "support")
-"""The same of a sheet, on which nothing is lost."""
 
 
 class MainWindow(QMainWindow):
@@ -127,23 +107,20 @@ class MainWindow(QMainWindow):
         """What is wanted once it has closed: `START`, `REOPEN`, or nothing."""
         self._bridge = bridge
         self._notices = notices
-        self._job: JobView | None = None
-        self._live: LiveView | None = None
         self.close_seconds = 0.0
         self.actions_by_key = make_actions(self)
         self.desk = DeskView(
             bridge.station.instruments.rig, bridge.station.instruments.body, self.actions_by_key
         )
         self.far = FarView(self.actions_by_key)
-        self._inspect: QWidget = self.desk
         self._use_plan()
         self._feedback = Feedback(
             sounds, notices,
             lambda: self.far.readout if self.is_far() else self.desk.readout,
         )  # fmt: skip
         self.hand = HandControl(
-            hand, bridge, self.desk.points, self.actions_by_key, notices, self._to_desk,
-            self._page_name, self,
+            hand, bridge, self.desk.points, self.actions_by_key, notices,
+            lambda: self.pages.to_desk(), lambda: self.pages.name(), self,
         )  # fmt: skip
         self.choice = PointChoice(bridge, self.desk, notices)
         self.output = Output(bridge, notices, out, self.is_far)
@@ -157,20 +134,26 @@ class MainWindow(QMainWindow):
         self.maintenance = Maintenance(
             bridge, notices, self._feedback, self.actions_by_key, self.tests, practice
         )
-        self.trust = TrustBar()
-        self.tip_line = TipLine()
         self.banner = Banner()
-        self.simulated = SimulatedBand()
-        self._stack = PageStack()
+        self.pages = Pages(
+            self.desk, self.far, self.sheets, self.maintenance, self.tests, self.actions_by_key,
+            self.banner,
+        )  # fmt: skip
+        self.running = RunningJob(
+            bridge, notices, self._feedback, self.pages, self.desk, self.far, self.sheets,
+            self.maintenance, self.choice, self.hand,
+        )  # fmt: skip
         self._lines = (
             self.banner, self.output.question, self.output.export_panel, self.output.bus_panel,
             self.choice.panel, self.tests.papers.panel,
         )  # fmt: skip
-        self._work = WorkLine(tr("Results"))
         self._preload = Preload()
         # What listens goes with the window: Qt keeps the calls of one that has no parent, and in
         # them the window with the whole station, for as long as the program lives.
-        for part in (self.choice, self.output, self.sheets, self.tests, self.maintenance):
+        for part in (
+            self.choice, self.output, self.sheets, self.tests, self.maintenance, self.pages,
+            self.running,
+        ):  # fmt: skip
             part.setParent(self)
         self._lay_out()
         self._connect(bridge)
@@ -185,8 +168,6 @@ class MainWindow(QMainWindow):
         self.use_theme(theme)
 
     def _lay_out(self) -> None:
-        for view in (self.desk, self.far):
-            self._stack.addWidget(view)
         self.sheets.made.connect(self._add)
         self.maintenance.made.connect(self._add)
         central = QWidget()
@@ -197,104 +178,50 @@ class MainWindow(QMainWindow):
         layout.setSpacing(0)
         for widget in (
             self.hand.strip,
-            self.trust,
-            self.tip_line,
+            self.running.trust,
+            self.running.tip_line,
             *self._lines,
             self.output.work,
-            self._work,
+            self.running.work,
             self.tests.papers.line,
         ):
             layout.addWidget(widget)
-        layout.addWidget(self._stack, 1)
-        whole.addWidget(self.simulated)
-        self._stack.currentChanged.connect(lambda _page: self._on_page())
+        layout.addWidget(self.pages.stack, 1)
+        whole.addWidget(self.running.simulated)
+        self.pages.stack.currentChanged.connect(lambda _page: self._on_page())
         whole.addLayout(layout, 1)
         self.area = ZoomArea(central)
         self.setCentralWidget(self.area)
 
     def _connect(self, bridge: StationBridge) -> None:
         self.desk.plan.feature_chosen.connect(bridge.choice.select)
-        self.sheets.wanted.connect(self._leave_keys_to)
         # Methods, which Qt holds weakly: a lambda with the window in it would keep it for ever.
-        self.sheets.left.connect(self._to_inspect)
+        self.pages.mode_wanted.connect(self.output.hide)
         self.sheets.settings_changed.connect(self._on_settings)
         self.sheets.reopen_wanted.connect(self._reopen)
-        self.search.closed.connect(self._to_page)
-        self.sheets.left_manual.connect(self._leave_manual)
-        self.sheets.left_to_maintain.connect(self._to_maintain)
-        self.maintenance.wanted.connect(self._leave_keys_to)
-        self.maintenance.left.connect(self._to_maintain)
-        self.tip_line.turned.connect(self._on_tip_turned)
+        self.search.closed.connect(self.pages.focus)
         self._notices.posted.connect(self.banner.show_notice, Qt.ConnectionType.QueuedConnection)
-        bridge.failed.connect(self._notices.error)
-        bridge.live_changed.connect(self._on_live)
-        bridge.evaluating.connect(self._on_evaluating)
         bridge.plan_changed.connect(self._use_plan)
-        bridge.job_changed.connect(self._on_job)
-        bridge.point_taken.connect(self._feedback.taken)
-        bridge.point_refused.connect(self._feedback.refused)
-        for view in (self.desk, self.far):
-            bridge.coach_changed.connect(view.show_coach)
-            bridge.point_refused.connect(view.show_refusal)
-            bridge.point_taken.connect(lambda _point, view=view: view.forget_refusal())
-
-    def _to_inspect(self) -> None:
-        self.show_mode(Mode.INSPECT)
-
-    def _to_maintain(self) -> None:
-        self.show_mode(Mode.MAINTAIN)
 
     def _reopen(self) -> None:
         self._close_for(REOPEN)
 
     def _add(self, view: QWidget) -> None:
         """Take a view into the stack that was made because it is wanted."""
-        self._stack.addWidget(view)
+        self.pages.stack.addWidget(view)
         dress(view, self._theme)
 
     def show_mode(self, mode: Mode) -> None:
         """Show Inspect, as it was left, or Maintain."""
-        maintain = mode is Mode.MAINTAIN
-        show_mode(self.actions_by_key, mode)
-        self.output.hide()
-        self.actions_by_key["mode"].setText(tr((Mode.INSPECT if maintain else Mode.MAINTAIN).value))
-        if not maintain:
-            self.show_far(self._inspect is self.far)
-            return
-        self._stack.setCurrentWidget(self.maintenance.view)
-        self.banner.use_far(far=False)
-        if self._live is not None:
-            self._on_live(self._live)
-        self.maintenance.view.list.setFocus()
-
-    def _leave_keys_to(self, view: QWidget) -> None:
-        kept = _ON_SHEETS if self.sheets.holds(view) else _IN_WIZARDS
-        for info in ACTIONS:
-            if info.key in kept:
-                self.actions_by_key[info.key].setEnabled(True)
-            else:
-                self.actions_by_key[info.key].setEnabled(False)
-        self._stack.setCurrentWidget(view)
-        self.banner.use_far(far=False)
+        self.pages.show_mode(mode)
 
     def mode(self) -> Mode:
         """Return what the window is for at the moment."""
-        shown = self._stack.currentWidget()
-        inspects = shown in (self.desk, self.far) or self.sheets.holds(shown)
-        return Mode.INSPECT if inspects else Mode.MAINTAIN
+        return self.pages.mode()
 
     def show_far(self, far: bool) -> None:
         """Show the far view or the desk view."""
-        self._inspect = self.far if far else self.desk
-        self._stack.setCurrentWidget(self._inspect)
-        self.banner.use_far(far=far)
-        text = tr("Desk view") if far else tr("Far view")
-        self.actions_by_key["view"].setText(text)
-        if self._job is not None:
-            self._show_job(self._job)
-        if self._live is not None:
-            self._on_live(self._live)
-        self._inspect.setFocus()
+        self.pages.show_far(far)
 
     def use_theme(self, name: str) -> None:
         """Dress the application in a theme of the table."""
@@ -303,7 +230,7 @@ class MainWindow(QMainWindow):
 
     def is_far(self) -> bool:
         """Return whether the far view is shown."""
-        return self._stack.currentWidget() is self.far
+        return self.pages.is_far()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Let Esc put a notice or the export panel away, and nothing else."""
@@ -362,7 +289,7 @@ class MainWindow(QMainWindow):
             "support": sheets.open_support,
             "recall": sheets.open_recall,
             "archive": sheets.open_archive,
-            "view": lambda: self.show_far(not self.is_far()),
+            "view": lambda: self.pages.show_far(not self.pages.is_far()),
             "cameras": self.desk.toggle_cameras,
             "part_mode": self.desk.points.next_mode,
             "fit": self.desk.points.fit,
@@ -371,9 +298,7 @@ class MainWindow(QMainWindow):
             "settings": sheets.open_settings,
             "start": lambda: self._close_for(START),
             "find": self._find,
-            "mode": lambda: self.show_mode(
-                Mode.INSPECT if self.mode() is Mode.MAINTAIN else Mode.MAINTAIN
-            ),
+            "mode": self.pages.other_mode,
             **self.eyes.calls(),
             **self.hand.calls(),
             **self.output.calls(),
@@ -384,87 +309,6 @@ class MainWindow(QMainWindow):
         plan, file = self._bridge.station.job.plan, self._bridge.station.job.plan_file
         self.setWindowTitle(f"OCMM – {plan.part}")
         self.desk.use_plan(plan, None if file is None else file.parent)
-
-    def _on_live(self, live: LiveView) -> None:
-        self._live = live
-        try:
-            self._show_live(live)
-        except Exception as error:
-            # What cannot be shown must not leave standing what was shown before it.
-            self._bridge.station.faults.fail(error, _PART)
-            for readout in (self.desk.readout, self.far.readout):
-                readout.withdraw(self._why_failed())
-
-    def _why_failed(self) -> str:
-        fault = self._bridge.station.faults.measuring
-        return "" if fault is None else said(fault.error.what)
-
-    def _show_live(self, live: LiveView) -> None:
-        place = TrustPlace.FAR if self.is_far() else TrustPlace.DESK
-        if self.mode() is Mode.MAINTAIN:
-            place = TrustPlace.MAINTAIN
-        self.trust.show_calibration(
-            self._bridge.station.instruments.calibration(), place, reference_words(live)
-        )
-        self.tip_line.show_probe(self._bridge.station.instruments.probe(), place)
-        shown = self._stack.currentWidget()
-        for view in (self.far, self.desk):
-            if view is shown:
-                view.show_live(live)
-        if self.maintenance.is_made("view") and self.maintenance.view is shown:
-            self.maintenance.view.show_live(live)
-        self.hand.show_live(live)
-        measures = self._stack.currentWidget() in (self.desk, self.far)
-        target = self._job.target if measures and self._job is not None else None
-        self._feedback.way(target, live.tip_world)
-
-    def _on_evaluating(self, busy: bool) -> None:
-        if busy:
-            self._work.begin(tr("Calculating the results"))
-        else:
-            self._work.end()
-
-    def _on_job(self, job: JobView) -> None:
-        try:
-            self._take_job(job)
-        except Exception as error:
-            self._bridge.station.faults.fail(error, _PART)
-            with contextlib.suppress(Exception):
-                self._show_job(withdrawn(job, self._why_failed()))
-
-    def _take_job(self, job: JobView) -> None:
-        previous, self._job = self._job, job
-        self.simulated.setVisible(job.simulated)
-        self._show_job(job)
-        self.choice.show_job(job)
-        self.sheets.job_changed(job)
-        if previous is not None:
-            self._feedback.announce(previous, job)
-
-    def _show_job(self, job: JobView) -> None:
-        for view in (self.far, self.desk):
-            if view is self._stack.currentWidget():
-                view.show_job(job)
-
-    def _on_tip_turned(self, view: ProbeView) -> None:
-        if view.blocking_reason is None:
-            self._notices.inform(
-                tr("Points are taken again: {title} is {word}.").format(
-                    title=view.title, word=said_word(view.word.value)
-                )
-            )
-            return
-        self._feedback.play(Sound.REFUSED)
-        # It stands on every screen as long as it lasts.
-        self._notices.keep(
-            Notice(
-                Level.ERROR,
-                view.blocking_reason.what,
-                view.blocking_reason.remedy,
-                "",
-                datetime.now().astimezone(),
-            )
-        )
 
     def _next_theme(self) -> None:
         names = list(THEMES)
@@ -486,48 +330,17 @@ class MainWindow(QMainWindow):
         self.sheets.use_settings(loaded)
 
     def _find(self) -> None:
-        page = self._stack.currentWidget()
-        own = page.keys if isinstance(page, Sheet) else {}
-        self.search.ask({**own, **self.actions_by_key})
+        self.search.ask(self.pages.keys())
 
     def _open_manual(self) -> None:
         """Open the manual at the section of the page one is on."""
-        self.sheets.open_manual(self._stack.currentWidget())
-
-    def _leave_manual(self) -> None:
-        """Show what was shown before, with the keyboard where it was."""
-        page, focus = self.sheets.manual.came_from()
-        if page is None or page in (self.desk, self.far):
-            self.show_mode(Mode.INSPECT)
-        elif self.maintenance.is_made("view") and page is self.maintenance.view:
-            self.show_mode(Mode.MAINTAIN)
-        else:
-            self._leave_keys_to(page)
-            page.setFocus()
-        if focus is not None and focus.isVisible():
-            focus.setFocus()
-
-    def _to_desk(self) -> None:
-        self.show_mode(Mode.INSPECT)
-        self.show_far(False)
+        self.sheets.open_manual(self.pages.shown())
 
     def _on_page(self) -> None:
-        self.simulated.show_far(self.is_far())
-        self.eyes.show_far(self.is_far())
-        shown = self._stack.currentWidget()
-        guided = (self.maintenance.is_made("wizard") and shown is self.maintenance.wizard) or (
-            self.tests.is_made("desk") and shown is self.tests.desk
-        )
-        self.hand.show_practice(practises=guided and self.maintenance.practises)
-
-    def _page_name(self) -> str:
-        shown = self._stack.currentWidget()
-        return "desk" if shown is self.desk else "far" if shown is self.far else "other"
-
-    def _to_page(self) -> None:
-        page = self._stack.currentWidget()
-        if page is not None:
-            page.setFocus()
+        far = self.pages.is_far()
+        self.running.simulated.show_far(far)
+        self.eyes.show_far(far)
+        self.hand.show_practice(practises=self.pages.practises())
 
     def _close_for(self, after: str) -> None:
         self.after = after

@@ -51,9 +51,11 @@ def pytest_in(folder: Path, *options: str, **environment: str) -> tuple[int, str
     if not (folder / "test_them.py").exists():
         (folder / "test_them.py").write_text(_TESTS)
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *options],
+        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-p", "xdist.plugin", *options],
         cwd=folder, capture_output=True, text=True, timeout=HANG_S, check=False,
-        env={**os.environ, "PYTHONPATH": str(_ROOT), **environment},
+        # The other plugins, that of Qt above all, take longer to load than these tests.
+        env={**os.environ, "PYTHONPATH": str(_ROOT), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
+             **environment},
     )  # fmt: skip
     return done.returncode, done.stdout
 
@@ -233,7 +235,8 @@ def test_what_tests_use_of_a_processor_is_told_by_folder(
     assert pytest_in(tmp_path, *workers, OCMM_TEST_RECORD=str(record))[0] == 0
     used = {entry["test"].partition("::")[2]: entry["processor_s"]
             for entry in json.loads(record.read_text())}  # fmt: skip
-    assert used["test_of_a_program"] >= 0.7
+    # Time of the program and of the kernel are told in whole ticks of a hundredth of a second.
+    assert used["test_of_a_program"] >= 0.7 - 0.03
     assert used["test_that_waits"] < 0.3
     folders = [line.split() for line in summary(tmp_path)[0] if line.startswith("FOLDER")]
     found = {line[-1]: int(line[6]) for line in folders}

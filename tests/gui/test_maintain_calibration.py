@@ -138,7 +138,7 @@ def test_a_valid_calibration_with_its_facts_and_history(
     assert page.focal.word() == "left +3.0"
     assert page.baseline.word() == "+0.0"
     assert page.error.word() == "+0"
-    assert bench.window.trust.text() == ""
+    assert bench.window.running.trust.text() == ""
 
 
 def test_a_doubt_appears_while_it_is_looked_at(
@@ -163,10 +163,10 @@ def test_a_doubt_appears_while_it_is_looked_at(
         "Marked suspect", "monitor", "Camera 'left' has turned.", since,
     )  # fmt: skip
     qtbot.waitUntil(lambda: window.maintenance.view.status() == "NOT READY", timeout=PATIENCE_MS)
-    assert window.trust.text().startswith("NO POINTS: Camera 'left' has turned.")
+    assert window.running.trust.text().startswith("NO POINTS: Camera 'left' has turned.")
     # In Inspect the screen itself says it.
     QTest.keyClick(window, Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: not window.trust.isVisible(), timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: not window.running.trust.isVisible(), timeout=PATIENCE_MS)
     assert window.desk.strip.status() == "NOT READY"
 
 
@@ -178,12 +178,14 @@ def test_uncalibrated_is_said_on_every_screen(
         "UNCALIBRATED: results are not proven. The cameras of rig 'recommended' were "
         "never calibrated."
     )
-    qtbot.waitUntil(lambda: window.trust.text() == desk, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: window.running.trust.text() == desk, timeout=PATIENCE_MS)
     QTest.keyClick(window, Qt.Key.Key_F11)
-    qtbot.waitUntil(lambda: window.trust.text() == "UNCALIBRATED: no proof", timeout=PATIENCE_MS)
+    qtbot.waitUntil(
+        lambda: window.running.trust.text() == "UNCALIBRATED: no proof", timeout=PATIENCE_MS
+    )
     QTest.keyClick(window, Qt.Key.Key_M)
-    qtbot.waitUntil(lambda: window.trust.text() == desk, timeout=PATIENCE_MS)
-    assert window.trust.isVisible()
+    qtbot.waitUntil(lambda: window.running.trust.text() == desk, timeout=PATIENCE_MS)
+    assert window.running.trust.isVisible()
     QTest.keyClick(window.maintenance.view.list, Qt.Key.Key_Down)
     assert window.maintenance.calibration.word() == "UNCALIBRATED"
     assert "every verdict is NOT PROVEN" in window.maintenance.calibration.sentence()

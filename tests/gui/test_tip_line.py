@@ -82,7 +82,7 @@ def window(qtbot: QtBot, qapp: QApplication, tmp_path: Path, tips: Tips) -> Iter
 def test_mounting_a_tip_is_said_on_every_screen(
     window: MainWindow, qtbot: QtBot, tips: Tips
 ) -> None:
-    line = window.tip_line
+    line = window.running.tip_line
     qtbot.waitUntil(lambda: "VALID until" in line.text(), timeout=HANG_MS)
     QTest.keyClick(window, Qt.Key.Key_V)
     qtbot.waitUntil(lambda: line.text() == f"Tip {TIP}: VALID", timeout=HANG_MS)

@@ -31,7 +31,7 @@ def test_the_reference_body_is_named_counted_and_lost_in_words(
         reference="plate.toml",
         start=False,
     )
-    desk, trust = bench.window.desk, bench.window.trust
+    desk, trust = bench.window.desk, bench.window.running.trust
     assert not desk.strip.counter("Reference").startswith("4/4")
     bench.window.actions_by_key["cameras"].trigger()
     bench.bridge.start()

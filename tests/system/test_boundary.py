@@ -36,32 +36,9 @@ from ocmm_core.station import MeasuringStation
 from ocmm_core.storage import JobFile
 from ocmm_gui.bridge import Evaluator
 from tests.host import BUSY
+from tests.short_plan import TOUCHES, ball_plan_in
 
 QUICK = resource("plans", "quick.toml")
-PLAN = """
-schema = "ocmm.plan/1"
-unit = "mm"
-name = "BALL"
-part = "DEMO_PART"
-
-[[features]]
-name = "SPHERE"
-shape = "Sphere"
-points = 6
-point = [-140.0, 0.0, 50.0]
-direction = [0.0, 0.0, 1.0]
-diameter = 19.989
-side = "outer"
-
-[[characteristics]]
-name = "Ball diameter"
-kind = "diameter"
-features = ["SPHERE"]
-nominal = 19.989
-lower = -0.08
-upper = 0.08
-"""
-ALL_POINTS = 6
 BEFORE = 3
 """So many points are taken before something fails."""
 SHOWN_S = 0.2
@@ -274,8 +251,8 @@ def run(
 
         monkeypatch.setattr("ocmm_core.cli.measure.run_job", watched)
         trap.set(monkeypatch)
-        Path("plan.toml").write_text(PLAN, "utf-8")
-        command = ["ocmm", "measure", "--plan", "plan.toml", "--rig", str(slow), "--out", "out"]
+        plan = str(ball_plan_in(tmp_path))
+        command = ["ocmm", "measure", "--plan", plan, "--rig", str(slow), "--out", "out"]
         monkeypatch.setattr(sys, "argv", [*command, *trap.place.more])
         capfd.readouterr()
         with pytest.raises(SystemExit) as end:
@@ -324,7 +301,7 @@ def test_an_exception_is_shown_stops_the_digits_and_loses_no_point(
     assert len(reader.acknowledged) >= BEFORE
 
     if place.becomes == COMMAND:
-        assert len(reader.acknowledged) == ALL_POINTS
+        assert len(reader.acknowledged) == TOUCHES
         assert "All points taken are saved in the job file." in ended.err
         return
     fault = station.faults.measuring
@@ -343,7 +320,7 @@ def test_an_exception_is_shown_stops_the_digits_and_loses_no_point(
     after = [live for began, live in reader.seen if began >= fault.at_s]
     assert after, "nobody looked"
     if place.becomes == BESIDE:
-        assert len(reader.acknowledged) == ALL_POINTS
+        assert len(reader.acknowledged) == TOUCHES
         assert station.job.view().complete
         assert all(live.faults == (fault.error.what,) for live in after)
         assert all(live.status is not StatusWord.FAILED for live in after)

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from tests.host import HANG_S, on_linux_only, private_network
+from tests.short_plan import ball_plan_in
 
 pytestmark = [on_linux_only, pytest.mark.slow]
 
@@ -50,7 +51,7 @@ def _has_its_own_network(pid: int) -> bool:
 
 def _heard(command: list[str], folder: Path, *, until_heard: bool = False) -> set[tuple[str, str]]:
     """Return all sockets that waited for others while a command ran in a private network."""
-    plan = ["--plan", str(_ROOT / "resources" / "plans" / "quick.toml")]
+    plan = ["--plan", str(ball_plan_in(folder))]
     shell = 'ip link set lo up && exec "$@"'
     with (folder / "log").open("wb") as log:
         process = subprocess.Popen(

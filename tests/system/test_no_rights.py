@@ -13,6 +13,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -31,20 +32,32 @@ _COMMAND = ("ocmm_core.cli", "demo", "--headless", "--speed", "0.2")
 _LOADED = {_WINDOW: "QtWidgets", _COMMAND: "_multiarray_umath"}
 
 
-@pytest.fixture
-def home() -> Iterator[Path]:
-    """Return a folder of an ordinary user's own."""
-    needs_root("become an ordinary user")
-    needs_tools("setpriv")
+@contextmanager
+def _folder_of_nobody() -> Iterator[Path]:
     folder = Path(tempfile.mkdtemp(prefix="ocmm-nobody-"))
     os.chown(folder, int(_NOBODY), int(_NOBODY))
     try:
-        reads = [*_as_user(""), sys.executable, "-c", "import ocmm_core, numpy, PySide6"]
-        if subprocess.call(reads, cwd=folder, env=_environment(folder)) != 0:
-            not_run("another user cannot import the packages of this environment")
         yield folder
     finally:
         shutil.rmtree(folder)
+
+
+@pytest.fixture(scope="module")
+def ordinary_user() -> None:
+    """Need to become an ordinary user who can run what is installed here; asked once."""
+    needs_root("become an ordinary user")
+    needs_tools("setpriv")
+    with _folder_of_nobody() as folder:
+        reads = [*_as_user(""), sys.executable, "-c", "import ocmm_core, numpy, PySide6"]
+        if subprocess.call(reads, cwd=folder, env=_environment(folder)) != 0:
+            not_run("another user cannot import the packages of this environment")
+
+
+@pytest.fixture
+def home(ordinary_user: None) -> Iterator[Path]:
+    """Return a folder of an ordinary user's own."""
+    with _folder_of_nobody() as folder:
+        yield folder
 
 
 def _as_user(handed_on: str) -> list[str]:

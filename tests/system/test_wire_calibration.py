@@ -18,13 +18,14 @@ pytestmark = [pytest.mark.timing, pytest.mark.slow]
 _ROOT = Path(__file__).resolve().parents[2]
 
 _PROGRAM = """
-import json, subprocess, sys, time
+import json, os, sys, tempfile, time
 from datetime import UTC, datetime
 from pathlib import Path
 import msgspec
 from ocmm_core.calibration.records._history import CalibrationStore
 from ocmm_core.calibration.records._in_use import default_folder, store_folder
 from ocmm_core.camera._rig import load_rig
+from ocmm_core.cli import main
 from ocmm_core.composition import StationRequest, build_station, segment_of
 from ocmm_core.documents import resource
 from ocmm_core.inspection.plan._plan import load_plan
@@ -40,9 +41,26 @@ REQUEST = StationRequest(plan=PLAN, out=Path("out"), source="ethercat:ocmm0")
 CAMERAS = ("--source", "ethercat:ocmm0")
 
 def ocmm(*arguments):
-    command = [sys.executable, "-m", "ocmm_core.cli", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=240)
-    return [done.returncode, " ".join((done.stdout + done.stderr).split())]
+    # A process of its own, made of this one, which has loaded everything.
+    with tempfile.TemporaryFile() as said:
+        child = os.fork()
+        if child == 0:
+            for stream in (1, 2):
+                os.dup2(said.fileno(), stream)
+            sys.argv = ["ocmm", *arguments]
+            code = 3
+            try:
+                main()
+                code = 0
+            except SystemExit as end:
+                code = int(end.code or 0)
+            finally:
+                sys.stdout.flush()
+                sys.stderr.flush()
+                os._exit(code)
+        _, status = os.waitpid(child, 0)
+        said.seek(0)
+        return [os.waitstatus_to_exitcode(status), " ".join(said.read().decode().split())]
 
 def measure(*more):
     return ocmm("measure", "--plan", str(PLAN), "--out", "out", *CAMERAS, *more)

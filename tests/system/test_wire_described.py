@@ -24,6 +24,7 @@ from ocmm_core.fieldbus.described import Clock, load_device
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.simulation.scene import VirtualRig
 from tests.host import HANG_S, private_network
+from tests.short_plan import wire_plan_in
 
 # Processes must answer each other.
 pytestmark = pytest.mark.timing
@@ -121,7 +122,7 @@ def test_the_camera_of_the_thesis_measures_within_u(
     # Beside the rig that names it.
     path = rig_with(with_button(tmp_path).name, tmp_path)
     plan = tmp_path / "plan.toml"
-    plan.write_text(f'cameras = "unproven"\n{PLAN.read_text()}')
+    plan.write_text(f'cameras = "unproven"\n{wire_plan_in(tmp_path).read_text()}')
     request = StationRequest(
         plan=plan, out=tmp_path / "wired", rig=path, source="ethercat:virtual", seed=4
     )

@@ -11,17 +11,17 @@ import pytest
 from ocmm_core.cli.measure import run_job
 from ocmm_core.cli.terminal import make_console
 from ocmm_core.composition import StationRequest, build_station
-from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import JobView
 from tests.host import private_network
+from tests.short_plan import wire_plan_in
 
 RESOLUTION_MM = 1e-5
 """Spots on the wire are rounded to 2^-16 px: 4.4e-6 px RMS, 2e-7 mm at the LEDs, independent from
 frame to frame, a few times that at the ball. Ten times what one frame could do is allowed."""
 
 
-def measured(source: str, out: Path) -> tuple[JobView, dict[str, int]]:
-    request = StationRequest(plan=resource("plans", "quick.toml"), out=out, source=source, seed=4)
+def measured(source: str, plan: Path, out: Path) -> tuple[JobView, dict[str, int]]:
+    request = StationRequest(plan=plan, out=out, source=source, seed=4)
     built = build_station(request)
     view = run_job(built, out, make_console())
     status = built.station.looks.acquisition()
@@ -36,8 +36,9 @@ def test_the_wire_gives_the_features_of_the_virtual_rig_in_this_process(
     tmp_path: Path, record_property: Callable[[str, object], None]
 ) -> None:
     private_network()
-    direct, _ = measured("simulated", tmp_path / "direct")
-    wired, counts = measured("ethercat:virtual", tmp_path / "wired")
+    plan = wire_plan_in(tmp_path)
+    direct, _ = measured("simulated", plan, tmp_path / "direct")
+    wired, counts = measured("ethercat:virtual", plan, tmp_path / "wired")
 
     assert counts["elapsed"] == sum(counts[key] for key in ("good", "late", "lost", "bad"))
     record_property("cycles and frames", counts)

@@ -116,14 +116,17 @@ class StaticSpotAverager:
         self._frames = frames
         self._window = _Window(2 * frames)
         self._taken: Average | None = None
+        self._judged: Live | None = None
 
     def feed(self, block: FrameBlock) -> None:
         """Look at frames."""
         if len(block):
+            self._judged = None
             self._window.feed(block)
 
     def taken(self, average: Average) -> None:
         """Remember what was taken: the same place is not ready again."""
+        self._judged = None
         self._taken = average
 
     def average(self) -> Average:
@@ -136,6 +139,11 @@ class StaticSpotAverager:
 
     def live(self) -> Live:
         """Return what is seen now and whether it can be taken."""
+        if self._judged is None:
+            self._judged = self._look()
+        return self._judged
+
+    def _look(self) -> Live:
         window = self._window
         if not len(window.counter):
             return Live(wanted=window.size)
@@ -246,11 +254,13 @@ class ProbeSpotAverager:
         self._slot_of_led: Int | None = None
         self._label_at_ns = 0
         self._before: tuple[Float, Float] | None = None
+        self._judged: Live | None = None
 
     def feed(self, block: FrameBlock) -> None:
         """Look at frames."""
         if not len(block):
             return
+        self._judged = None
         self._window.feed(block)
         if self._slot_of_led is not None:
             self._drop_labels(self._slot_of_led, block)
@@ -259,6 +269,7 @@ class ProbeSpotAverager:
     def taken(self, average: Average) -> None:
         """Remember what was taken: the next one must be elsewhere."""
         pose = solve(average.uv[None], self._rig, self._body, average.sigma_px)
+        self._judged = None
         self._before = pose.rotation_world_from_probe[0], pose.tip_world[0]
 
     def average(self) -> Average:
@@ -269,6 +280,12 @@ class ProbeSpotAverager:
 
     def live(self) -> Live:
         """Return what is seen now and whether it can be taken."""
+        # A procedure is asked several times between two blocks of frames.
+        if self._judged is None:
+            self._judged = self._look()
+        return self._judged
+
+    def _look(self) -> Live:
         window = self._window
         if not len(window.counter):
             return Live(wanted=window.size)

@@ -117,12 +117,17 @@ class GuidedProcedure(ABC, Generic[E, O]):
         self._version = 0
         self._outcome: O | None = None
         self._error: Finding | None = None
+        self._kept_steps: tuple[object, tuple[Step, ...]] | None = None
 
     # What a procedure says about itself.
 
     @abstractmethod
     def _steps(self) -> tuple[Step, ...]:
         """Return the steps with their gates, as things are."""
+
+    def _steps_rest_on(self) -> object:
+        """Return what the steps rest on beside what was taken; None where on what is seen now."""
+        return None
 
     @abstractmethod
     def _seen(self) -> Live:
@@ -176,7 +181,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 rig=self._first.rig,
                 begun_utc=self._first.utc,
                 who=self._first.who,
-                steps=self._steps(),
+                steps=self._steps_now(),
                 current=self.step_names.index(self._step),
                 live=self._live(),
                 decision=ProcedureDecision.OPEN
@@ -186,6 +191,16 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 error=self._error,
                 torn=self._torn,
             )
+
+    def _steps_now(self) -> tuple[Step, ...]:
+        """Return the steps; who shows them asks many times between two observations."""
+        others = self._steps_rest_on()
+        if others is None:
+            return self._steps()
+        rest_on = self._version, others
+        if self._kept_steps is None or self._kept_steps[0] != rest_on:
+            self._kept_steps = rest_on, self._steps()
+        return self._kept_steps[1]
 
     def _live(self) -> Live:
         seen = self._seen()
@@ -211,7 +226,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
         """Enter the next step; raise CalibrationError where the gate is closed."""
         with self._lock:
             index = self.step_names.index(self._step)
-            gate = self._steps()[index].gate
+            gate = self._steps_now()[index].gate
             if not gate.open:
                 raise CalibrationError("session.gate", gate.reason, gate.remedy)
             if index + 1 < len(self.step_names):

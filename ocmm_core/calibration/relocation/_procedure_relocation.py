@@ -409,6 +409,9 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         else:
             self._taken(step).pop()
 
+    def _steps_rest_on(self) -> object:
+        return (self._length_sigma,)
+
     def _steps(self) -> tuple[Step, ...]:
         return steps_of(self._state, self._length_sigma)
 

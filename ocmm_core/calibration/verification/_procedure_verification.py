@@ -415,6 +415,9 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         first, again = self._state.unvisited_seat(), self._state.seat_to_repeat()
         return first_instruction(first), again_instruction(again)
 
+    def _steps_rest_on(self) -> object:
+        return ()
+
     def _steps(self) -> tuple[Step, ...]:
         state, bar = self._state, self._begun.bar
         on_lines, on_spheres = self._instructions()

@@ -160,6 +160,7 @@ class VerificationState:
     superseded: tuple[Check, ...] = ()
     repeated: list[int] = field(default_factory=list)
     excused: dict[str, str] = field(default_factory=dict)
+    _on_lines: dict[int, tuple[Taken, ...]] | None = None
 
     @property
     def plans(self) -> tuple[PlannedLine, ...]:
@@ -170,6 +171,7 @@ class VerificationState:
         """Take in an observation; raise TrackingError where its spots determine no pose."""
         rest = rest_of(from_spots(event.uv), event.sigma_px, event.utc, self.rig, self.body)
         self.taken.append(Taken(event, rest))
+        self._on_lines = None
 
     def last(self, kind: type[Resting]) -> Taken | None:
         """Return what was taken last of a kind; None where nothing was."""
@@ -178,6 +180,7 @@ class VerificationState:
     def remove(self, one: Taken) -> None:
         """Take out an observation."""
         self.taken.remove(one)
+        self._on_lines = None
 
     def repeat(self, event: LineRepeated) -> None:
         """Take out all of a line; keep it apart where it failed."""
@@ -187,6 +190,7 @@ class VerificationState:
             self.replaced += own
             self.repeated.append(event.line)
         self.taken = [one for one in self.taken if _line_of(one) != event.line]
+        self._on_lines = None
 
     def excuse(self, event: CornerExcused) -> None:
         """Take in why a corner is not reached."""
@@ -196,14 +200,19 @@ class VerificationState:
 
     # The lines.
 
-    def line_taken(self, line: int) -> list[Taken]:
+    def line_taken(self, line: int) -> tuple[Taken, ...]:
         """Return what was taken on a line, nest by nest."""
-        own = [
-            (one.event.nest, i, one)
-            for i, one in enumerate(self.taken)
-            if isinstance(one.event, NestTaken) and one.event.line == line
-        ]
-        return [one for _, _, one in sorted(own, key=lambda item: item[:2])]
+        if self._on_lines is None:
+            # Every gate asks for every line, many times a second.
+            found: dict[int, list[tuple[int, Taken]]] = {}
+            for one in self.taken:
+                if isinstance(one.event, NestTaken):
+                    found.setdefault(one.event.line, []).append((one.event.nest, one))
+            self._on_lines = {
+                number: tuple(one for _, one in sorted(own, key=lambda item: item[0]))
+                for number, own in found.items()
+            }
+        return self._on_lines.get(line, ())
 
     def line_tips(self, line: int) -> Points3:
         """Return the ball centres (n, 3), mm, that were taken on a line, nest by nest."""

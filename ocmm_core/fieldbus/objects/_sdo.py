@@ -151,6 +151,10 @@ class SdoTransfer(ABC):
             raise self._unfit("it is empty")
         # The standard sends an abort as a request; not every device does.
         if body[0] == _ABORT and service in (SERVICE_SDO_REQUEST, SERVICE_SDO_RESPONSE):
+            _command, index, sub = _SDO_HEAD.unpack_from(body.ljust(_SDO_BYTES, b"\x00"))
+            # Of a transfer before this one, come late; some devices name nothing.
+            if index and (index, sub) != (self.index, self.sub):
+                raise self._unfit(f"it is about {index:#06x}:{sub:02x}")
             raise self._refused(body)
         if service != SERVICE_SDO_RESPONSE:
             raise self._unfit(f"it belongs to another service ({service})")

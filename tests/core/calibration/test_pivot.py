@@ -354,10 +354,12 @@ def test_stated_uncertainty_holds_with_wrong_cameras(
     assert np.mean(inside) == pytest.approx(0.954, abs=looser(0.05, n, 60))
 
 
-def test_errors_of_the_cameras_count_once(record_property: Any) -> None:
+def test_errors_of_the_cameras_count_once(
+    repeats: Callable[..., int], record_property: Any
+) -> None:
     """They scatter the blocks too, which the bootstrap alone would take for noise."""
     noise, formal = 0.0, 0.0
-    for seed in range(16):
+    for seed in range(repeats(10, 16)):
         rng = np.random.default_rng(seed)
         uv = spots(disturbed(rig(), rng), probe(), attitudes(600, 30.0, rng), CONE_WORLD, rng)
         found = calibrate_probe(rig(), probe(), PivotSweep.even(uv, SIGMA_PX))

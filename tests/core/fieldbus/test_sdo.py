@@ -110,6 +110,8 @@ def _segment(head: int, part: bytes) -> bytes:
 BAD_READS: list[tuple[str, list[bytes]]] = [
     ("is about 0x8011:00", [coe(3, struct.pack("<BHBI", 0x43, 0x8011, 0, 1))]),
     ("is about 0x8010:01", [coe(3, struct.pack("<BHBI", 0x43, INDEX, 1, 1))]),
+    ("is about 0x8010:07", [coe(3, struct.pack("<BHBI", 0x80, INDEX, 7, 0x06090011))]),
+    ("is about 0x7777:00", [coe(2, struct.pack("<BHBI", 0x80, 0x7777, 0, 0x06020000))]),
     ("has 65537 bytes where 65536", [first_answer(ROOM + 1)]),
     ("has 4294967295 bytes", [first_answer(0xFFFFFFFF)]),
     ("longer than the 5 bytes", [first_answer(5, bytes(6))]),

@@ -28,15 +28,18 @@ from ocmm_core.tolerances.zones import Characteristic
 pytestmark = pytest.mark.timeout(300)
 
 WORDS = list(SPOILED)
-LEAST_RIGHT = 18
+LEAST_RIGHT = 0.9
 
 
 @pytest.mark.statistics
 def test_the_cause_is_named_in_at_least_18_of_20_jobs(
-    record_property: Callable[[str, object], None],
+    record_property: Callable[[str, object], None], repeats: Callable[..., int]
 ) -> None:
+    """In the short form in 9 of the first 10, which have every cause."""
     wrong = []
-    for seed in range(20):
+    jobs = repeats(10, 20)
+    assert jobs >= len(WORDS)
+    for seed in range(jobs):
         word = WORDS[seed % len(WORDS)]
         found, view, scene = explained(seed, SPOILED[word][0])
         # Every result that is NOT CONFORM or NOT PROVEN has an answer, and no other.
@@ -48,8 +51,8 @@ def test_the_cause_is_named_in_at_least_18_of_20_jobs(
         first = asked(view, found)
         if not is_right(word, first, scene):
             wrong.append(f"{seed} {word}: {first.suggestion if first else 'nothing'}")
-    record_property("right", f"{20 - len(wrong)} of 20; wrong: {wrong}")
-    assert 20 - len(wrong) >= LEAST_RIGHT, wrong
+    record_property("right", f"{jobs - len(wrong)} of {jobs}; wrong: {wrong}")
+    assert jobs - len(wrong) >= LEAST_RIGHT * jobs, wrong
 
 
 def _check_is_sayable(item: Explanation, scene: Scene) -> None:

@@ -32,6 +32,7 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity, load_probe, tip_sensit
 from tests.core.inspection.conftest import Bench
 from tests.core.tolerances.known_errors import RULE, known
 from tests.core.tolerances.known_part import asked
+from tests.host import amount
 
 ASKED = [
     asked("flatness", "wavy"),
@@ -48,7 +49,9 @@ ASKED = [
     asked("surface profile", "wavy", "top"),
     asked("circular runout", "collar", "pin"),
 ]
-STEPS, WALKS, WALK_STEPS = 15, 3, 20
+STEPS, WALKS, WALK_STEPS = amount(9, 15), 3, 20
+VERBS = 7
+"""Each is tried at least once."""
 
 
 def plan_of(alignment: Alignment | None) -> Plan:
@@ -129,7 +132,7 @@ def test_whatever_happens_to_points_it_is_the_evaluation_from_nothing(
         which = int(rng.integers(len(job)))
         point, answer = job[which]
         count += 1
-        verb = step % 5 if step < 5 else int(rng.integers(7))
+        verb = step if step < VERBS else int(rng.integers(VERBS))
         match verb:
             case 0:
                 if waiting:

@@ -10,6 +10,18 @@ import pytest
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobHead
 
+HEAD = JobHead(
+    job_uuid="0d2b2d3c-55b5-4f2c-9b5e-0c8f6c0d1a11",
+    created_utc="2024-05-06T07:08:09.123456+00:00",
+    software_version="0.1.0",
+    operator="Zoë Müller",
+    part="Block",
+    serial="4711",
+    plan_text='schema = "ocmm.plan/1"\r\n',
+    rig_text='schema = "ocmm.rig/1"\n',
+    probe_text='schema = "ocmm.probe/1"\n',
+)
+
 
 def sample_point(number: int) -> MeasuredPoint:
     """Return a point whose every number follows from ``number``; some spots are not seen."""
@@ -42,14 +54,4 @@ def make_point() -> Callable[[int], MeasuredPoint]:
 
 @pytest.fixture
 def head() -> JobHead:
-    return JobHead(
-        job_uuid="0d2b2d3c-55b5-4f2c-9b5e-0c8f6c0d1a11",
-        created_utc="2024-05-06T07:08:09.123456+00:00",
-        software_version="0.1.0",
-        operator="Zoë Müller",
-        part="Block",
-        serial="4711",
-        plan_text='schema = "ocmm.plan/1"\r\n',
-        rig_text='schema = "ocmm.rig/1"\n',
-        probe_text='schema = "ocmm.probe/1"\n',
-    )
+    return HEAD

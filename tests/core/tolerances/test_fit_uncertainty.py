@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -16,9 +17,11 @@ from ocmm_core.tolerances.decisions import Verdict, evaluate_all
 from ocmm_core.tolerances.uncertainty import TWO_SIDED, fit_uncertainty
 from tests.core.features.shape_samples import FITTED, ideal_points, somewhere
 from tests.core.tolerances.known_part import KnownPart, asked
+from tests.host import looser
 
 pytestmark = pytest.mark.numerics
 NOISE_MM = 0.003
+RUNS = 300
 
 
 def test_few_points_have_the_factor_of_student() -> None:
@@ -35,22 +38,25 @@ def test_few_points_have_the_factor_of_student() -> None:
 
 
 @pytest.mark.parametrize(
-    ("shape", "n", "arc", "least", "most"),
+    ("shape", "n", "arc"),
     [
-        # Four standard errors of 300 runs about 94 to 97 %.
-        (Shape.CIRCLE, 4, 90, 0.89, 1.0),
-        (Shape.CIRCLE, 50, 20, 0.89, 1.0),
-        (Shape.SPHERE, 6, 180, 0.89, 1.0),
-        (Shape.ELLIPSE, 9, 90, 0.89, 1.0),
-        (Shape.PLANE, 4, 360, 0.89, 1.0),
-        (Shape.LINE, 3, 360, 0.89, 1.0),
+        (Shape.CIRCLE, 4, 90),
+        (Shape.CIRCLE, 50, 20),
+        (Shape.SPHERE, 6, 180),
+        (Shape.ELLIPSE, 9, 90),
+        (Shape.PLANE, 4, 360),
+        (Shape.LINE, 3, 360),
     ],
 )
-def test_u_holds_the_truth(shape: Shape, n: int, arc: int, least: float, most: float) -> None:
-    for name, count in run(Cell(shape, n, arc), 300, 2).items():
+def test_u_holds_the_truth(shape: Shape, n: int, arc: int, repeats: Callable[..., int]) -> None:
+    runs = repeats(100, RUNS, 50)
+    # Four standard errors of the runs below 94 %. With 2 in the place of Student's factor four
+    # points of a circle hold it in 70 %.
+    least = 0.94 - looser(0.05, runs, RUNS)
+    for name, count in run(Cell(shape, n, arc), runs, 2).items():
         stated = count["held"] + count["missed"]
-        assert stated > 280, name
-        assert least <= count["held"] / stated <= most, name
+        assert stated > 0.93 * runs, name
+        assert count["held"] / stated >= least, name
 
 
 @pytest.mark.parametrize("arc", [20, 40, 60])
