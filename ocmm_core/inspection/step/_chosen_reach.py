@@ -100,7 +100,10 @@ def ask_for_chosen(
         return ChosenReach(tuple(taken), (), names, "the mesh of the part is too coarse")
     progress("the mesh in the way of the probe")
     reach = _reach_on(model.part, model.unasked, with_targets)
-    begun, stays, refused, unasked = time.thread_time(), [], [], []
+    begun = time.thread_time()
+    stays: list[Offer] = []
+    refused: list[LeftOut] = []
+    unasked: list[str] = []
     for number, offer in enumerate(taken, start=1):
         if given_up():
             raise given_up_error(model.part.source_name)
@@ -110,7 +113,10 @@ def ask_for_chosen(
         elif offer.feature.targets:
             progress(f"reach of surface {number} of {len(taken)}")
             asked = _asked(offer, reach)
-        (refused if isinstance(asked, LeftOut) else stays).append(asked)
+        if isinstance(asked, LeftOut):
+            refused.append(asked)
+        else:
+            stays.append(asked)
     if not stays:
         raise _none_of(refused)
     return ChosenReach(
@@ -120,8 +126,9 @@ def ask_for_chosen(
 
 def _reach_on(part: PartModel, setting: Setting, offers: Sequence[Offer]) -> Reach:
     mesh = make_obstacle(
-        part.vertices[part.triangles], part.triangle_faces, len(part.faces), part.deflection_mm
-    )
+        part.vertices[part.triangles], part.triangle_faces.astype(np.int64), len(part.faces),
+        part.deflection_mm,
+    )  # fmt: skip
     axes = bore_axes([_face_of(one.feature) for one in offers])
     return Reach(mesh, setting.ball_radius, setting, axes)
 

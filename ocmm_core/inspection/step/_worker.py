@@ -81,15 +81,15 @@ def read_step(path: str, wanted: Wanted, to: Connection) -> None:
     def tell(answer: StepAnswer) -> None:
         to.send_bytes(msgspec.json.encode(answer, enc_hook=as_numbers))
 
-    doing, stage, told = "the start of the library", "", 0.0
+    doing, stage, told_s = "the start of the library", "", 0.0
 
     def now(what: str) -> None:
-        nonlocal doing, stage, told
+        nonlocal doing, stage, told_s
         doing = what
         words, at = what.translate(_NO_DIGITS), time.monotonic()
         # Of thousands of faces some are told: who reads along has other work.
-        if words != stage or at - told >= _TOLD_S or not _LARGE_COUNT.search(what):
-            stage, told = words, at
+        if words != stage or at - told_s >= _TOLD_S or not _LARGE_COUNT.search(what):
+            stage, told_s = words, at
             tell(StepAnswer(doing=what))
 
     part = b""
