@@ -41,6 +41,7 @@ from benchmarks.soak_books import (
     Outcome,
     Usage,
     WakeUps,
+    children_of,
     counters,
     judge,
     mapped_ring,
@@ -112,13 +113,9 @@ def stop(child: subprocess.Popen[bytes]) -> None:
 
 def bus_pid() -> int:
     """Return the number of the bus process, a child of this one."""
-    for entry in Path("/proc/self/task").iterdir():
-        for child in (entry / "children").read_text(encoding="ascii").split():
-            if (
-                b"ocmm_core.acquisition.bus_process._start"
-                in Path("/proc", child, "cmdline").read_bytes()
-            ):
-                return int(child)
+    for child, command in children_of(os.getpid()):
+        if b"ocmm_core.acquisition.bus_process._start" in command:
+            return child
     raise RuntimeError("there is no bus process")
 
 

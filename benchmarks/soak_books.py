@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -269,3 +270,12 @@ def text_of(histogram: Histogram) -> str:
     beyond = histogram.counts[-1]
     more = f" >{histogram.edges_us[-1]:g}: {beyond}" if beyond else ""
     return f"us {' '.join(bins)}{more} (worst {histogram.worst_us:.0f})"
+
+
+def children_of(pid: int) -> Iterator[tuple[int, bytes]]:
+    """Yield the processes that a process has started and how each was called; some may just end."""
+    for entry in Path("/proc", str(pid), "task").iterdir():
+        # A thread or a process may be gone between two looks.
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+            for child in map(int, (entry / "children").read_text(encoding="ascii").split()):
+                yield child, Path("/proc", str(child), "cmdline").read_bytes()

@@ -33,6 +33,7 @@ from benchmarks.soak_books import (
     STEADY_S,
     Row,
     Usage,
+    children_of,
     counters,
     mapped_ring,
     once_in_operation,
@@ -148,14 +149,12 @@ def processes() -> dict[str, int]:
     found: dict[str, int] = {}
     left = [os.getpid()]
     while left:
-        for entry in Path("/proc", str(left.pop()), "task").iterdir():
-            for child in map(int, (entry / "children").read_text(encoding="ascii").split()):
-                words = Path("/proc", str(child), "cmdline").read_bytes()
-                if b"_virtual_bus" in words:
-                    found["cameras"] = child
-                elif b"bus_process._start" in words:
-                    found["bus"] = child
-                left.append(child)
+        for child, words in children_of(left.pop()):
+            if b"_virtual_bus" in words:
+                found["cameras"] = child
+            elif b"bus_process._start" in words:
+                found["bus"] = child
+            left.append(child)
     return found
 
 

@@ -68,7 +68,7 @@ def side_by_side(
     processes
         How many; with 1 all is done in this one.
     named
-        What the work on a thing is called, as the beginning of a sentence: "Reading a.ocmm".
+        What the work on a thing is called, as the beginning of a sentence: "The reading of a.ocmm".
     told
         How many are done.
     """

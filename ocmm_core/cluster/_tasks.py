@@ -48,7 +48,7 @@ def run_tasks(
     things
         Small; can be sent to another process, as the answers can.
     named
-        What the work on a thing is called, as the beginning of a sentence: "Reading a.ocmm".
+        What the work on a thing is called, as the beginning of a sentence: "The reading of a.ocmm".
     site
         Where.
     contents

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,7 @@ from psygnal import Signal
 
 from ocmm_core.errors import InputError, InternalError, OcmmError
 from ocmm_core.failure import MOST_LOGS, ThreadNet, contained, described, log_folder
+from ocmm_core.wording import load_translation
 
 
 def _raised(error: Exception) -> Exception:
@@ -103,3 +106,33 @@ def test_a_thread_without_a_boundary_is_caught() -> None:
         "The thread lonely failed: ZeroDivisionError: integer division or modulo by zero"
     ]
     assert net.caught == told
+
+
+def _parts(tree: ast.AST) -> Iterator[ast.expr]:
+    """Give what is named as the part that failed: it goes into the log."""
+    places = {"contained": 1, "described": 1, "run_tasks": 2, "side_by_side": 3}
+    for call in ast.walk(tree):
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name):
+            place = places.get(call.func.id)
+            if place is not None and len(call.args) > place:
+                yield call.args[place]
+            yield from (one.value for one in call.keywords if one.arg in ("named", "part"))
+
+
+def test_the_log_of_a_command_names_what_failed_in_english_whatever_the_language() -> None:
+    found, said = 0, []
+    for path in sorted((Path(__file__).resolve().parents[2] / "ocmm_core").rglob("*.py")):
+        for part in _parts(ast.parse(path.read_text("utf-8"))):
+            found += 1
+            words = {one.id for one in ast.walk(part) if isinstance(one, ast.Name)}
+            if words & {"say", "say_word", "lead", "told"}:
+                said.append(f"{path.name}, line {part.lineno}")
+    # The two of `ocmm report` and `ocmm study coverage` are among them.
+    assert found > 10
+    assert not said
+
+
+def test_a_failure_in_reading_is_not_taken_for_the_progress_of_a_reading() -> None:
+    told = "The reading of a.ocmm failed: KeyError: 'x' (b.py, line 3)."
+    german = load_translation("de").of(told)
+    assert german.endswith("a.ocmm failed: KeyError: 'x' (b.py, line 3).")

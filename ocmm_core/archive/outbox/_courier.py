@@ -168,7 +168,7 @@ class Courier:
             raise
         except Exception as error:
             # A job that breaks the program must not keep the others from being handed over.
-            raise contained(error, f"Reading {item.name}") from error
+            raise contained(error, f"The reading of {item.name}") from error
         return Delivery(
             sender=sender,
             sequence=item.sequence,

@@ -255,7 +255,7 @@ def _read_all(
                 partial(_read, probes=probes, calibrations=calibrations),
                 jobs,
                 processes_for(len(jobs)),
-                lambda path: say(f"Reading {path.name}"),
+                lambda path: f"The reading of {path.name}",
                 lambda done: tell(say(f"Read {done} of {len(jobs)} jobs"), done / len(jobs)),
             )
         )

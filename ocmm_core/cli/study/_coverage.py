@@ -19,7 +19,6 @@ import msgspec
 import numpy as np
 
 from ocmm_core.camera import Rig, load_rig
-from ocmm_core.cli.terminal import say
 from ocmm_core.cluster import HERE, Site, run_tasks
 from ocmm_core.composition import DEMO_PART, DEMO_PLAN, RECOMMENDED_RIG, STANDARD_PROBE, true_values
 from ocmm_core.documents import read_bytes
@@ -102,7 +101,7 @@ def run_coverage(
     documents = tuple(read_bytes(path) for path in (setup.plan, setup.rig, setup.probe, setup.part))
     found = []
     for answer in run_tasks(
-        _run_from, seeds, lambda seed: say(f"Measuring with seed {seed}"),
+        _run_from, seeds, lambda seed: f"The measurement with seed {seed}",
         site=site, contents=partial(_documents, documents), told=told,
     ):  # fmt: skip
         if isinstance(answer, OcmmError):

@@ -264,7 +264,7 @@ def compare_files(
         read = run_tasks(
             _read_content,
             paths,
-            lambda path: f"Reading {path.name}",
+            lambda path: f"The reading of {path.name}",
             site=site,
             contents=partial(content_and_known, probes=probes, calibrations=calibrations),
             told=lambda done: progress(
@@ -352,7 +352,7 @@ def _read_all(
                 count = before + done
                 progress(f"Read {count} of {len(paths)} jobs", count / max(len(paths), 1))
 
-        return side_by_side(work, some, many, lambda path: f"Reading {path.name}", told)
+        return side_by_side(work, some, many, lambda path: f"The reading of {path.name}", told)
 
     if processes is not None:
         yield from read(paths, processes, 0)
