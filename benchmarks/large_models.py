@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import multiprocessing
 import os
+import re
 import sys
 import tempfile
 import threading
@@ -112,7 +113,9 @@ def _read_alone(path: str) -> None:
 def _print_stages(told: list[tuple[float, str]]) -> None:
     stages: dict[str, float] = {}
     for (at, what), (until, _) in pairwise(told):
-        words = " ".join(word for word in what.split() if not word.isdigit())
+        # "the shapes of the file (4 s)" is the same stage, which takes long.
+        named = re.sub(r" \(\d+ s\)$", "", what)
+        words = " ".join(word for word in named.split() if not word.isdigit())
         stages[words] = stages.get(words, 0.0) + until - at
     for words, took in stages.items():
         print(f"  {took:7.2f} s {words}")

@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
+from queue import SimpleQueue
 from typing import NoReturn, TypeVar
 
 from ocmm_core.blas import use_one_thread
@@ -115,7 +116,8 @@ class Aside:
     """Work that a copy of this process does beside it; it ends with this one.
 
     A copy has all that this process holds, also what cannot be sent, such as objects of C++, but
-    no threads. It ends with the thread that made it, too.
+    no threads. What it sends waits there for this process, and the work goes on meanwhile. It ends
+    with the thread that made it, too.
 
     Parameters
     ----------
@@ -177,11 +179,33 @@ def _work_aside(work: Callable[[Callable[[bytes], None]], None], pipe: Connectio
         # Who reads from the other process must see its pipes end with it.
         os.closerange(3, pipe.fileno())
         os.closerange(pipe.fileno() + 1, _MOST_FILES)
-        work(pipe.send_bytes)
+        _work_and_send(work, pipe)
     except BaseException:
         # The other process does without, and says what is wrong.
         os._exit(1)
     os._exit(0)
+
+
+def _work_and_send(work: Callable[[Callable[[bytes], None]], None], pipe: Connection) -> None:
+    """Work, and send what it makes while it goes on: the other process may not listen yet."""
+    made: SimpleQueue[bytes | None] = SimpleQueue()
+
+    def send() -> None:
+        try:
+            while (content := made.get()) is not None:
+                pipe.send_bytes(content)
+        except OSError:
+            # Nobody listens any more.
+            os._exit(1)
+
+    sender = threading.Thread(target=send, name="ocmm-aside-send")
+    sender.start()
+    try:
+        work(made.put)
+    finally:
+        # What was made before a fault is sent as well.
+        made.put(None)
+        sender.join()
 
 
 @dataclass(slots=True)

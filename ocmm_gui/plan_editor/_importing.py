@@ -31,6 +31,7 @@ from ocmm_core.inspection.step import (
     STEP_SIZE_MB,
     Offer,
     StepModel,
+    ask_for_chosen,
     has_step,
     offers_of,
     read_model,
@@ -39,7 +40,7 @@ from ocmm_core.inspection.step import (
     usual_request,
 )
 from ocmm_core.tracking import ProbeBody
-from ocmm_gui.kit import Worker, WorkLine, tr
+from ocmm_gui.kit import Worker, WorkLine, said, tr
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, ItemKey
 
 InUse: TypeAlias = tuple[Rig, ProbeBody]
@@ -150,8 +151,12 @@ def with_offers(
     taken: Sequence[Offer],
     plan_file: Path | None,
     zone_mm: float | None = None,
+    given_up: Callable[[], bool] = lambda: False,
+    progress: Callable[[str], None] = lambda _: None,
 ) -> Imported:
     """Return the plan with what was chosen of a model, and with its tolerances.
+
+    What a large model was not asked about is asked now, see `ask_for_chosen`.
 
     Parameters
     ----------
@@ -160,6 +165,8 @@ def with_offers(
         kept.
     zone_mm
         Width of the zone of the profile of free forms; None where none was chosen.
+    given_up, progress
+        As `read_model` has them.
 
     Raises
     ------
@@ -168,6 +175,8 @@ def with_offers(
     InputError
         The plan could not be measured with it.
     """
+    reach = ask_for_chosen(read.model, taken, given_up, progress)
+    taken = reach.taken
     surfaces = [offer.feature for offer in taken if offer.free_form is None]
     free_forms = [offer.free_form for offer in taken if offer.free_form is not None]
 
@@ -176,10 +185,12 @@ def with_offers(
 
     found = _with_features(plan, read.path, surfaces)
     if free_forms and zone_mm is not None:
-        said = tr("%n free-form faces added.", "", len(free_forms))
-        words = f"{found.words} {said}" if surfaces else said
+        added = tr("%n free-form faces added.", "", len(free_forms))
+        words = f"{found.words} {added}" if surfaces else added
         key = ItemKey("characteristics", free_forms[0].name)
         found = replace(found, words=words, chosen=found.chosen if surfaces else key)
+    if said_of_reach := [said(one) for one in reach.sentences()]:
+        found = replace(found, words=" ".join((found.words, *said_of_reach)))
     if plan_file is not None:
         more = with_model(found.plan, plan_file, read.path, read.model.part)
         found = replace(found, plan=more)
@@ -195,9 +206,9 @@ def _with_features(plan: Plan, path: Path, found: Sequence[NominalFeature]) -> I
     more = plan
     for feature in found:
         more = add_feature(more, feature)
-    said = tr("%n features added from {name}.", "", len(found)).format(name=path.name)
+    added = tr("%n features added from {name}.", "", len(found)).format(name=path.name)
     chosen = ItemKey("features", found[0].name) if found else HEAD
-    return Imported(plan, more, chosen, said)
+    return Imported(plan, more, chosen, added)
 
 
 def what_is_missing() -> str:
@@ -214,14 +225,14 @@ def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> Imported:
     before = plan.alignment
     limit = before.limit if isinstance(before, Relocation) else _LIMIT_MM
     rule = relocation(document, limit) if relocate else saved_frame(document)
-    said = tr("The frame {name} is used as saved.")
+    words = tr("The frame {name} is used as saved.")
     if relocate:
-        said = tr("The frame {name} will be relocated at its control points.")
+        words = tr("The frame {name} will be relocated at its control points.")
     return Imported(
         plan,
         with_alignment(plan, rule),
         ALIGNMENT,
-        said.format(name=document.name),
+        words.format(name=document.name),
     )
 
 
@@ -305,9 +316,11 @@ class Importing(WorkLine):
         self._given_up.set()
         given_up = self._given_up = threading.Event()
         self._reads = True
-        self.begin(tr("Importing {name}.").format(name=model.path.name))
+        self.begin(tr("Importing {name}.").format(name=model.path.name), tr("Shift+F9 cancels."))
         self._worker.do(
-            lambda: with_offers(plan, model, taken, plan_file, zone_mm),
+            lambda: with_offers(
+                plan, model, taken, plan_file, zone_mm, given_up.is_set, self._reading.emit
+            ),
             lambda found: self._done(given_up, found),
             lambda error: self._not_done(given_up, error),
         )

@@ -98,7 +98,8 @@ def _covered(corners: Float, wide: float, high: float, marks: Float) -> Float:
     near = marks[np.all((marks > low) & (marks < high_most), axis=1)]
     away = near - corners[:, None]
     inside = (away > -_MARK_PX) & (away < np.array([wide, high]) + _MARK_PX)
-    return inside.all(axis=2).sum(axis=1).astype(np.float64)
+    covered: Float = inside.all(axis=2).sum(axis=1).astype(np.float64)
+    return covered
 
 
 def _edges(rect: QRectF) -> tuple[float, float, float, float]:

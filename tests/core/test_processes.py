@@ -152,6 +152,24 @@ def test_a_copy_sends_what_it_makes_and_ends_with_it() -> None:
     aside.end()
 
 
+def test_a_copy_works_on_while_nobody_listens(tmp_path: Path) -> None:
+    needs_copies()
+    mark = tmp_path / "went on"
+
+    def made(send: Callable[[bytes], None]) -> None:
+        send(b"x" * 3_000_000)
+        mark.touch()
+
+    aside = Aside(made)
+    until = time.monotonic() + HANG_S
+    while not mark.exists() and time.monotonic() < until:
+        time.sleep(0.01)
+    assert mark.exists()
+    assert len(aside.next(HANG_S) or b"") == 3_000_000
+    assert aside.next(HANG_S) is None
+    aside.end()
+
+
 def test_a_copy_that_fails_or_takes_too_long_sends_nothing() -> None:
     needs_copies()
 

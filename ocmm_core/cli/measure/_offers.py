@@ -121,6 +121,8 @@ def print_offers(offers: Sequence[Offer], model: StepModel, console: Console) ->
         console.print(f"{number:5}  {say(why)}", highlight=False)
     if model.free_forms:
         console.print(free_form_words(model), highlight=False)
+    if model.remark:
+        console.print(say(model.remark), style="yellow", highlight=False)
 
 
 def free_form_words(model: StepModel) -> str:

@@ -132,7 +132,14 @@ def import_(
     from ocmm_core.cli.measure._account import account_json, print_account
     from ocmm_core.inspection.drawing import Account, general_of, plan_with_tolerances
     from ocmm_core.inspection.plan import features_from_csv, with_model, with_profiles
-    from ocmm_core.inspection.step import STEP_ENDINGS, Choice, chosen, offers_of, read_model
+    from ocmm_core.inspection.step import (
+        STEP_ENDINGS,
+        Choice,
+        ask_for_chosen,
+        chosen,
+        offers_of,
+        read_model,
+    )
 
     if output is None and not as_list:
         raise InputError(
@@ -174,6 +181,9 @@ def import_(
             f"{free_forms[0].name} is a free form, and the width of its zone is not known.",
             "Give --profile with the tolerance of the drawing, mm.",
         )
+    asked = ask_for_chosen(model, taken)
+    taken = asked.taken
+    free_forms = [one.free_form for one in taken if one.free_form is not None]
     surfaces = tuple(one.feature for one in taken if one.free_form is None)
     plan = _plan(surfaces, output, name, part)
     account = None
@@ -185,10 +195,13 @@ def import_(
         plan = with_model(plan, output, file, model.part)
     _write(plan, output, overwrite=overwrite, silent=as_json)
     if as_json:
-        typer.echo(account_json(account or Account(), _told(plan, output, model)))
+        told = {**_told(plan, output, model), "reach": list(asked.sentences())}
+        typer.echo(account_json(account or Account(), told))
     else:
         console = make_console()
         _print_left_out(model, console, whole=whole)
+        for sentence in asked.sentences():
+            console.print(say(sentence), style="yellow", highlight=False)
         if model.free_forms and not free_forms:
             console.print(offers.free_form_words(model), highlight=False)
         if account is not None:
@@ -253,8 +266,6 @@ def _print_left_out(model: StepModel, console: Console, *, whole: bool) -> None:
         console.print(say(f"Left out{how}:"), highlight=False)
     for why, count in model.why_not():
         console.print(f"{count:5}  {say(why)}", highlight=False)
-    if model.remark:
-        console.print(say(model.remark), style="yellow", highlight=False)
 
 
 def _told(plan: Plan, output: Path, model: StepModel) -> dict[str, Any]:

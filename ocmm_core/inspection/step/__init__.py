@@ -9,7 +9,8 @@ Read `_model` (what is asked for, and what comes back), `_request` (by which pro
 (which faces are one surface, where a ball can touch it), `_placed` (which places are targets),
 `_names` (what they are called), `_solid_mesh` (what a probe could run into), `_surface_splines`,
 `_part` (the part), `_free_forms` and `_profiled` (free-form faces, from both sides), `_face_order`
-(which faces tolerances are of), `_answer` (what the process tells). It must not know plans.
+(which faces tolerances are of), `_chosen_reach` (what is asked of large models later), `_answer`
+(what the process tells). It must not know plans.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
         has_step,
     )
     from ocmm_core.inspection.step._choice import FREE_FORM, Choice, Offer, chosen, offers_of
+    from ocmm_core.inspection.step._chosen_reach import ChosenReach, ask_for_chosen
     from ocmm_core.inspection.step._model import (
         USUAL_BALL_MM,
         LeftOut,
@@ -48,6 +50,7 @@ else:
         __name__,
         _asking="READER_MODULES STEP_ENDINGS STEP_SETUP STEP_SIZE_MB has_step",
         _choice="Choice FREE_FORM Offer chosen offers_of",
+        _chosen_reach="ChosenReach ask_for_chosen",
         _model="LeftOut Reached StepModel USUAL_BALL_MM read_model read_part",
         _profiled="FreeForm NOT_EXACT",
         _request="StepRequest setting_for setting_of up_of usual_request",
@@ -62,12 +65,14 @@ __all__ = [
     "STEP_SIZE_MB",
     "USUAL_BALL_MM",
     "Choice",
+    "ChosenReach",
     "FreeForm",
     "LeftOut",
     "Offer",
     "Reached",
     "StepModel",
     "StepRequest",
+    "ask_for_chosen",
     "chosen",
     "has_step",
     "offers_of",

@@ -28,6 +28,7 @@ STEP_SETUP = "the README says how"
 """How the extra is installed, by its lock file and with hashes."""
 STEP_SIZE_MB = 400
 _LOOK_S = 0.05
+_STILL_S = 1.0
 _WAITED = 10.0
 """So many times the limit is waited for by the clock."""
 _LONGEST_ANSWER = 100_000_000
@@ -74,8 +75,9 @@ def ask(
         raise step_error(
             path, "not a STEP file", f"Choose a file ending in {', '.join(STEP_ENDINGS)}."
         )
+    sha256 = hashlib.sha256(content).hexdigest()
     if with_part:
-        wanted = replace(wanted, source_sha256=hashlib.sha256(content).hexdigest())
+        wanted = replace(wanted, source_sha256=sha256)
     wanted = replace(wanted, limit_s=asking.timeout_s)
     del content
     use_one_thread()
@@ -101,6 +103,9 @@ def ask(
         answer.close()
     if said is None:
         raise reading.failed(ended)
+    if hashlib.sha256(read_bytes(path)).hexdigest() != sha256:
+        # The hash would be of one file, and what was read, or half of it, of the other.
+        raise step_error(path, "the file was changed while it was read", "Import it again.")
     return said, part
 
 
@@ -147,14 +152,17 @@ class _Reading:
 
     def _wait(self) -> None:
         """Wait for something to read; InputError where that takes too long or is given up."""
+        begun = told = time.monotonic()
         while True:
             # A reader that always has something to tell is given up as well.
             if self._asking.given_up():
-                raise InputError(
-                    "plan.step_given_up", f"{self._path}: import cancelled.", "Import it again."
-                )
+                raise given_up_error(self._path)
             if self._answer.poll(_LOOK_S):
                 return
+            if (now := time.monotonic()) - told >= _STILL_S:
+                # The library says nothing while it reads, and a mesh is one call of it.
+                told = now
+                self._asking.progress(f"{self._doing} ({now - begun:.0f} s)")
             if self._is_too_long():
                 limit = self._asking.timeout_s
                 what = f"reading took longer than {limit:.0f} s (at {self._doing})"
@@ -195,6 +203,11 @@ def _checked(path: Path, said: StepAnswer) -> StepAnswer:
     if said.fault:
         raise step_error(path, said.fault, said.remedy or REMEDY)
     return said
+
+
+def given_up_error(path: Path | str) -> InputError:
+    """Return the error that whoever asked gave up."""
+    return InputError("plan.step_given_up", f"{path}: import cancelled.", "Import it again.")
 
 
 def step_error(path: Path, what: str, remedy: str) -> InputError:

@@ -7,11 +7,12 @@ as can be, where the probe reaches them and cameras see it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
@@ -19,17 +20,18 @@ from ocmm_core.inspection.reach import Reach
 from ocmm_core.inspection.step._answer import StepFreeForm, Triple
 from ocmm_core.inspection.step._document import StepDocument
 from ocmm_core.inspection.step._joined import EDGE_MM
+from ocmm_core.inspection.step._library import static
 from ocmm_core.inspection.step._part import model_face
-from ocmm_core.inspection.step._placed import spread_rows
+from ocmm_core.inspection.step._placed import LEAST, WANTED, reached_places
 from ocmm_core.part_model import (
+    FARTHEST_MM,
     ModelFace,
+    NominalFace,
     nominal_face,
     searched,
     spread_places,
 )
 
-WANTED, LEAST = 20, 10
-"""Places of a face: those of a free form tell nothing of each other, so there are more of them."""
 _TRIED = 3
 """So many times the places are tried for reach and sight."""
 _MOST = 100
@@ -38,16 +40,34 @@ _MOST_NUMBERS = 1_000_000
 """Numbers of all faces together: some 20 MB on the way to who asked."""
 
 
-def free_forms_of(
+@dataclass(frozen=True, slots=True, eq=False)
+class FreeFormRoom:
+    """A free-form face, and where on it a ball has room as far as the face itself tells.
+
+    Attributes
+    ----------
+    number, name, face, against
+        As in `StepFreeForm`.
+    points, normals
+        (n, 3), mm and unit: more than are wanted, the first ones first.
+    """
+
+    number: int
+    name: str
+    face: NominalFace | None = None
+    points: Float = field(default_factory=lambda: np.empty((0, 3)))
+    normals: Float = field(default_factory=lambda: np.empty((0, 3)))
+    against: str = ""
+
+
+def free_form_rooms(
     document: StepDocument,
     faces: Sequence[Any],
     taken: frozenset[int],
     ball_radius: float,
-    reach: Reach | None,
-    sizes: Float,
     doing: Callable[[str], None],
-) -> list[StepFreeForm]:
-    """Return the free-form faces of a part, each with places to touch or with a reason against it.
+) -> list[FreeFormRoom]:
+    """Return the free-form faces of a part, each with places or a reason against it; asks no mesh.
 
     Parameters
     ----------
@@ -57,58 +77,90 @@ def free_forms_of(
         Numbers, from 1, of those that are planes, cylinders and so on.
     ball_radius
         mm.
-    reach
-        Asked whether places can be touched; None where nobody asks.
-    sizes
-        About how large each face is, mm, in their order: the largest get places first.
     """
     others = [number for number in range(1, len(faces) + 1) if number not in taken]
-    others.sort(key=lambda number: sizes[number - 1], reverse=True)
+    if len(others) > _MOST:
+        sizes = {number: box_size(faces[number - 1]) for number in others}
+        others.sort(key=lambda number: sizes[number], reverse=True)
     numbers = 0
     found = []
     for place, number in enumerate(others, start=1):
         if place > _MOST or numbers > _MOST_NUMBERS:
             against = "the model has many free forms, and places are looked for on larger ones"
             name = document.about(faces[number - 1]).name
-            found.append(StepFreeForm(number=number, name=name, against=against))
+            found.append(FreeFormRoom(number, name, against=against))
             continue
-        doing(f"places on free form {place} of {len(others)}")
+        doing(f"places on free form {place} of {min(len(others), _MOST)}")
         made = model_face(number, faces[number - 1], document, is_exact=True)
-        one = _with_places(made, ball_radius, reach)
+        one = _room(made, ball_radius)
         numbers += 0 if one.face is None else len(one.face.poles)
         found.append(one)
     return sorted(found, key=lambda one: one.number)
 
 
-def _refused(face: ModelFace, why: str) -> StepFreeForm:
-    return StepFreeForm(number=face.number, name=face.name, against=why)
+def box_size(face: Any) -> float:
+    """Return about how large a face is, mm, by the box about its surface and its edges."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+
+    box = Bnd_Box()
+    static(BRepBndLib, "Add")(face, box, False)
+    size = 0.0 if box.IsVoid() else math.sqrt(box.SquareExtent())
+    # What has no end, or no number, is no face of a part.
+    return size if size < FARTHEST_MM else 0.0
 
 
-def _with_places(face: ModelFace, ball_radius: float, reach: Reach | None) -> StepFreeForm:
+def free_forms_of(
+    rooms: Sequence[FreeFormRoom], reach: Reach | None, doing: Callable[[str], None]
+) -> list[StepFreeForm]:
+    """Return free forms with targets.
+
+    Parameters
+    ----------
+    reach
+        Asked whether places can be touched; None where nobody asks.
+    doing
+        Told which it is at.
+    """
+    found = []
+    for place, room in enumerate(rooms, start=1):
+        if not room.against:
+            doing(f"targets on free form {place} of {len(rooms)}")
+        found.append(_with_targets(room, reach))
+    return found
+
+
+def _room(face: ModelFace, ball_radius: float) -> FreeFormRoom:
     if face.spline is None:
-        return _refused(face, "the library gives no exact surface of it")
+        against = "the library gives no exact surface of it"
+        return FreeFormRoom(face.number, face.name, against=against)
     try:
         held = nominal_face(face)
     except InputError as error:
-        return _refused(face, error.what.rstrip("."))
-    tried = WANTED if reach is None else _TRIED * WANTED
-    points, normals = spread_places(searched(held), tried, ball_radius + EDGE_MM, ball_radius)
-    ways, turns = np.empty(0), np.empty((0, 3))
+        return FreeFormRoom(face.number, face.name, against=error.what.rstrip("."))
+    clear = ball_radius + EDGE_MM
+    points, normals = spread_places(searched(held), _TRIED * WANTED, clear, ball_radius)
     if len(points) < LEAST:
         ball = f"a ball of {2.0 * ball_radius:g} mm"
-        return _refused(face, f"{ball} has room for {len(points)} points, {LEAST} are needed")
+        against = f"{ball} has room for {len(points)} points, {LEAST} are needed"
+        return FreeFormRoom(face.number, face.name, against=against)
+    return FreeFormRoom(face.number, face.name, held, points, normals)
+
+
+def _with_targets(room: FreeFormRoom, reach: Reach | None) -> StepFreeForm:
+    number, name = room.number, room.name
+    if room.against:
+        return StepFreeForm(number=number, name=name, against=room.against)
+    points, normals = room.points[:WANTED], room.normals[:WANTED]
+    ways, turns = np.empty(0), np.empty((0, 3))
     if reach is not None:
-        asked = reach.of(points, normals, [face.number - 1])
-        can = np.flatnonzero(asked.stage == 0)
-        if len(can) < LEAST:
-            return _refused(face, reach.why_not(asked))
-        can = can[spread_rows(points[can], WANTED)]
-        points, normals, ways = points[can], normals[can], asked.ways_mm[can]
-        held_part = asked.turns_part_from_probe[can]
-        if np.isfinite(held_part).all():
-            turns = Rotation.from_matrix(held_part).as_rotvec()
+        asked = reach.of(room.points, room.normals, [number - 1])
+        can, turns = reached_places(room.points, asked)
+        if not len(can):
+            return StepFreeForm(number=number, name=name, against=reach.why_not(asked))
+        points, normals, ways = room.points[can], room.normals[can], asked.ways_mm[can]
     return StepFreeForm(
-        number=face.number, name=face.name, face=held, targets=_triples(points),
+        number=number, name=name, face=room.face, targets=_triples(points),
         normals=_triples(normals), held=_triples(turns), ways=tuple(ways.tolist()),
     )  # fmt: skip
 

@@ -6,6 +6,7 @@ Two bores on one axis stay two; two halves of one bore become one. Needs no OCP.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import msgspec
@@ -18,7 +19,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.reach import Reach
 from ocmm_core.inspection.step import _place_kernel as kernel
 from ocmm_core.inspection.step._answer import StepFace, StepSurface
-from ocmm_core.inspection.step._placed import placed
+from ocmm_core.inspection.step._placed import bore_axis, in_order, placed
 from ocmm_core.inspection.step._raw_faces import RawFace, Rim, stretches_of
 
 _SAME_MM, _SAME_RAD = 1e-4, 1e-6
@@ -34,40 +35,68 @@ _SPARE = 2
 """So many times the usual points are placed, for who wants more."""
 
 
-def surfaces_of(
-    faces: Sequence[RawFace],
-    ball_radius: float,
-    reach: Reach | None = None,
-    doing: Callable[[str], None] = lambda _: None,
-) -> list[StepSurface]:
-    """Return the surfaces of faces, with targets for a ball.
+@dataclass(frozen=True, slots=True, eq=False)
+class Room:
+    """A surface, and where on it a ball has room as far as its own edges tell.
+
+    Attributes
+    ----------
+    face, numbers, against
+        As in `StepSurface`.
+    order
+        (n, 3), mm: places in the order in which they are tried.
+    """
+
+    face: StepFace
+    numbers: tuple[int, ...]
+    order: Float
+    against: str = ""
+
+
+def rooms_of(
+    faces: Sequence[RawFace], ball_radius: float, doing: Callable[[str], None] = lambda _: None
+) -> list[Room]:
+    """Return the surfaces of faces with the places where a ball has room; asks no mesh.
 
     Parameters
     ----------
     ball_radius
         mm.
-    reach
-        Asked whether targets can be touched; None where nobody asks.
     doing
         Told which surface it is at.
     """
     groups = _groups(faces)
     hollow = _hollow_rims(faces, groups)
-    surfaces = []
+    rooms = []
     for number, group in enumerate(groups, start=1):
-        doing(f"targets on surface {number} of {len(groups)}")
+        doing(f"places on surface {number} of {len(groups)}")
         of_it = [faces[i] for i in group]
-        surfaces.append(_surface(of_it, [hollow[i] for i in group], ball_radius, reach))
+        rooms.append(_room(of_it, [hollow[i] for i in group], ball_radius))
+    return rooms
+
+
+def surfaces_of(
+    rooms: Sequence[Room], reach: Reach | None = None, doing: Callable[[str], None] = lambda _: None
+) -> list[StepSurface]:
+    """Return surfaces with targets.
+
+    Parameters
+    ----------
+    reach
+        Asked whether targets can be touched; None where nobody asks.
+    doing
+        Told which surface it is at.
+    """
+    surfaces = []
+    for number, room in enumerate(rooms, start=1):
+        doing(f"targets on surface {number} of {len(rooms)}")
+        surfaces.append(_surface(room, reach))
     return surfaces
 
 
-def bore_axes(faces: Sequence[RawFace]) -> Float:
-    """Return the directions of hollow round faces (m, 3), each once."""
-    found = [
-        one.face.direction
-        for one in faces
-        if one.face.inner and one.face.shape in ("Cylinder", "Cone")
-    ]
+def bore_axes(faces: Sequence[StepFace]) -> Float:
+    """Return the directions of hollow round surfaces (m, 3), each once."""
+    found = [axis for one in faces if (axis := bore_axis(one)) is not None]
     axes = np.array(found).reshape(-1, 3)
     kept: list[int] = []
     for row, axis in enumerate(axes):
@@ -173,19 +202,14 @@ def _falls_away(face: RawFace, rim: Rim, beyond: Rim) -> bool:
     return lean < _HOLLOW
 
 
-def _surface(
-    group: Sequence[RawFace],
-    hollow: Sequence[Sequence[Float]],
-    ball_radius: float,
-    reach: Reach | None,
-) -> StepSurface:
+def _room(group: Sequence[RawFace], hollow: Sequence[Sequence[Float]], ball_radius: float) -> Room:
     face = _joined([one.face for one in group])
     numbers = tuple(one.number for one in group)
     places = np.concatenate([one.places for one in group])
     wanted = Shape(face.shape).spec.usual_points
     against = _against(face, places, ball_radius)
     if against:
-        return StepSurface(face=face, numbers=numbers, against=against)
+        return Room(face, numbers, np.empty((0, 3)), against)
     places = places[_ball_fits(face, places, ball_radius)]
     falls = np.concatenate([both[0] for both in hollow])
     rises = np.concatenate([both[1] for both in hollow])
@@ -196,13 +220,18 @@ def _surface(
     if len(free) < wanted:
         free = places[(to_falls >= EDGE_MM) & (to_rises >= wide)]
     if len(free) < wanted:
-        return StepSurface(
-            face=face,
-            numbers=numbers,
-            against=f"a ball of {2.0 * ball_radius:g} mm has no room for {wanted} points",
-        )
+        against = f"a ball of {2.0 * ball_radius:g} mm has no room for {wanted} points"
+        return Room(face, numbers, np.empty((0, 3)), against)
+    return Room(face, numbers, in_order(free, _SPARE * wanted))
+
+
+def _surface(room: Room, reach: Reach | None) -> StepSurface:
+    face, numbers = room.face, room.numbers
+    if room.against:
+        return StepSurface(face=face, numbers=numbers, against=room.against)
+    wanted = Shape(face.shape).spec.usual_points
     own = [number - 1 for number in numbers]
-    found = placed(face, free, _SPARE * wanted, wanted, own, reach)
+    found = placed(face, room.order, _SPARE * wanted, wanted, own, reach)
     return StepSurface(
         face=face,
         targets=_triples(found.points),

@@ -43,7 +43,13 @@ def _explorer_of(kind: str, but_in: str) -> tuple[Any, Any, Any, Any]:
 
 def kind_of(adaptor: Any) -> str:
     """Return the word for the kind of a surface or curve."""
-    return str(adaptor.GetType()).rpartition("GeomAbs_")[2].rstrip(">: 0123456789")
+    return _word_of(adaptor.GetType())
+
+
+@cache
+def _word_of(kind: Any) -> str:
+    """Return the word for a kind of the library; made once, for it takes as long as a face."""
+    return str(kind).rpartition("GeomAbs_")[2].rstrip(">: 0123456789")
 
 
 def is_turned(face: Any) -> bool:

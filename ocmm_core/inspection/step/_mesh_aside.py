@@ -39,14 +39,6 @@ class SolidMesh:
     owners: NDArray[np.int64]
     deflection_mm: float
 
-    def sizes(self, count: int) -> Float:
-        """Return about how large each face is, (count,), mm, by the box about its triangles."""
-        low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-        np.minimum.at(low, self.owners, self.triangles.min(axis=1))
-        np.maximum.at(high, self.owners, self.triangles.max(axis=1))
-        found: Float = np.linalg.norm(np.maximum(high - low, 0.0), axis=1)
-        return found
-
 
 class MeshAside:
     """The meshes of a model, in the order in which they are asked for: that of targets, the part.

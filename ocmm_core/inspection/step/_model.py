@@ -81,6 +81,9 @@ class StepModel:
         How many faces have another kind of surface, by its word.
     free_forms
         Those of them that can be measured as profiles.
+    unasked
+        Probe, cameras and placement that only the chosen surfaces are asked about, see
+        `ask_for_chosen`; None where all were, or nobody asked.
     not_measured
         Reasons against other free forms, and how many have each.
     part
@@ -109,6 +112,7 @@ class StepModel:
     remark: str = ""
     free_forms: tuple[FreeForm, ...] = ()
     not_measured: dict[str, int] = field(default_factory=dict)
+    unasked: Setting | None = None
 
     def why_not(self) -> list[tuple[str, int]]:
         """Return reasons and how many surfaces have each, the most frequent first."""
@@ -167,7 +171,8 @@ def read_model(
     elif request is not None:
         ball_mm, setting = request.ball_mm, setting_of(request)
     said, part = ask(path, Wanted(ball_mm, setting), with_part, asking)
-    return _model(path, said, part, may_be_empty=setting is not None)
+    model = _model(path, said, part, may_be_empty=setting is not None)
+    return replace(model, unasked=setting) if said.remark else model
 
 
 def read_part(

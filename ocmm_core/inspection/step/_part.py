@@ -43,6 +43,8 @@ _ENOUGH_TRIANGLES = 200_000
 _VERY_LARGE = 3000
 """A part with more faces is shown only: coarser, and without its exact surfaces."""
 LARGE, _MANY_HOLES = 1500, 50
+_KEPT = 1000
+"""With more faces the mesh to find targets by is that of the part: chosen surfaces ask it later."""
 _EXACT_MM = 1e-4
 """A spline that leaves its face by more is none of that face."""
 _TRIED = 24
@@ -91,20 +93,21 @@ def part_of(
     if not any(len(part.triangles) for part in parts):
         msg = "no mesh can be made of its faces"
         raise ValueError(msg)
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     vertices = np.concatenate([part.vertices for part in parts])
+    triangles = np.concatenate(
+        [part.triangles + start for part, start in zip(parts, starts, strict=False)]
+    )
     if not np.abs(vertices).max() <= FARTHEST_MM:
         msg = f"its faces lie {np.abs(vertices).max() / 1000.0:.0f} m from its origin"
         raise UnusableModelError(msg, "Export the model with its origin at the part.")
-    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     points, edge_starts, sides = _edges(faces, parts)
     return PartModel(
         source_name=source[0],
         source_sha256=source[1],
         vertices=vertices,
-        normals=np.concatenate([part.normals for part in parts]),
-        triangles=np.concatenate(
-            [part.triangles + start for part, start in zip(parts, starts, strict=False)]
-        ).astype(np.int32),
+        normals=_unit(vertices, np.concatenate([part.normals for part in parts]), triangles),
+        triangles=triangles.astype(np.int32),
         triangle_faces=np.repeat(
             np.arange(len(parts), dtype=np.int32), [len(part.triangles) for part in parts]
         ),
@@ -118,7 +121,7 @@ def part_of(
 
 @dataclass(frozen=True, slots=True)
 class _FaceMesh:
-    """Mesh of a face, and its edges by the vertices on them."""
+    """Mesh of a face, with normals as the library has them, and its edges by the vertices there."""
 
     vertices: Float
     normals: Float
@@ -136,7 +139,7 @@ def _meshed(document: StepDocument, faces: Sequence[Any]) -> float:
     from OCP.IMeshTools import IMeshTools_MeshAlgoType_Delabella
     from OCP.TopoDS import TopoDS_Compound
 
-    if len(faces) > LARGE and (kept := _kept_deflection(faces)) > 0.0:
+    if len(faces) > _KEPT and (kept := _kept_deflection(faces)) > 0.0:
         return kept
     compound, builder = TopoDS_Compound(), BRep_Builder()
     builder.MakeCompound(compound)
@@ -210,7 +213,7 @@ def _face_mesh(face: Any, raw: RawMesh | None) -> _FaceMesh:
         if line is not None and line.NbNodes() > 1:
             on_it = [line.Node(index) - 1 for index in range(1, line.NbNodes() + 1)]
             rims.append((SameShape(edge), vertices[on_it]))
-    return _FaceMesh(vertices, _unit(vertices, normals, triangles), triangles, tuple(rims))
+    return _FaceMesh(vertices, normals, triangles, tuple(rims))
 
 
 def _unit(vertices: Float, normals: Float, triangles: NDArray[np.int64]) -> Float:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ocmm_core.geometry import Float
@@ -13,6 +14,8 @@ from ocmm_core.inspection.reach import Reach, Reached
 from ocmm_core.inspection.step import _place_kernel as kernel
 from ocmm_core.inspection.step._answer import StepFace
 
+WANTED, LEAST = 20, 10
+"""Places of a free form: they tell nothing of each other, so there are more of them."""
 _TRIED = 1, 2, 5
 """So many times the targets are tried before a surface is given up."""
 _WIDEST_GAP_DEG = 215.0
@@ -42,14 +45,14 @@ class Placed:
 
 
 def placed(
-    face: StepFace, free: Float, wanted: int, least: int, own: Sequence[int], reach: Reach | None
+    face: StepFace, order: Float, wanted: int, least: int, own: Sequence[int], reach: Reach | None
 ) -> Placed:
     """Return up to ``wanted`` of the free places of a surface as targets.
 
     Parameters
     ----------
-    free
-        (n, 3), mm: where a ball has room.
+    order
+        (n, 3), mm: where a ball has room, see `in_order`.
     least
         With fewer a surface cannot be measured.
     own
@@ -59,10 +62,9 @@ def placed(
     """
     nobody = np.empty((0, 3))
     if reach is None:
-        return Placed(spread(free, wanted), nobody, np.empty(0))
-    axis = np.array(face.direction) if face.inner and face.shape in ("Cylinder", "Cone") else None
+        return Placed(order[:wanted], nobody, np.empty(0))
+    axis = bore_axis(face)
     tried = 0
-    order = spread(free, _TRIED[-1] * wanted)
     found: list[tuple[Float, Reached]] = []
     good = 0
     for times in _TRIED:
@@ -80,20 +82,64 @@ def placed(
         np.concatenate([getattr(one, name) for _, one in found])
         for name in ("stage", "face", "turns_part_from_probe", "ways_mm", "leds")
     ))  # fmt: skip
-    can = np.flatnonzero(every.stage == 0)
+    return taken_of(face, points, every, wanted, least, reach.why_not(every))
+
+
+def taken_of(
+    face: StepFace, points: Float, reached: Reached, wanted: int, least: int, why: str
+) -> Placed:
+    """Return up to ``wanted`` of the places that were asked for and can be touched.
+
+    Parameters
+    ----------
+    points
+        (n, 3), mm.
+    reached
+        What became of each.
+    least
+        With fewer a surface cannot be measured.
+    why
+        What most often stands against those that cannot.
+    """
+    nobody = np.empty((0, 3))
+    can = np.flatnonzero(reached.stage == 0)
     if len(can) < least:
-        return Placed(nobody, nobody, np.empty(0), reach.why_not(every))
+        return Placed(nobody, nobody, np.empty(0), why)
     gap = _gap_deg(face, points[can])
     if gap > _WIDEST_GAP_DEG:
         against = f"only {360.0 - gap:.0f} degrees of its turn can be reached"
-        why = reach.why_not(every)
         return Placed(nobody, nobody, np.empty(0), f"{against}; beyond, {why}" if why else against)
     taken = can[spread_rows(points[can], wanted)]
-    held = every.turns_part_from_probe[taken]
+    held = reached.turns_part_from_probe[taken]
     vectors = nobody
     if np.isfinite(held).all():
         vectors = Rotation.from_matrix(held).as_rotvec()
-    return Placed(points[taken], vectors, every.ways_mm[taken])
+    return Placed(points[taken], vectors, reached.ways_mm[taken])
+
+
+def reached_places(points: Float, reached: Reached) -> tuple[NDArray[np.int64], Float]:
+    """Return which places of a free form become targets, and how the probe is held there.
+
+    None do where fewer than `LEAST` can be touched. The second is (n, 3) as `Placed.held`.
+    """
+    can = np.flatnonzero(reached.stage == 0)
+    nobody = np.empty((0, 3))
+    if len(can) < LEAST:
+        return can[:0], nobody
+    can = can[spread_rows(points[can], WANTED)]
+    held = reached.turns_part_from_probe[can]
+    return can, Rotation.from_matrix(held).as_rotvec() if np.isfinite(held).all() else nobody
+
+
+def bore_axis(face: StepFace) -> Float | None:
+    """Return the axis of a surface into which the probe is held along, (3,); None for others."""
+    is_bore = face.inner and face.shape in ("Cylinder", "Cone")
+    return np.array(face.direction) if is_bore else None
+
+
+def in_order(free: Float, wanted: int) -> Float:
+    """Return as many of the free places as are tried for so many targets, the first ones first."""
+    return spread(free, _TRIED[-1] * wanted)
 
 
 def spread(places: Float, count: int) -> Float:

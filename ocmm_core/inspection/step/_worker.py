@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import gc
 import os
+import re
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
@@ -23,8 +25,8 @@ from ocmm_core.inspection.reach import Reach, Setting, make_obstacle
 from ocmm_core.inspection.step._answer import StepAnswer, StepFreeForm, StepSurface
 from ocmm_core.inspection.step._document import StepDocument, read_document
 from ocmm_core.inspection.step._face_order import tolerances_of
-from ocmm_core.inspection.step._free_forms import free_forms_of
-from ocmm_core.inspection.step._joined import bore_axes, surfaces_of
+from ocmm_core.inspection.step._free_forms import free_form_rooms, free_forms_of
+from ocmm_core.inspection.step._joined import bore_axes, rooms_of, surfaces_of
 from ocmm_core.inspection.step._mesh_aside import MeshAside
 from ocmm_core.inspection.step._part import part_of
 from ocmm_core.inspection.step._raw_faces import (
@@ -39,6 +41,9 @@ from ocmm_core.part_model import model_to_bytes
 _MOST_BYTES = 1_500_000_000
 _MOST_ASKED = 1000
 """Faces; of so many the search for attitudes takes up to half a minute."""
+_TOLD_S = 0.03
+_LARGE_COUNT = re.compile(r"of \d{4,}$")
+_NO_DIGITS = str.maketrans("", "", "0123456789")
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,12 +81,16 @@ def read_step(path: str, wanted: Wanted, to: Connection) -> None:
     def tell(answer: StepAnswer) -> None:
         to.send_bytes(msgspec.json.encode(answer, enc_hook=as_numbers))
 
-    doing = "the start of the library"
+    doing, stage, told_s = "the start of the library", "", 0.0
 
     def now(what: str) -> None:
-        nonlocal doing
+        nonlocal doing, stage, told_s
         doing = what
-        tell(StepAnswer(doing=what))
+        words, at = what.translate(_NO_DIGITS), time.monotonic()
+        # Of thousands of faces some are told: who reads along has other work.
+        if words != stage or at - told_s >= _TOLD_S or not _LARGE_COUNT.search(what):
+            stage, told_s = words, at
+            tell(StepAnswer(doing=what))
 
     part = b""
     try:
@@ -144,7 +153,7 @@ def _bounded(wanted: Wanted, faces: int) -> tuple[Wanted, str]:
         return wanted, ""
     remark = (
         f"The model has more than {_MOST_ASKED} faces: whether stylus and body reach the targets "
-        "and cameras see them is not asked, the ball alone is."
+        "and cameras see them is asked for the surfaces that are chosen."
     )
     return replace(wanted, setting=None), remark
 
@@ -158,20 +167,19 @@ def _with_targets(
     doing: Callable[[str], None],
 ) -> tuple[tuple[StepSurface, ...], tuple[StepFreeForm, ...]]:
     """Return surfaces and free forms with targets that can be reached and seen."""
+    # What asks no mesh comes first: the other process makes it meanwhile.
+    radius = 0.5 * wanted.ball_mm
+    rooms = rooms_of(faces, radius, doing)
+    known = frozenset(one.number for one in faces)
+    others = free_form_rooms(document, with_surface, known, radius, doing)
     doing("the mesh to find targets by")
     mesh = aside.mesh()
-    radius = 0.5 * wanted.ball_mm
     reach = None
     if len(mesh.triangles):
         part = make_obstacle(mesh.triangles, mesh.owners, len(with_surface), mesh.deflection_mm)
-        reach = Reach(part, radius, wanted.setting, bore_axes(faces))
-    surfaces = surfaces_of(faces, radius, reach, doing)
-    known = frozenset(one.number for one in faces)
-    return tuple(surfaces), tuple(
-        free_forms_of(
-            document, with_surface, known, radius, reach, mesh.sizes(len(with_surface)), doing
-        )
-    )
+        reach = Reach(part, radius, wanted.setting, bore_axes([one.face for one in faces]))
+    surfaces = surfaces_of(rooms, reach, doing)
+    return tuple(surfaces), tuple(free_forms_of(others, reach, doing))
 
 
 def _be_silent() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -146,4 +147,64 @@ def put_by_operator(path: Path, shape: Any, scale: str, axis3: str, x: float = 0
         f"#90007 = CARTESIAN_POINT('',({x:.1f},0.,0.));\n#90008 = DIRECTION('',({axis3}));"
     )
     path.write_text(text.replace(old.group(), new), encoding="ascii")
+    return path
+
+
+def assembled(path: Path, count: int, links: Sequence[tuple[int, int]]) -> Path:
+    """Write a bored block, product 0, and more products that hold each other.
+
+    Parameters
+    ----------
+    count
+        How many products there are beside the block.
+    links
+        Which product is in which, by their numbers.
+    """
+    text = written(path, bored()).read_text(encoding="ascii")
+
+    def number(pattern: str) -> str:
+        found = re.search(pattern, text)
+        assert found is not None, pattern
+        return found[1]
+
+    context = number(r"#(\d+) = PRODUCT_CONTEXT\(")
+    design = number(r"#(\d+) = PRODUCT_DEFINITION_CONTEXT\(")
+    shape = r"#(\d+) = ADVANCED_BREP_SHAPE_REPRESENTATION"
+    axes = number(r"ADVANCED_BREP_SHAPE_REPRESENTATION\('',\(#(\d+),")
+    units = number(r"ADVANCED_BREP_SHAPE_REPRESENTATION\('',\([#0-9,]*\),#(\d+)\)")
+    definitions, shapes = [number(r"#(\d+) = PRODUCT_DEFINITION\('")], [number(shape)]
+    more = []
+    for one in range(1, count + 1):
+        n = 1_000_000 + 10 * one
+        definitions.append(str(n + 2))
+        shapes.append(str(n + 4))
+        more.append(
+            f"#{n}=PRODUCT('P{one}','P{one}','',(#{context}));\n"
+            f"#{n + 1}=PRODUCT_DEFINITION_FORMATION('','',#{n});\n"
+            f"#{n + 2}=PRODUCT_DEFINITION('design','',#{n + 1},#{design});\n"
+            f"#{n + 3}=PRODUCT_DEFINITION_SHAPE('','',#{n + 2});\n"
+            f"#{n + 4}=SHAPE_REPRESENTATION('',(#{axes}),#{units});\n"
+            f"#{n + 5}=SHAPE_DEFINITION_REPRESENTATION(#{n + 3},#{n + 4});\n"
+        )
+    for place, (child, parent) in enumerate(links):
+        n = 2_000_000 + 10 * place
+        more.append(
+            f"#{n}=NEXT_ASSEMBLY_USAGE_OCCURRENCE('{place}','','',#{definitions[parent]},"
+            f"#{definitions[child]},$);\n"
+            f"#{n + 1}=PRODUCT_DEFINITION_SHAPE('','',#{n});\n"
+            f"#{n + 2}=ITEM_DEFINED_TRANSFORMATION('','',#{axes},#{axes});\n"
+            f"#{n + 3}=(REPRESENTATION_RELATIONSHIP('','',#{shapes[child]},#{shapes[parent]})"
+            f"REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION(#{n + 2})"
+            "SHAPE_REPRESENTATION_RELATIONSHIP());\n"
+            f"#{n + 4}=CONTEXT_DEPENDENT_SHAPE_REPRESENTATION(#{n + 3},#{n + 1});\n"
+        )
+    body, end = text.rsplit("ENDSEC;", 1)
+    path.write_text(f"{body}{''.join(more)}ENDSEC;{end}", encoding="ascii")
+    return path
+
+
+def in_nanometres(path: Path) -> Path:
+    """Write a bored block of 100 nm."""
+    text = written(path, bored()).read_text(encoding="ascii")
+    path.write_text(text.replace(".MILLI.,.METRE.", ".NANO.,.METRE."), encoding="ascii")
     return path

@@ -237,8 +237,18 @@ def test_the_copy_of_the_reader_makes_what_the_reader_itself_makes(tmp_path: Pat
     np.testing.assert_array_equal(one.owners, other.owners)
     assert one.deflection_mm == other.deflection_mm
     assert part == same
-    sizes = one.sizes(len(faces) + 1)
-    # Whole faces, and one that has no triangle.
-    assert sizes[-1] == 0.0
-    assert sizes[:-1].min() > 10.0
-    assert sizes.max() < np.linalg.norm([100.0, 60.0, 60.0])
+
+
+def test_the_size_of_a_face_is_that_of_the_box_about_it() -> None:
+    needs_package("OCP", "the extra 'step'")
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
+
+    from ocmm_core.inspection.step._free_forms import box_size
+
+    plane = gp_Pln(gp_Pnt(0.0, 0.0, 0.0), gp_Dir(0.0, 0.0, 1.0))
+    face = BRepBuilderAPI_MakeFace(plane, 0.0, 30.0, 0.0, 40.0).Face()
+    # The box is larger by the tolerance of edges and corners, 1e-7 mm.
+    assert box_size(face) == pytest.approx(50.0, abs=1e-5)
+    # What has no end is none of a part.
+    assert box_size(BRepBuilderAPI_MakeFace(plane).Face()) < 1e-3

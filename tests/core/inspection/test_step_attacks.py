@@ -5,6 +5,7 @@ All of it needs the extra ``step``.
 
 from __future__ import annotations
 
+import multiprocessing
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,10 +16,12 @@ import pytest
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import Shape
 from ocmm_core.inspection.plan import NAME_PATTERN, add_feature, load_plan, new_plan, save_plan
-from ocmm_core.inspection.step import StepModel, read_model
+from ocmm_core.inspection.step import StepModel, read_model, read_part
 from tests.core.inspection.odd_step_models import (
     HOSTILE_NAMES,
+    assembled,
     bored,
+    in_nanometres,
     mirrored,
     named,
     open_box,
@@ -28,7 +31,7 @@ from tests.core.inspection.odd_step_models import (
     two_solids,
 )
 from tests.core.inspection.step_models import _moved as moved
-from tests.core.inspection.step_models import off_mm, written
+from tests.core.inspection.step_models import block, off_mm, written
 from tests.host import needs_package
 
 pytestmark = pytest.mark.usefixtures("kept_readers")
@@ -131,6 +134,65 @@ def test_a_part_that_lies_too_far_from_its_origin_is_told_as_one(tmp_path: Path)
     assert "origin at the part" in refused.value.remedy
     # Without its picture it can be measured.
     assert len(read_model(path).features) == 7
+
+
+@pytest.mark.parametrize(
+    "links",
+    [
+        pytest.param([(n, n + 1) for n in range(2000)], id="nested 2000 deep"),
+        pytest.param([(0, 1), (1, 2), (2, 1)], id="in a circle"),
+        pytest.param([(0, 1), (1, 1)], id="in itself"),
+    ],
+)
+def test_an_assembly_without_end_is_a_part_or_a_sentence(
+    links: list[tuple[int, int]], tmp_path: Path, record_property: Callable[[str, object], None]
+) -> None:
+    needs_package("OCP", "the extra 'step'")
+    path = assembled(tmp_path / "links.step", max(max(one) for one in links), links)
+    refused = None
+    try:
+        model = read_model(path, with_part=True)
+    except InputError as error:
+        refused = error
+    if refused is None:
+        assert _bores(model) == [(12.0, "inner")]
+    else:
+        assert str(path) in refused.what
+        assert refused.remedy
+    record_property("became", "a part" if refused is None else refused.what)
+    assert multiprocessing.active_children() == []
+
+
+def test_an_assembly_of_assemblies_is_the_part_in_it(tmp_path: Path) -> None:
+    # Such files are as good as any: it is the number that makes them hostile.
+    needs_package("OCP", "the extra 'step'")
+    path = assembled(tmp_path / "three.step", 3, [(0, 1), (1, 2), (2, 3)])
+    assert _bores(read_model(path)) == [(12.0, "inner")]
+
+
+def test_a_part_in_nanometres_is_told_as_none(tmp_path: Path) -> None:
+    needs_package("OCP", "the extra 'step'")
+    path = in_nanometres(tmp_path / "none.step")
+    with pytest.raises(InputError) as refused:
+        read_model(path, with_part=True)
+    assert str(path) in refused.value.what
+    assert refused.value.remedy
+    assert multiprocessing.active_children() == []
+
+
+def test_a_file_that_is_replaced_while_it_is_read_is_refused(tmp_path: Path) -> None:
+    needs_package("OCP", "the extra 'step'")
+    path = written(tmp_path / "a.step", bored())
+    other = written(tmp_path / "b.step", block()).read_bytes()
+
+    def replaced(_: str) -> None:
+        path.write_bytes(other)
+
+    # Kept by the hash of one, it would be shown as that for good.
+    with pytest.raises(InputError, match="changed while it was read") as refused:
+        read_part(path, progress=replaced)
+    assert refused.value.remedy == "Import it again."
+    assert read_part(path).faces
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import re
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from ocmm_core.inspection.evaluation import places_of
 from ocmm_core.inspection.plan import add_feature, load_plan, new_plan, save_plan
 from ocmm_core.inspection.step import read_model
 from ocmm_core.inspection.step._answer import StepFace
-from ocmm_core.inspection.step._joined import EDGE_MM, surfaces_of
+from ocmm_core.inspection.step._joined import EDGE_MM, rooms_of, surfaces_of
 from ocmm_core.inspection.step._raw_faces import RawFace, Rim
 
 BALL_MM = 6.0
@@ -40,7 +41,7 @@ def round_face(low: float, high: float, first_deg: float, last_deg: float) -> Ra
 
 def found(*faces: RawFace) -> list[tuple[float, float, bool]]:
     """Return from where to where the surfaces of faces reach, and whether they can be probed."""
-    surfaces = surfaces_of(faces, 0.5 * BALL_MM)
+    surfaces = surfaces_of(rooms_of(faces, 0.5 * BALL_MM))
     return [(one.face.low, one.face.high, not one.against) for one in surfaces]
 
 
@@ -69,10 +70,10 @@ def test_fillets_are_left_out_also_where_several_lie_on_one_axis() -> None:
 def test_a_ball_needs_room() -> None:
     # 8 mm from edge to edge: a ball of 6 mm keeps 4 mm from each, so nothing is left.
     narrow = round_face(0, 7.9, 0, 360)
-    (surface,) = surfaces_of([narrow], 3.0)
+    (surface,) = surfaces_of(rooms_of([narrow], 3.0))
     assert "a ball of 6 mm has no room" in surface.against
     assert surface.targets == ()
-    (surface,) = surfaces_of([round_face(0, 40, 0, 360)], 10.5)
+    (surface,) = surfaces_of(rooms_of([round_face(0, 40, 0, 360)], 10.5))
     assert "does not fit" in surface.against
 
 
@@ -94,19 +95,21 @@ def test_no_target_is_so_near_to_the_tip_of_a_drilled_hole_that_the_ball_touches
     half_deg: float,
 ) -> None:
     half = np.radians(half_deg)
-    (surface,) = surfaces_of([drilled_end(half_deg, 15.0)], 3.0)
+    (surface,) = surfaces_of(rooms_of([drilled_end(half_deg, 15.0)], 3.0))
     points = np.array(surface.targets)
     from_axis = np.linalg.norm(points[:, :2], axis=1)
     assert len(points) == 2 * Shape.CONE.spec.usual_points
     # Centre of the ball: along the normal, which leads to the axis.
     assert (from_axis - 3.0 * np.cos(half)).min() >= EDGE_MM - 1e-9
     # The whole end is narrower: the ball would touch all round its rim.
-    (surface,) = surfaces_of([drilled_end(half_deg, 3.0 * np.cos(half) + 0.9)], 3.0)
+    (surface,) = surfaces_of(rooms_of([drilled_end(half_deg, 3.0 * np.cos(half) + 0.9)], 3.0))
     assert "no room for" in surface.against
 
 
 def test_targets_are_far_from_edges_and_from_each_other() -> None:
-    (surface,) = surfaces_of([round_face(0, 60, 0, 180), round_face(0, 60, 180, 360)], 3.0)
+    (surface,) = surfaces_of(
+        rooms_of([round_face(0, 60, 0, 180), round_face(0, 60, 180, 360)], 3.0)
+    )
     points = np.array(surface.targets)
     assert len(points) == 2 * Shape.CYLINDER.spec.usual_points
     assert points[:, 2].min() >= 3.0 + EDGE_MM
@@ -189,6 +192,21 @@ def test_reading_a_model_can_be_given_up(tmp_path: Path, monkeypatch: pytest.Mon
     with pytest.raises(InputError, match="cancelled"):
         read_model(path, given_up=given_up)
     assert multiprocessing.active_children() == []
+
+
+def test_a_reader_that_says_nothing_is_told_of_every_second(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "OCP.py").write_text("import time\ntime.sleep(600)\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    path = tmp_path / "a.step"
+    path.write_text("ISO-10303-21;\n")
+    told: list[str] = []
+    with pytest.raises(InputError, match="cancelled"):
+        read_model(path, given_up=lambda: len(told) >= 3, progress=told.append)
+    # The first words of the reader itself may be among them.
+    waits = [what for what in told if re.search(r" \(\d+ s\)$", what)]
+    assert len(waits) >= 2
 
 
 @pytest.mark.parametrize(
