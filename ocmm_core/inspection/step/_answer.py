@@ -8,6 +8,8 @@ from ocmm_core.inspection.pmi import Pmi
 from ocmm_core.part_model import NominalFace
 
 Triple = tuple[float, float, float]
+OPEN = "its edges do not go round"
+"""Stands against a face of which nobody knows what is inside."""
 
 
 class StepFace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -18,7 +18,7 @@ from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.reach import Reach
 from ocmm_core.inspection.step import _place_kernel as kernel
-from ocmm_core.inspection.step._answer import StepFace, StepSurface
+from ocmm_core.inspection.step._answer import OPEN, StepFace, StepSurface
 from ocmm_core.inspection.step._placed import bore_axis, in_order, placed
 from ocmm_core.inspection.step._raw_faces import RawFace, Rim, stretches_of
 
@@ -207,7 +207,8 @@ def _room(group: Sequence[RawFace], hollow: Sequence[Sequence[Float]], ball_radi
     numbers = tuple(one.number for one in group)
     places = np.concatenate([one.places for one in group])
     wanted = Shape(face.shape).spec.usual_points
-    against = _against(face, places, ball_radius)
+    is_closed = all(one.is_closed for one in group)
+    against = _against(face, places, ball_radius) if is_closed else OPEN
     if against:
         return Room(face, numbers, np.empty((0, 3)), against)
     places = places[_ball_fits(face, places, ball_radius)]

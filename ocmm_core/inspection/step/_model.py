@@ -13,7 +13,7 @@ import numpy as np
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.pmi import Pmi
 from ocmm_core.inspection.reach import Setting
-from ocmm_core.inspection.step._answer import StepAnswer, StepFace, StepSurface, Triple
+from ocmm_core.inspection.step._answer import OPEN, StepAnswer, StepFace, StepSurface, Triple
 from ocmm_core.inspection.step._asking import REMEDY, Asking, ask, step_error
 from ocmm_core.inspection.step._names import feature_names
 from ocmm_core.inspection.step._profiled import NOT_EXACT, FreeForm, free_forms_of
@@ -232,7 +232,9 @@ def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:
         (why, often), *_ = reasons.most_common(1)
         return (
             f"none of its {whole} surfaces can be probed; most often ({often} of them), {why}",
-            "Check the unit of the model, or choose a smaller ball.",
+            "Check the unit of the model, or choose a smaller ball."
+            if why != OPEN
+            else "Have the model repaired where it was designed, and export it again.",
         )
     return (
         f"it has {count} surfaces that can be probed (planes, cylinders, cones, spheres, "

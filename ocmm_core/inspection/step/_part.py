@@ -22,7 +22,11 @@ from ocmm_core.inspection.step._library import (
     triangulation,
     vector,
 )
-from ocmm_core.inspection.step._raw_faces import UnusableModelError, faces_with_surface
+from ocmm_core.inspection.step._raw_faces import (
+    UnusableModelError,
+    faces_with_surface,
+    go_round,
+)
 from ocmm_core.inspection.step._solid_mesh import RawMesh, motion_of, raw_meshes
 from ocmm_core.inspection.step._surface_splines import MappedSurface, surface_of
 from ocmm_core.part_model import (
@@ -311,7 +315,7 @@ def _mapped(surface: Any, loops: Sequence[Float]) -> MappedSurface | None:
 
 
 def _loops(face: Any, surface: Any, steps: EdgeSteps) -> list[Float]:
-    """Return the outlines of a face in the parameters of the library, each (n, 2)."""
+    """Return the outlines (n, 2) of a face in the parameters of the library; none if one gapes."""
     loops = []
     for wire in explored(face, "WIRE"):
         pieces = [
@@ -319,6 +323,9 @@ def _loops(face: Any, surface: Any, steps: EdgeSteps) -> list[Float]:
             for edge in explored(wire, "EDGE")
             if (piece := _piece(edge, face, steps)) is not None
         ]
+        ends = [vector(surface.Value(*place)) for one in pieces for place in one[[0, -1]].tolist()]
+        if not go_round(np.array(ends).reshape(-1, 2, 3)):
+            return []
         loop = _chained(pieces)
         if len(loop) >= 3:
             loops.append(loop)

@@ -10,6 +10,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.step import _surface_kernel as kernel
@@ -27,6 +30,8 @@ from ocmm_core.inspection.step._surface_places import surface_numbers
 
 _DEFLECTION_MM = 0.02
 """A shorter edge is a tip or a pole."""
+_GAP_MM = 0.1
+"""What careless exporters leave between edges; it moves no target to where nothing is."""
 
 
 class UnusableModelError(ValueError):
@@ -67,12 +72,15 @@ class RawFace:
         Its edges; seams of the surface itself stand twice.
     number
         Of the face among those with a surface, from 1.
+    is_closed
+        Whether its edges go round without a gap; nobody knows what lies inside of others.
     """
 
     face: StepFace
     places: Float
     rims: tuple[Rim, ...]
     number: int = 0
+    is_closed: bool = True
 
 
 def as_numbers(number: Any) -> float:
@@ -167,7 +175,8 @@ def _raw_face(face: Any, number: int, steps: EdgeSteps) -> tuple[str, RawFace | 
         return kind, None
     _check(as_said)
     rims, places = _edges(face, surface_numbers(surface), reverse, steps)
-    return kind, RawFace(as_said, places, rims, number)
+    ends = np.array([(rim.line[0], rim.line[-1]) for rim in rims]).reshape(-1, 2, 3)
+    return kind, RawFace(as_said, places, rims, number, go_round(ends))
 
 
 def _check(face: StepFace) -> None:
@@ -239,6 +248,21 @@ def rims_of(
         for row, length in enumerate(lengths.tolist())
         if length >= _DEFLECTION_MM
     )
+
+
+def go_round(ends: Float) -> bool:
+    """Return whether edges with such ends (n, 2, 3), mm, leave no gap: at a corner two meet."""
+    loose = ends[np.abs(ends[:, 0] - ends[:, 1]).max(axis=1) > _GAP_MM].reshape(-1, 3)
+    if not len(loose):
+        return True
+    tree = cKDTree(loose)
+    if not np.any(tree.query_ball_point(loose, _GAP_MM, return_length=True) % 2):
+        return True
+    # Edges that are hardly longer than a gap: what is near what is near belongs to the corner.
+    near = tree.query_pairs(_GAP_MM, output_type="ndarray")
+    links = coo_array((np.ones(len(near)), (near[:, 0], near[:, 1])), shape=(len(loose),) * 2)
+    _, corner = connected_components(links, directed=False)
+    return not np.any(np.bincount(corner) % 2)
 
 
 def stretches_of(line: Float) -> Float:

@@ -208,3 +208,12 @@ def in_nanometres(path: Path) -> Path:
     text = written(path, bored()).read_text(encoding="ascii")
     path.write_text(text.replace(".MILLI.,.METRE.", ".NANO.,.METRE."), encoding="ascii")
     return path
+
+
+def with_open_outlines(source: Path, path: Path) -> Path:
+    """Write a file again with every loop of several edges cut to its first one."""
+    text = source.read_text(encoding="ascii")
+    cut, count = re.subn(r"(EDGE_LOOP\(\s*'[^']*',\s*\(\s*#\d+)\s*(?:,\s*#\d+\s*)+\)", r"\1)", text)
+    assert count
+    path.write_text(cut, encoding="ascii")
+    return path

@@ -6,6 +6,7 @@ All of it needs the extra ``step``.
 from __future__ import annotations
 
 import multiprocessing
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,7 @@ from tests.core.inspection.odd_step_models import (
     shell,
     together,
     two_solids,
+    with_open_outlines,
 )
 from tests.core.inspection.step_models import _moved as moved
 from tests.core.inspection.step_models import block, off_mm, written
@@ -213,3 +215,19 @@ def test_a_file_that_ends_anywhere_is_refused_with_a_sentence(
         assert error.value.remedy
         refused += 1
     record_property("cut files refused", f"{refused} of {cuts}")
+
+
+def test_a_face_whose_edges_do_not_go_round_gets_no_target(tmp_path: Path) -> None:
+    whole = written(tmp_path / "whole.stp", bored())
+    path = with_open_outlines(whole, tmp_path / "open.stp")
+    with pytest.raises(InputError, match=r"\(6 of them\), its edges do not go round") as refused:
+        read_model(path)
+    assert "repaired" in refused.value.remedy
+    # One face that is whole and the others as they were: it alone is offered.
+    text = whole.read_text(encoding="ascii")
+    loops = [one for one in re.findall(r"EDGE_LOOP\([^;]*", text) if one.count("#") > 1]
+    half = tmp_path / "half.stp"
+    half.write_text(text.replace(loops[0], re.sub(r"(\(#\d+),[^;]*", r"\1))", loops[0])), "ascii")
+    model = read_model(half)
+    assert [one.why for one in model.left_out] == ["its edges do not go round"]
+    assert len(model.features) == 6
