@@ -190,7 +190,7 @@ class ArtefactSheet(WorkSheet):
                 self.form.clear()
             self.open()
 
-        self._do(add, done, tr("The register"))
+        self._do(add, done, "The register")
 
     def edit(self) -> None:
         """Fill in the selected artefact."""
@@ -221,7 +221,7 @@ class ArtefactSheet(WorkSheet):
         def fail(error: Exception) -> None:
             self._doing -= 1
             self.say(tr("Failed; the previous result is still shown."))
-            self.failed.emit(contained(error, reading, tr("Nothing was changed.")))
+            self.failed.emit(contained(error, reading, "Nothing was changed."))
 
         self._register.do(call, finish, fail)
 
@@ -241,7 +241,7 @@ class ArtefactSheet(WorkSheet):
                 self._entries, self._refused = found
                 self._show_register()
 
-        self._do(read, done, tr("The register"))
+        self._do(read, done, "The register")
 
     def _show_register(self) -> None:
         self.table.setRowCount(len(self._entries))
@@ -286,7 +286,7 @@ class ArtefactSheet(WorkSheet):
             self.open()
 
         self._do(
-            lambda: self._bench.artefacts().remove(entry.id, who, now), done, tr("The register")
+            lambda: self._bench.artefacts().remove(entry.id, who, now), done, "The register"
         )
 
     def _show(self, answer: object) -> None:

@@ -113,7 +113,7 @@ class AcceptanceDesk(GuidedStack):
         def failed(error: Exception) -> None:
             if asked == self._asked:
                 self.start.ask((), self._proposals(), first)
-                self._tell_failure(error, tr("The procedures"))
+                self._tell_failure(error, "The procedures")
                 self._read_unfinished(now, asked)
 
         self._lists.do(lambda: self.bench.procedures(now), done, failed)
@@ -126,7 +126,7 @@ class AcceptanceDesk(GuidedStack):
 
     def _tell_failure(self, error: Exception, reading: str) -> None:
         """Show on the first page why something could not be read."""
-        told = contained(error, reading, tr("Nothing was changed."))
+        told = contained(error, reading, "Nothing was changed.")
         self.start.show_trouble(said(f"{told.what} {told.remedy}"))
 
     def _read_unfinished(self, now: datetime, asked: int) -> None:
@@ -139,7 +139,7 @@ class AcceptanceDesk(GuidedStack):
         def failed(error: Exception) -> None:
             if asked == self._asked:
                 self.start.show_unfinished(())
-                self._tell_failure(error, tr("Unfinished tests"))
+                self._tell_failure(error, "Unfinished tests")
 
         self._lists.do(lambda: self.bench.unfinished(now), done, failed)
 
@@ -178,7 +178,7 @@ class AcceptanceDesk(GuidedStack):
         def failed(error: Exception) -> None:
             if chosen == self._chosen:
                 self.start.show_artefacts((), limits_text(offer))
-                self._tell_failure(error, tr("The artefacts"))
+                self._tell_failure(error, "The artefacts")
 
         self._lists.do(read, done, failed)
 
@@ -242,7 +242,7 @@ class AcceptanceDesk(GuidedStack):
         def failed(error: Exception) -> None:
             self._making = False
             self.start.show_starting("")
-            told = contained(error, tr("The test"), tr("Nothing was changed."))
+            told = contained(error, "The test", "Nothing was changed.")
             self.start.show_trouble(said(f"{told.what} {told.remedy}".strip()))
 
         self._lists.do(make, done, failed)

@@ -107,7 +107,7 @@ class TestsPage(QWidget):
             self.chart.show_chart(made.chart)
 
     def _show_failure(self, error: Exception) -> None:
-        told = contained(error, tr("The list of tests"), tr("Nothing was changed."))
+        told = contained(error, "The list of tests", "Nothing was changed.")
         self._shown = ()
         self.table.setRowCount(0)
         self.about.setText(said(f"{told.what} {told.remedy}"))

@@ -90,7 +90,7 @@ class ResultTable(DataTable):
             verdict = f"{VERDICT_SIGNS[result.verdict]}  {said_word(result.verdict.value)}"
             words = (
                 result.name,
-                f"{result.kind} {' – '.join(result.features)}",
+                f"{said_word(result.kind)} {' – '.join(result.features)}",
                 quantity(result, result.nominal),
                 quantity(result, result.measured),
                 quantity(result, result.deviation, signed=True),

@@ -248,10 +248,6 @@
         <translation>Gespeichert: {id}, fällig {due}.</translation>
     </message>
     <message>
-        <source>The register</source>
-        <translation>Das Register</translation>
-    </message>
-    <message>
         <source>Remove {id} from the register?</source>
         <translation>{id} aus dem Verzeichnis entfernen?</translation>
     </message>
@@ -299,10 +295,6 @@
         <translation>Urteil gespeichert. P schreibt das Zertifikat.</translation>
     </message>
     <message>
-        <source>The procedures</source>
-        <translation>Die Verfahren</translation>
-    </message>
-    <message>
         <source>Unfinished tests</source>
         <translation>Unfertige Prüfungen</translation>
     </message>
@@ -311,16 +303,8 @@
         <translation>Nichts wurde geändert.</translation>
     </message>
     <message>
-        <source>The artefacts</source>
-        <translation>Die Prüfkörper</translation>
-    </message>
-    <message>
         <source>Preparing the test</source>
         <translation>Die Prüfung wird vorbereitet</translation>
-    </message>
-    <message>
-        <source>The test</source>
-        <translation>Die Prüfung</translation>
     </message>
     <message>
         <source>Retest</source>
@@ -908,10 +892,6 @@
     <message>
         <source>Reading the tests</source>
         <translation>Prüfungen werden gelesen</translation>
-    </message>
-    <message>
-        <source>The list of tests</source>
-        <translation>Liste der Prüfungen</translation>
     </message>
     <message numerus="yes">
         <source>%n tests</source>
@@ -6560,7 +6540,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>known within their uncertainty</source>
-        <translation>bekannt innerhalb ihrer Unsicherheit</translation>
+        <translation>bekannt bis auf die Unsicherheit</translation>
     </message>
     <message>
         <source>known exactly</source>
