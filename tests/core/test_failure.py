@@ -117,7 +117,8 @@ def _parts(tree: ast.AST) -> Iterator[ast.expr]:
             place = places.get(called)
             if place is not None and len(call.args) > place:
                 yield call.args[place]
-            yield from (one.value for one in call.keywords if one.arg in ("named", "part"))
+            if called != "format":
+                yield from (one.value for one in call.keywords if one.arg in ("named", "part"))
 
 
 def test_the_log_names_what_failed_in_english_whatever_the_language() -> None:
