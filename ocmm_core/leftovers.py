@@ -29,6 +29,8 @@ _log = logging.getLogger(__name__)
 _MARK = r"\.ocmm-[0-9a-f]{6}\.tmp"
 _BEING_WRITTEN = re.compile(rf"\..*{_MARK}")
 _SCRATCH = "ocmm-scratch-"
+_TRIES = 10
+"""Others clear at their start; that one does so each time a folder is made is no accident."""
 
 
 def hold(descriptor: int, path: Path) -> bool:
@@ -76,10 +78,9 @@ def scratch_folder(what: str) -> Iterator[Path]:
     """
     while True:
         folder = Path(tempfile.mkdtemp(prefix=f"{_SCRATCH}{what}-"))
-        descriptor = HOST.open_to_lock(folder)
-        if hold(descriptor, folder):
+        descriptor = _held(folder)
+        if descriptor is not None:
             break
-        os.close(descriptor)
     try:
         yield folder
     finally:
@@ -100,9 +101,27 @@ def keep_folder(folder: Path) -> bool:
     OSError
         There is no place for it.
     """
-    folder.mkdir(mode=0o700)
-    # Never closed: the end of the process does that.
-    return hold(HOST.open_to_lock(folder), folder)
+    for _ in range(_TRIES):
+        folder.mkdir(mode=0o700)
+        # Never closed: the end of the process does that.
+        if _held(folder) is not None:
+            return True
+        if folder.exists():
+            # Somebody else's by now, or on its way out.
+            return False
+    return False
+
+
+def _held(folder: Path) -> int | None:
+    """Return what holds a folder that was just made; None where it was taken for a leftover."""
+    try:
+        descriptor = HOST.open_to_lock(folder)
+    except FileNotFoundError:
+        return None
+    if hold(descriptor, folder):
+        return descriptor
+    os.close(descriptor)
+    return None
 
 
 def clear_leftovers(folders: Iterable[Path]) -> int:

@@ -285,9 +285,7 @@ class ArtefactSheet(WorkSheet):
             self.told.emit(tr("Removed: {id}. Its lines stay in the file.").format(id=entry.id))
             self.open()
 
-        self._do(
-            lambda: self._bench.artefacts().remove(entry.id, who, now), done, "The register"
-        )
+        self._do(lambda: self._bench.artefacts().remove(entry.id, who, now), done, "The register")
 
     def _show(self, answer: object) -> None:
         if isinstance(answer, dict):

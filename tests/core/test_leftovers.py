@@ -19,7 +19,13 @@ from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.documents import write_atomic, write_new
 from ocmm_core.export import write_together
 from ocmm_core.host import HOST
-from ocmm_core.leftovers import clear_leftovers, hold, keep_folder, scratch_path
+from ocmm_core.leftovers import (
+    clear_leftovers,
+    hold,
+    keep_folder,
+    scratch_folder,
+    scratch_path,
+)
 from tests.host import HANG_S
 
 _REPOSITORY = Path(__file__).resolve().parents[2]
@@ -191,3 +197,27 @@ def test_a_sync_that_fails_is_not_tried_again(
         assert len(synced) == 1
         assert path.read_bytes() == b"before"
         assert [item.name for item in tmp_path.iterdir()] == ["a"]
+
+
+@pytest.mark.parametrize("make", ["scratch", "keep"])
+def test_a_folder_that_is_cleared_before_it_can_be_locked_is_made_again(
+    make: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    open_to_lock = type(HOST).open_to_lock
+    cleared: list[int] = []
+
+    def once_cleared(self: object, folder: Path) -> int:
+        if not cleared:
+            cleared.append(clear_leftovers(()))
+        return open_to_lock(HOST, folder)
+
+    monkeypatch.setattr(type(HOST), "open_to_lock", once_cleared)
+    if make == "keep":
+        folder = scratch_path("side")
+        assert keep_folder(folder)
+        assert folder.is_dir()
+    else:
+        with scratch_folder("side") as folder:
+            assert folder.is_dir()
+    assert cleared == [1]
+    assert clear_leftovers(()) == 0

@@ -14,14 +14,14 @@ from ocmm_core.composition import compile_all
 from ocmm_core.documents import resource
 from tests import compile_log
 from tests.host import HANG_S
-from tests.slow_rig import slow_rig_in
+from tests.slow_rig import SLOW_HZ, slow_rig_in
 
 pytestmark = pytest.mark.slow
 
 _PLAN = f"--plan {resource('plans', 'quick.toml')}"
 _COMMANDS = (
     f"ocmm demo --headless {_PLAN} --out first",
-    f"ocmm measure {_PLAN} --rig slow_rig.toml --out second --seed 4",
+    f"ocmm measure {_PLAN} --rig rig_{SLOW_HZ}_hz.toml --out second --seed 4",
     "ocmm report first/*.ocmm --format all --out again",
     "ocmm compare first/*.ocmm second/*.ocmm",
     "ocmm fit points.txt --shape sphere",

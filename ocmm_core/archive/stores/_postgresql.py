@@ -12,9 +12,11 @@ import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
-from datetime import datetime
+from datetime import date, datetime, timedelta
+from datetime import time as clock_time
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
+from uuid import UUID
 
 from ocmm_core import __version__
 from ocmm_core.archive.stores._address import PostgresAddress
@@ -214,11 +216,18 @@ class PostgresArchive(SqlArchive):
         """Return a row; a sum of whole numbers is one, whatever PostgreSQL makes of it."""
         if all(cell is None or type(cell) in _CELLS for cell in row):
             return row
-        found = [self._whole(cell) if isinstance(cell, Decimal) else cell for cell in row]
+        found = [self._plain(cell) for cell in row]
         for cell in found:
             if cell is not None and not isinstance(cell, _CELLS):
                 raise not_understood(self.place, f"a {type(cell).__name__}")
         return tuple(found)
+
+    def _plain(self, cell: Any) -> Any:
+        if isinstance(cell, Decimal):
+            return self._whole(cell)
+        if isinstance(cell, date | clock_time):
+            return cell.isoformat()
+        return str(cell) if isinstance(cell, timedelta | UUID) else cell
 
     def _whole(self, number: Decimal) -> int:
         if not number.is_finite() or number != number.to_integral_value():

@@ -38,6 +38,8 @@ _NO_SENTENCE = {
     "All points taken are saved in the job file.", "The command", "The doctor of a station",
     "which is not a camera bus", "whose bus is private", "the drawing program ended",
     "no answer: end of input", "stopped by the operator",
+    # What failed, in the log.
+    "The reading of {name}", "The measurement with seed {seed}",
     # Why a calibration was accepted: its signed history is read by everybody.
     "calibrated from known points",
     # Files, and the name of a source that goes into one.
