@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from tests.gui.conftest import Bench
 
 BALL_RADIUS_MM = 3.0
+_CLICKS = 4
 _SAME_MM = 2.0
 """A pixel is 0.7 mm of the part; what lies before a place is farther off than this."""
 
@@ -69,10 +70,9 @@ class Mouse:
         QTest.mouseClick(self.view, Qt.MouseButton.LeftButton, pos=spot)
 
     def click(self, place: Float, normal: Float) -> None:
-        """Click where the ball is to touch, and wait for the point."""
+        """Click where the ball is to touch, again where frames of a busy computer are missing."""
         self.wanted += 1
-        self.press(place, normal)
-        self.qtbot.waitUntil(lambda: self.points() >= self.wanted, timeout=HANG_MS)
+        assert any(self.tries(place, normal) for _ in range(_CLICKS))
 
     def tries(self, place: Float, normal: Float) -> bool:
         """Click there and wait until the touch is made; return whether a point came of it."""
