@@ -209,11 +209,8 @@ class Master:
             How many bytes it has at most.
         """
         device = self._devices[position]
-        return self._calls.call(
-            position,
-            name,
-            index,
-            lambda: _unless_refused(lambda: bytes(device.sdo_read(index, sub, room)), name, index),
+        return self._transfer(
+            position, name, index, lambda: bytes(device.sdo_read(index, sub, room))
         )
 
     def write_object(self, position: int, name: str, index: int, sub: int, value: bytes) -> None:
@@ -224,7 +221,10 @@ class Master:
             device.sdo_write(index, sub, value)
             return b""
 
-        self._calls.call(position, name, index, lambda: _unless_refused(write, name, index))
+        self._transfer(position, name, index, write)
+
+    def _transfer(self, position: int, name: str, index: int, action: Callable[[], bytes]) -> bytes:
+        return self._calls.call(position, name, index, lambda: _unless_refused(action, name, index))
 
     def read_register(self, position: int, name: str, address: int, length: int) -> bytes:
         """Return registers of a device's controller; ``name`` is for messages."""

@@ -72,15 +72,18 @@ class RawFace:
         Its edges; seams of the surface itself stand twice.
     number
         Of the face among those with a surface, from 1.
-    is_closed
-        Whether its edges go round without a gap; nobody knows what lies inside of others.
     """
 
     face: StepFace
     places: Float
     rims: tuple[Rim, ...]
     number: int = 0
-    is_closed: bool = True
+
+    @property
+    def is_closed(self) -> bool:
+        """Return whether its edges go round without a gap; what is inside of others is unknown."""
+        ends = np.array([(rim.line[0], rim.line[-1]) for rim in self.rims])
+        return go_round(ends.reshape(-1, 2, 3))
 
 
 def as_numbers(number: Any) -> float:
@@ -175,8 +178,7 @@ def _raw_face(face: Any, number: int, steps: EdgeSteps) -> tuple[str, RawFace | 
         return kind, None
     _check(as_said)
     rims, places = _edges(face, surface_numbers(surface), reverse, steps)
-    ends = np.array([(rim.line[0], rim.line[-1]) for rim in rims]).reshape(-1, 2, 3)
-    return kind, RawFace(as_said, places, rims, number, go_round(ends))
+    return kind, RawFace(as_said, places, rims, number)
 
 
 def _check(face: StepFace) -> None:
