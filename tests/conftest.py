@@ -14,6 +14,7 @@ import multiprocessing
 import os
 import signal
 import sys
+import tempfile
 import threading
 import time
 import traceback
@@ -71,7 +72,16 @@ def pytest_configure(config: pytest.Config) -> None:
         start(self)
 
     threading.Thread.start = start_and_remember  # type: ignore[method-assign] # the only way to learn the line
-    sys.addaudithook(_remember_ring)
+    # An audit hook would be asked at every import, file and attribute of all tests, for seconds.
+    make = tempfile.mkstemp
+
+    def make_and_remember(*arguments: Any, **named: Any) -> tuple[int, Any]:
+        made = make(*arguments, **named)
+        if Path(os.fsdecode(made[1])).name.startswith("ocmm-ring-"):
+            _rings_made.add(Path(os.fsdecode(made[1])))
+        return made
+
+    tempfile.mkstemp = make_and_remember
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
 
@@ -84,11 +94,6 @@ def pytest_collection_finish() -> None:
     """
     gc.collect()
     gc.freeze()
-
-
-def _remember_ring(event: str, arguments: tuple[Any, ...]) -> None:
-    if event == "tempfile.mkstemp" and Path(str(arguments[0])).name.startswith("ocmm-ring-"):
-        _rings_made.add(Path(str(arguments[0])))
 
 
 @pytest.hookimpl(wrapper=True)

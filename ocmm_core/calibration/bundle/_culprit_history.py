@@ -161,31 +161,27 @@ class BlockHistory:
         profiles
             (p, b): how much of the change each block saw.
         """
+        # Some hundred moments of a dozen suspects: all profiles at once.
         by = self.normals @ columns
         own = np.einsum("km,bkn->bmn", columns, by, optimize=True)
-        pulls = self.gradients @ columns
+        across = np.tensordot(profiles, by, axes=1)
+        alone = np.tensordot(profiles**2, own, axes=1)
+        inner = alone - across.swapaxes(1, 2) @ (self.covariance @ across)
         still = self.covariance @ self.rest
-        found = []
-        for profile in profiles:
-            across = np.tensordot(profile, by, axes=1)
-            alone = np.tensordot(profile**2, own, axes=1)
-            inner = alone - across.T @ self.covariance @ across
-            found.append(_score(inner, across.T @ still - profile @ pulls, np.diag(alone)))
-        return tuple(found)
+        pulls = across.swapaxes(1, 2) @ still - profiles @ (self.gradients @ columns)
+        return _scores(inner, pulls, alone.diagonal(axis1=1, axis2=2))
 
     def scatter(self, columns: Float, profile: Float, size: Float) -> float:
         """Return how much the blocks scatter about a change, see `ChangeScore`."""
         # What the change moves the common unknowns by is taken off all blocks.
         across = np.tensordot(profile, self.normals @ columns, axes=1)
         common = -self.covariance @ (self.rest + across @ size)
-        squares, dofs = [], []
-        for normal, gradient, share in zip(self.normals, self.gradients, profile, strict=True):
-            off = columns.T @ (gradient + normal @ (common + columns @ size * share))
-            own = columns.T @ normal @ columns
-            one = _score(own, off, np.diag(own))
-            if one.dof:
-                squares.append(one.score)
-                dofs.append(one.dof)
+        moved = common + np.multiply.outer(profile, columns @ size)
+        off = (self.gradients + np.einsum("bkl,bl->bk", self.normals, moved)) @ columns
+        own = np.einsum("km,bkn->bmn", columns, self.normals @ columns, optimize=True)
+        found = _scores(own, off, own.diagonal(axis1=1, axis2=2))
+        squares = [one.score for one in found if one.dof]
+        dofs = [one.dof for one in found if one.dof]
         if len(squares) < _LEAST_BLOCKS:
             return 1.0
         usual = float(np.median(chdtri(np.array(dofs, dtype=np.float64), 0.5)))
@@ -318,14 +314,21 @@ def _poses(state: BundleState, block: Block) -> BundleState:
 
 
 def _score(inner: Float, pull: Float, alone: Float) -> ChangeScore:
-    """Return the score of a pull (m,) whose covariance is ``inner`` (m, m).
+    """Return the score of one pull (m,), see `_scores`."""
+    return _scores(inner[None], pull[None], alone[None])[0]
 
-    ``alone`` is the diagonal of ``inner`` before anything was projected out.
+
+def _scores(inner: Float, pulls: Float, alone: Float) -> tuple[ChangeScore, ...]:
+    """Return the scores of pulls (p, m) whose covariances are ``inner`` (p, m, m).
+
+    ``alone`` (p, m) is the diagonal of ``inner`` before anything was projected out.
     """
     scale = np.sqrt(np.maximum(alone, 0.0))
     scale[scale == 0.0] = 1.0
-    values, vectors = np.linalg.eigh(inner / np.outer(scale, scale))
+    values, vectors = np.linalg.eigh(inner / (scale[:, :, None] * scale[:, None, :]))
     kept = values > _LEAST_INFORMATION
-    along = vectors[:, kept].T @ (pull / scale)
-    size = vectors[:, kept] @ (along / values[kept]) / scale
-    return ChangeScore(float(np.sum(along**2 / values[kept])), int(kept.sum()), size, inner)
+    along = np.where(kept, np.einsum("pji,pj->pi", vectors, pulls / scale), 0.0)
+    weighed = along / np.where(kept, values, 1.0)
+    sizes = np.einsum("pji,pi->pj", vectors, weighed) / scale
+    rows = zip((along * weighed).sum(axis=1), kept.sum(axis=1), sizes, inner, strict=True)
+    return tuple(ChangeScore(float(score), int(dof), size, by) for score, dof, size, by in rows)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.random.bit_generator import ISeedSequence
 from numpy.typing import DTypeLike, NDArray
 
-from ocmm_core.camera import N_PARAMETERS, USUAL_SLOTS, CameraModel, Rig
+from ocmm_core.camera import N_PARAMETERS, USUAL_SLOTS, CameraModel, Rig, SpotNoise
 from ocmm_core.geometry import Float, Int, RigidTransform, rotation_from_vector
 from ocmm_core.simulation.scene._spot_pattern import SpotPattern, draw_pattern, no_pattern
 from ocmm_core.tracking import ProbeBody, ReferenceBody
@@ -192,12 +192,11 @@ def draw_world(
     geometry = np.concatenate([body.leds_probe.ravel(), body.tip_probe])
     if options.probe_error:
         geometry = geometry + _draw(body.geometry_covariance, rng)
-    rng = _generator(seed, _PATTERN)
-    patterns = tuple(
-        draw_pattern(rig.noise, camera.width, camera.height, rng)
+    sizes = tuple((camera.width, camera.height) for camera in cameras)
+    patterns = (
+        _patterns(rig.noise, sizes, seed)
         if options.pattern_noise
-        else no_pattern(camera.width, camera.height)
-        for camera in cameras
+        else tuple(no_pattern(*size) for size in sizes)
     )
     leds_reference = np.zeros((0, 3))
     if reference is not None:
@@ -220,6 +219,20 @@ def draw_world(
         leds_reference=leds_reference,
         reference_slots=slots[:, body.n_leds :],
     )
+
+
+@lru_cache(maxsize=2)
+def _patterns(
+    noise: SpotNoise, sizes: tuple[tuple[int, int], ...], seed: int
+) -> tuple[SpotPattern, ...]:
+    """Return the pattern of each camera of so many pixels; nobody writes into them.
+
+    Drawing them takes longer than all else of a world. One rig is made again and again, for each
+    job and each procedure: the last ones are kept, 10 MB each. (Arrays that refuse to be written
+    are another type for the kernel that reads them.)
+    """
+    rng = _generator(seed, _PATTERN)
+    return tuple(draw_pattern(noise, width, height, rng) for width, height in sizes)
 
 
 def bumped(camera: CameraModel, bump: ScriptedBump) -> CameraModel:
