@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 from typing import TypeVar
 
@@ -13,7 +14,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.simulation.scene._artefacts import load_part
 from ocmm_core.simulation.scene._rig import VirtualRig
 from ocmm_core.simulation.scene._world import WorldOptions
-from ocmm_core.tracking import ProbeBody, load_probe, load_reference
+from ocmm_core.tracking import load_probe, load_reference
 
 S = TypeVar("S", bound=msgspec.Struct)
 """Kinds of scripts."""
@@ -47,21 +48,28 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
     def build(self) -> VirtualRig:
         """Load the documents and return the rig."""
+        body = load_probe(Path(self.probe))
         return VirtualRig(
             load_rig(Path(self.rig)),
-            load_probe(Path(self.probe)),
+            body,
             load_part(Path(self.part)),
             self.touches,
             self.seed,
             self.options,
             self.frame_rate_hz or None,
             load_reference(Path(self.reference)) if self.reference else None,
-            _behind_body(load_probe(Path(self.probe))),
+            _behind_body(self.probe, body.identity),
         )
 
 
-def _behind_body(body: ProbeBody) -> tuple[int, ...]:
-    """Return the LEDs that the body of a probe hides, by its shipped design; none without one."""
+@lru_cache(maxsize=8)
+def _behind_body(probe: str, identity: str) -> tuple[int, ...]:
+    """Return the LEDs that the body of a probe hides, by its shipped design; none without one.
+
+    Half a million places are looked at, which takes as long as the rest of a virtual rig: once for
+    each probe, whose document is known by its ``identity``.
+    """
+    body = load_probe(Path(probe))
     design = shipped_design(body)
     return () if design is None else leds_behind_body(body, load_design(design, body))
 

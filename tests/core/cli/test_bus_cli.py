@@ -1,4 +1,4 @@
-"""``ocmm bus`` as a stranger uses it: real processes, a virtual wire, exit codes."""
+"""``ocmm bus`` as a stranger uses it: a virtual wire in real processes, exit codes."""
 
 from __future__ import annotations
 
@@ -69,15 +69,15 @@ def test_what_cannot_be_done_is_one_sentence_and_a_remedy(
     assert done.exception.remedy
 
 
-def test_a_recording_is_accounted_for_and_kept_for_replay(ocmm: Ocmm, tmp_path: Path) -> None:
+def test_a_recording_is_accounted_for_and_kept_for_replay(ocmm_here: Ocmm, tmp_path: Path) -> None:
     write_pcap(tmp_path / "bus.pcap", bringup() + steady(20))
-    done = ocmm("bus", "decode", "bus.pcap", "--record", "frames.ocmr")
+    done = ocmm_here("bus", "decode", "bus.pcap", "--record", "frames.ocmr")
     assert done.returncode == 2
     assert "77, 78 are not those of the rig" in done.stderr
     text = resource("rigs", "recommended.toml").read_text("utf-8")
     rig = tmp_path / "rig.toml"
     rig.write_text(text.replace("20600001", "77").replace("20600002", "78"), "utf-8")
-    done = ocmm("bus", "decode", "bus.pcap", "--record", "frames.ocmr", "--rig", rig)
+    done = ocmm_here("bus", "decode", "bus.pcap", "--record", "frames.ocmr", "--rig", rig)
     assert (done.returncode, done.stderr) == (0, "")
     assert "20 sent, 20 answered" in done.stdout
     assert "160 from all cameras, 0 not from all" in done.stdout
@@ -101,20 +101,20 @@ class TestVirtualWire:
         assert "0xfa4e0001" in done.stdout
         assert "These are the cameras of the rig." in done.stdout
 
-    def test_objects_are_written_and_read(self, ocmm: Ocmm) -> None:
-        done = ocmm("bus", "object", "read", "left", "1018:04", *VIRTUAL)
+    def test_objects_are_written_and_read(self, ocmm_here: Ocmm) -> None:
+        done = ocmm_here("bus", "object", "read", "left", "1018:04", *VIRTUAL)
         assert (done.returncode, done.stderr) == (0, "")
         assert "20600001" in done.stdout
-        done = ocmm("bus", "object", "write", "left", "10f1:02", "0500", *VIRTUAL)
+        done = ocmm_here("bus", "object", "write", "left", "10f1:02", "0500", *VIRTUAL)
         assert (done.returncode, done.stderr) == (0, "")
         assert "05 00" in done.stdout
-        done = ocmm("bus", "object", "read", "left", "7777", *VIRTUAL)
+        done = ocmm_here("bus", "object", "read", "left", "7777", *VIRTUAL)
         assert done.returncode == 2
         assert "Camera 'left'" in done.stderr
         assert "object does not exist" in done.stderr
 
-    def test_a_snapshot_is_a_picture_of_the_region(self, ocmm: Ocmm, tmp_path: Path) -> None:
-        done = ocmm("bus", "snapshot", "right", "a.png", "--region", "100,80,64,48", *VIRTUAL)
+    def test_a_snapshot_is_a_picture_of_the_region(self, ocmm_here: Ocmm, tmp_path: Path) -> None:
+        done = ocmm_here("bus", "snapshot", "right", "a.png", "--region", "100,80,64,48", *VIRTUAL)
         assert (done.returncode, done.stderr) == (0, "")
         found = cv2.imread(str(tmp_path / "a.png"), cv2.IMREAD_UNCHANGED)
         assert found is not None
@@ -123,17 +123,17 @@ class TestVirtualWire:
         # The dark level of the sensor, and 14 bits.
         assert 50 < found.mean() < 1 << 14
 
-    def test_black_image_and_intrinsics_are_kept(self, ocmm: Ocmm) -> None:
-        done = ocmm("bus", "black", "measure", "left", "--frames", "8", "--store", *VIRTUAL)
+    def test_black_image_and_intrinsics_are_kept(self, ocmm_here: Ocmm) -> None:
+        done = ocmm_here("bus", "black", "measure", "left", "--frames", "8", "--store", *VIRTUAL)
         assert (done.returncode, done.stderr) == (0, "")
         assert "in use and stored" in done.stdout
-        done = ocmm("bus", "intrinsics", "write", "left", *VIRTUAL)
+        done = ocmm_here("bus", "intrinsics", "write", "left", *VIRTUAL)
         assert (done.returncode, done.stderr) == (0, "")
         # Another start is another camera, which was never given any.
-        done = ocmm("bus", "intrinsics", "read", "left", *VIRTUAL)
+        done = ocmm_here("bus", "intrinsics", "read", "left", *VIRTUAL)
         assert done.returncode == 1
         assert "stores no intrinsics" in done.stdout
-        done = ocmm("bus", "history", "left", *VIRTUAL)
+        done = ocmm_here("bus", "history", "left", *VIRTUAL)
         assert (done.returncode, done.stderr) == (0, "")
         assert "has no errors in its history" in done.stdout
 

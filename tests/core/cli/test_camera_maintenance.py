@@ -1,4 +1,4 @@
-"""``ocmm camera`` as a technician types it: real processes, a virtual wire, exit codes."""
+"""``ocmm camera`` as a technician types it: a virtual wire in real processes, exit codes."""
 
 from __future__ import annotations
 
@@ -39,30 +39,30 @@ def test_signed_firmware_runs_after_the_command(ocmm: Ocmm, tmp_path: Path) -> N
     ],
 )
 def test_other_files_are_refused_and_the_old_firmware_runs(
-    ocmm: Ocmm, tmp_path: Path, change: Callable[[bytes], bytes], why: str
+    ocmm_here: Ocmm, tmp_path: Path, change: Callable[[bytes], bytes], why: str
 ) -> None:
     file = tmp_path / "camera.fw"
     file.write_bytes(change(firmware("2.1.0")))
-    done = ocmm("camera", "firmware", "left", str(file), *VIRTUAL)
+    done = ocmm_here("camera", "firmware", "left", str(file), *VIRTUAL)
     assert done.returncode == 2
     assert why in " ".join(done.stderr.split())
     assert "runs the firmware" not in done.stdout
 
 
-def test_a_camera_forgets_its_errors_and_says_how_many(ocmm: Ocmm) -> None:
-    done = ocmm("camera", "clear", "left", *VIRTUAL)
+def test_a_camera_forgets_its_errors_and_says_how_many(ocmm_here: Ocmm) -> None:
+    done = ocmm_here("camera", "clear", "left", *VIRTUAL)
     assert done.returncode == 0, done.stderr
     assert "Camera 'left' forgot 0 error(s); 0 left." in done.stdout
 
 
-def test_a_camera_is_found_by_its_light(ocmm: Ocmm) -> None:
-    done = ocmm("camera", "identify", "left", *VIRTUAL)
+def test_a_camera_is_found_by_its_light(ocmm_here: Ocmm) -> None:
+    done = ocmm_here("camera", "identify", "left", *VIRTUAL)
     assert done.returncode == 0, done.stderr
     assert "Camera 'left' blinks for " in done.stdout
 
 
-def test_an_alias_of_another_camera_is_refused(ocmm: Ocmm) -> None:
-    done = ocmm("camera", "alias", "left", "12", *VIRTUAL)
+def test_an_alias_of_another_camera_is_refused(ocmm_here: Ocmm) -> None:
+    done = ocmm_here("camera", "alias", "left", "12", *VIRTUAL)
     assert done.returncode == 2
     assert "Give each camera its own alias. Then repeat the command." in " ".join(
         done.stderr.split()
