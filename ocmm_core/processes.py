@@ -15,7 +15,8 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
-from multiprocessing.context import SpawnProcess
+from multiprocessing.context import ForkServerContext, SpawnContext
+from multiprocessing.process import BaseProcess
 from queue import SimpleQueue
 from typing import NoReturn, TypeVar
 
@@ -44,6 +45,18 @@ def processes_for(things: int) -> int:
     if things <= _FEW or multiprocessing.current_process().daemon:
         return 1
     return HOST.processors()
+
+
+def process_context() -> SpawnContext | ForkServerContext:
+    """Return how a process beside this one is started: anew, which takes a second to load.
+
+    Who starts many tells `multiprocessing` to make them from a server that has loaded it once
+    (``set_start_method("forkserver")``, ``set_forkserver_preload``); each is still a process of its
+    own that may end as it likes. It has the environment of the server.
+    """
+    if multiprocessing.get_start_method(allow_none=True) == "forkserver":
+        return multiprocessing.get_context("forkserver")
+    return multiprocessing.get_context("spawn")
 
 
 def side_by_side(
@@ -212,7 +225,7 @@ def _work_and_send(work: Callable[[Callable[[bytes], None]], None], pipe: Connec
 class _Hand:
     """A process, the pipe to it, and the place of the thing that it works on; -1 without one."""
 
-    process: SpawnProcess
+    process: BaseProcess
     pipe: Connection
     place: int = -1
 
@@ -265,7 +278,7 @@ def _shared_out(
 
 
 def _hand(work: Callable[[T], R], scratch: str) -> _Hand:
-    context = multiprocessing.get_context("spawn")
+    context = process_context()
     ours, theirs = context.Pipe()
     process = context.Process(
         target=_serve, args=(work, theirs, scratch), name="ocmm-side", daemon=True

@@ -21,6 +21,7 @@ import traceback
 import weakref
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -197,13 +198,45 @@ def kept_readers() -> Iterator[None]:
     To load it anew takes longer than to read the models of most tests. What is tried of the start
     itself (`test_step_model`) does without.
     """
+    with _processes_of_a_server():
+        yield
+
+
+@pytest.fixture
+def kept_sides() -> Iterator[None]:
+    """Load once what processes beside the window need; each is made of the one that has it loaded.
+
+    To load it takes over a second of a processor, most calculations a tenth of that.
+    """
+    with _processes_of_a_server():
+        yield
+
+
+@contextmanager
+def _processes_of_a_server() -> Iterator[None]:
     from ocmm_core.inspection.step import READER_MODULES
 
     before = multiprocessing.get_start_method(allow_none=True)
-    multiprocessing.set_forkserver_preload(list(READER_MODULES))
+    # One server a worker, and it begins once: it loads what any of them needs.
+    multiprocessing.set_forkserver_preload([*READER_MODULES, "tests.kept_modules"])
     multiprocessing.set_start_method("forkserver", force=True)
-    yield
-    multiprocessing.set_start_method(before, force=True)
+    _load_server()
+    try:
+        yield
+    finally:
+        multiprocessing.set_start_method(before, force=True)
+
+
+@cache
+def _load_server() -> None:
+    """Wait until the server has loaded all: whoever asks it for a process waits for that.
+
+    It begins here, where `tests` is found: a test may work in another folder.
+    """
+    first = multiprocessing.get_context("forkserver").Process(target=os.getpid)
+    first.start()
+    first.join()
+    first.close()
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from collections import defaultdict
 from collections.abc import Generator, Iterable
 from dataclasses import asdict, dataclass, replace
 from heapq import nlargest
+from multiprocessing import forkserver
 from operator import itemgetter
 from pathlib import Path
 from typing import TypeVar
@@ -134,7 +135,19 @@ class Gate:
 def _processor_s() -> float:
     """Return what this process and the ended ones that it started have used of a processor."""
     used = os.times()
-    return used.user + used.system + used.children_user + used.children_system
+    own = used.user + used.system + used.children_user + used.children_system
+    return own + _server_s()
+
+
+def _server_s() -> float:
+    """Return the same of the server that processes are made from, while there is one."""
+    pid = getattr(getattr(forkserver, "_forkserver", None), "_forkserver_pid", None)
+    stat = Path(f"/proc/{pid}/stat")
+    if pid is None or not stat.exists():
+        return 0.0
+    fields = stat.read_text().rpartition(")")[2].split()
+    # Own and ended children's, each in the program and in the system: fields 14 to 17.
+    return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
 
 
 def write_record(path: Path, outcomes: Iterable[Outcome]) -> None:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import multiprocessing
 import shutil
 import tempfile
 import threading
@@ -16,7 +15,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from multiprocessing.context import SpawnProcess
+from multiprocessing.process import BaseProcess
 from multiprocessing.synchronize import Lock
 from pathlib import Path
 
@@ -26,7 +25,7 @@ from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import keep_folder, scratch_path
-from ocmm_core.processes import end_with_parent
+from ocmm_core.processes import end_with_parent, process_context
 from ocmm_gui.kit._texts import tr
 
 _LOOK_MS = 50
@@ -110,7 +109,7 @@ class SideProcess(QObject):
     def __init__(self, parent: QObject | None = None, *, helpers: bool = False) -> None:
         super().__init__(parent)
         self._helpers = helpers
-        self._process: SpawnProcess | None = None
+        self._process: BaseProcess | None = None
         self._whole: Lock | None = None
         self._scratch = Path()
         self._mail: deque[object] = deque()
@@ -125,7 +124,7 @@ class SideProcess(QObject):
     def start(self, work: Work) -> None:
         """Calculate; the answer comes by signal."""
         self._end()
-        context = multiprocessing.get_context("spawn")
+        context = process_context()
         receiver, sender = context.Pipe(duplex=False)
         given, giver = context.Pipe(duplex=False)
         self._whole, self._mail = context.Lock(), deque()
@@ -228,7 +227,7 @@ def _converse(work: Work, giver: Connection, receiver: Connection, mail: deque[o
             mail.append(_DIED)
 
 
-def _end_process(process: SpawnProcess, scratch: Path) -> None:
+def _end_process(process: BaseProcess, scratch: Path) -> None:
     process.terminate()
     process.join(_END_S)
     if process.is_alive():

@@ -32,6 +32,18 @@ OpenWindow = Callable[..., Bench]
 
 
 @pytest.fixture
+def fresh_sides() -> None:
+    """Start processes beside the window as the program does, each anew: one test of each kind."""
+
+
+@pytest.fixture(autouse=True)
+def _sides_of_a_server(request: pytest.FixtureRequest) -> None:
+    """Make processes beside the window of one that has loaded what they need; see `kept_sides`."""
+    if not {"fresh_sides", "kept_sides"} & set(request.fixturenames):
+        request.getfixturevalue("kept_sides")
+
+
+@pytest.fixture
 def open_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[OpenWindow]:
     """Return a function that opens a window on the short job; it is closed after the test."""
     opened: list[Bench] = []

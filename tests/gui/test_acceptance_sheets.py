@@ -178,6 +178,7 @@ def study(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[StudyShe
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("fresh_sides")
 def test_a_study_is_drawn_followed_and_analysed(
     qtbot: QtBot, study: StudySheet, tmp_path: Path
 ) -> None:

@@ -63,6 +63,7 @@ def test_a_trend_is_shown_with_its_chart_and_exported(
     assert (tmp_path / "t.csv").read_text("utf-8").count("\n") == 32
 
 
+@pytest.mark.usefixtures("fresh_sides")
 def test_a_day_has_its_jobs_and_only_the_fields_it_takes(qtbot: QtBot, sheet: ArchiveSheet) -> None:
     ask(qtbot, sheet, "today", first=START.astimezone().date().isoformat())
     assert sheet.table.rowCount() == 31

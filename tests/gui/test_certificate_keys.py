@@ -67,6 +67,7 @@ def test_the_key_on_calibration_writes_verification_and_calibration(
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("qapp")
+@pytest.mark.usefixtures("fresh_sides")
 def test_the_key_on_probe_writes_the_paper_of_the_mounted_tip(qtbot: QtBot, tmp_path: Path) -> None:
     store: ProbeStore = of_probe.fill(tmp_path)
     bench = of_probe.Bench(qtbot, tmp_path)

@@ -81,6 +81,7 @@ def test_a_folder_without_jobs_is_told(qtbot: QtBot, sheet: CompareSheet, tmp_pa
     assert "no job" in errors[0].what
 
 
+@pytest.mark.usefixtures("fresh_sides")
 def test_the_batch_is_filtered_by_feature_and_written_as_a_table(
     qtbot: QtBot, sheet: CompareSheet, folder: Path, tmp_path: Path
 ) -> None:

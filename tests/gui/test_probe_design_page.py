@@ -31,6 +31,7 @@ def page(qtbot: QtBot) -> ProbeDesignPage:
     return made
 
 
+@pytest.mark.usefixtures("fresh_sides")
 def test_the_page_shows_what_the_terminal_prints(page: ProbeDesignPage, qtbot: QtBot) -> None:
     before = page.grab().toImage()
     with qtbot.waitSignal(page.shown, timeout=PATIENCE_MS):

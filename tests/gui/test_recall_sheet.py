@@ -44,6 +44,7 @@ def sheet(qtbot: QtBot, world: World, tmp_path: Path) -> Iterator[RecallSheet]:
     made.close_work()
 
 
+@pytest.mark.usefixtures("fresh_sides")
 def test_totals_table_and_decision(
     qtbot: QtBot, sheet: RecallSheet, world: World, tmp_path: Path
 ) -> None:

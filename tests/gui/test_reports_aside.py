@@ -108,6 +108,7 @@ def _mark_all(sheet: ReportSheet) -> None:
 
 
 @pytest.mark.timing
+@pytest.mark.usefixtures("fresh_sides")
 def test_the_window_answers_while_a_job_is_opened_and_a_report_is_written(
     qtbot: QtBot,
     open_window: OpenWindow,

@@ -38,6 +38,7 @@ def test_a_sheet_is_made_when_it_is_first_shown_and_kept(
 
 
 @pytest.mark.parametrize("name", ["job", "plan", "alignment", "results"])
+@pytest.mark.usefixtures("fresh_sides")
 def test_a_late_sheet_wears_the_theme_of_the_window(open_window: OpenWindow, name: str) -> None:
     window = open_window(start=False).window
     # Not the one that widgets have by themselves.

@@ -15,6 +15,8 @@ from ocmm_core.errors import OcmmError
 from ocmm_gui.kit import SideProcess, Teller
 from tests.host import BUSY
 
+pytestmark = pytest.mark.usefixtures("fresh_sides")
+
 TIMEOUT_MS = 60_000
 
 

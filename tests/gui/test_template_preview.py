@@ -61,7 +61,7 @@ def test_the_first_page_follows_settings_and_template(qtbot: QtBot, tmp_path: Pa
     page.close_work()
 
 
-@pytest.mark.usefixtures("qapp")
+@pytest.mark.usefixtures("qapp", "fresh_sides")
 def test_the_page_is_drawn_in_another_process(
     qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

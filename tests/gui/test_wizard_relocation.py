@@ -117,6 +117,7 @@ def test_the_bar_and_the_points_of_a_new_world(bench: WizardBench) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("fresh_sides")
 def test_a_moved_frame_is_found_again_and_accepted(bench: WizardBench) -> None:
     site = bench.bench
     site.calibrated(120)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import multiprocessing
 import signal
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from multiprocessing.connection import Connection
-from multiprocessing.context import ForkServerContext, SpawnContext
 from pathlib import Path
 
 import msgspec
@@ -22,6 +20,7 @@ from ocmm_core.host import HOST
 from ocmm_core.inspection.step._answer import StepAnswer
 from ocmm_core.inspection.step._worker import Wanted, read_step
 from ocmm_core.part_model import LARGEST_MODEL, PartModel, model_from_bytes
+from ocmm_core.processes import process_context
 
 STEP_ENDINGS = (".step", ".stp", ".p21")
 STEP_SETUP = "the README says how"
@@ -37,7 +36,7 @@ READER_MODULES = (
     "OCP.STEPCAFControl", "OCP.XCAFDoc", "OCP.TDocStd", "OCP.BRepMesh", "OCP.BRepAdaptor",
     "OCP.StepShape", "OCP.GeomConvert", "OCP.GCPnts", "OCP.DE", "OCP.BRepLib", "OCP.collections",
 )  # fmt: skip
-"""What a reader loads, for who keeps it loaded; see `_context`."""
+"""What a reader loads, for who keeps it loaded; see `process_context`."""
 REMEDY = "Export the model as STEP (AP203, AP214 or AP242) again, with exact surfaces (no mesh)."
 
 
@@ -81,7 +80,7 @@ def ask(
     wanted = replace(wanted, limit_s=asking.timeout_s)
     del content
     use_one_thread()
-    context = _context()
+    context = process_context()
     answer, asked = context.Pipe(duplex=False)
     worker = context.Process(target=read_step, args=(str(path), wanted, asked), daemon=True)
     worker.start()
@@ -107,18 +106,6 @@ def ask(
         # The hash would be of one file, and what was read, or half of it, of the other.
         raise step_error(path, "the file was changed while it was read", "Import it again.")
     return said, part
-
-
-def _context() -> SpawnContext | ForkServerContext:
-    """Return how a reader is started: anew, which takes longer than a small model.
-
-    Who reads many models tells `multiprocessing` to start processes from a server
-    (``set_start_method("forkserver")``, ``set_forkserver_preload(READER_MODULES)``): it loads the
-    library once, and each reader is still a process of its own that may end as it likes.
-    """
-    if multiprocessing.get_start_method(allow_none=True) == "forkserver":
-        return multiprocessing.get_context("forkserver")
-    return multiprocessing.get_context("spawn")
 
 
 class _Reading:

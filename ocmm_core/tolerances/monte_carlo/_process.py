@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -10,6 +9,7 @@ from multiprocessing.connection import Connection
 from ocmm_core.blas import use_one_thread
 from ocmm_core.errors import MeasuringError, OcmmError
 from ocmm_core.failure import contained
+from ocmm_core.processes import process_context
 from ocmm_core.tolerances.monte_carlo._monte_carlo import (
     MonteCarloOptions,
     MonteCarloReport,
@@ -48,7 +48,7 @@ def simulate_elsewhere(
     """
     # The child reads this before it imports numpy; its threads each have their own batches.
     use_one_thread()
-    context = multiprocessing.get_context("spawn")
+    context = process_context()
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(
         target=_run, args=(task, options, sender), name="ocmm-monte-carlo", daemon=True

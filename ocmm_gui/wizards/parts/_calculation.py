@@ -6,13 +6,13 @@ solution holds the interpreter for more than a second; in a thread it would hold
 
 from __future__ import annotations
 
-import multiprocessing
 import threading
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 
 from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.failure import contained
+from ocmm_core.processes import process_context
 from ocmm_gui.wizards.parts._shown import ShownProcedure
 
 _LOOK_S = 0.05
@@ -46,7 +46,7 @@ class ProcessCalculation:
         self._given_up.set()
 
     def _elsewhere(self) -> object:
-        context = multiprocessing.get_context("spawn")
+        context = process_context()
         receiver, sender = context.Pipe(duplex=False)
         process = context.Process(
             target=_calculate, args=(self._resume, sender), name="ocmm-calculation", daemon=True
