@@ -141,7 +141,9 @@ def _asked(offer: Offer, reach: Reach) -> Offer | LeftOut:
         return _free_form_asked(offer, offer.free_form, reach)
     face = _face_of(feature)
     reached = reach.of(points, normals_of(face, points), own, bore_axis(face))
-    found = taken_of(face, points, reached, len(points), feature.points, reach.why_not(reached))
+    found = taken_of(
+        face, points, reached, len(points), feature.points, lambda: reach.why_not(reached)
+    )
     if found.against:
         bare = msgspec.structs.replace(feature, targets=())
         return LeftOut(bare, found.against, offer.faces)
