@@ -347,7 +347,7 @@ class Importing(WorkLine):
 
     def _show_progress(self, what: str) -> None:
         if self._reads:
-            self.begin(tr("Importing: {what}.").format(what=what), tr("Shift+F9 cancels."))
+            self.begin(tr("Importing: {what}.").format(what=said(what)), tr("Shift+F9 cancels."))
 
     def _not_done(self, given_up: threading.Event, error: Exception) -> None:
         if not given_up.is_set():

@@ -277,9 +277,11 @@ def go_round(ends: Float) -> bool:
     tree = cKDTree(loose)
     if not np.any(tree.query_ball_point(loose, _GAP_MM, return_length=True) % 2):
         return True
-    # Edges that are hardly longer than a gap: what is near what is near belongs to the corner.
-    near = tree.query_pairs(_GAP_MM, output_type="ndarray")
-    links = coo_array((np.ones(len(near)), (near[:, 0], near[:, 1])), shape=(len(loose),) * 2)
+    # Edges that are hardly longer than a gap, or shorter, as of a curve that was exported as a
+    # thousand lines: what is near what is near belongs to the corner.
+    every = ends.reshape(-1, 3)
+    near = cKDTree(every).query_pairs(_GAP_MM, output_type="ndarray")
+    links = coo_array((np.ones(len(near)), (near[:, 0], near[:, 1])), shape=(len(every),) * 2)
     _, corner = connected_components(links, directed=False)
     return not np.any(np.bincount(corner) % 2)
 
