@@ -181,7 +181,8 @@ def _kept_deflection(faces: Sequence[Any]) -> float:
     made = [one for one in meshes if one is not None]
     if not made or sum(one.NbTriangles() for one in made) > MOST_TRIANGLES:
         return 0.0
-    return float(max(one.Deflection() for one in made))
+    # That of flat faces with straight edges is 0, and no less a mesh.
+    return max(_FINEST_MM, *(float(one.Deflection()) for one in made))
 
 
 def _count(face: Any) -> int:

@@ -279,3 +279,21 @@ def test_a_face_with_a_thousand_short_edges_is_one_with_targets(tmp_path: Path) 
     # The ball of 6 mm and 1 mm keep off the outline; of the chords 0.02 mm are forgiven.
     assert np.hypot(places[:, 0], places[:, 1]).max() <= 26.0 + 0.02
     assert places[:, 1].min() >= 4.0 - 0.02
+
+
+def test_a_mesh_of_flat_faces_is_kept_for_the_part(tmp_path: Path) -> None:
+    """It is off by nothing: taken for none, a coarser one was made, too coarse to be asked."""
+    needs_package("OCP", "the extra 'step'")
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+
+    from ocmm_core.inspection.step._document import read_document
+    from ocmm_core.inspection.step._part import _kept_deflection
+    from ocmm_core.inspection.step._raw_faces import faces_with_surface
+    from ocmm_core.inspection.step._solid_mesh import make_mesh
+
+    path = written(tmp_path / "flat.stp", BRepPrimAPI_MakeBox(50.0, 40.0, 30.0).Shape())
+    document = read_document(str(path), lambda _: None)
+    faces, _ = faces_with_surface(document.shape)
+    assert _kept_deflection(faces) == 0.0
+    make_mesh(document.shape, faces)
+    assert 0.0 < _kept_deflection(faces) <= 0.1
