@@ -48,6 +48,8 @@ class FromModels(QObject):
     closed = Signal()
     """The editor comes back."""
     told = Signal(str)
+    warned = Signal(str)
+    """As told, but not as good news."""
     failed = Signal(object)
     """An `OcmmError`."""
 
@@ -150,7 +152,8 @@ class FromModels(QObject):
         elif found.account is not None:
             self._ask_tolerances(found, found.account)
         elif self._did(lambda: found.plan, found.chosen):
-            self.told.emit(found.words)
+            # What was left out is no good news, and does not go away by itself.
+            (self.warned if found.is_doubtful else self.told).emit(found.words)
             self.closed.emit()
 
     def _ask_tolerances(self, found: Imported, account: Account) -> None:

@@ -26,7 +26,7 @@ LIMIT_S = 60.0
 """Of a processor: a target takes some milliseconds, and a plan of thousands is no plan."""
 _COARSEST_MM = 0.5
 """Gaps grow with the deflection of the mesh: with more of it good targets would be refused."""
-_NAMED = 20
+_NAMED = 10
 
 
 @dataclass(frozen=True, slots=True)
