@@ -71,7 +71,7 @@ ocmm_core.tolerances.monte_carlo._refit_kernel
 ocmm_core.inspection.reach._grow_kernel
     grow f3 f2 i2 i1
 ocmm_core.inspection.reach._search_kernel
-    search f2 f2 f f1 f4 i2 f2 f2 f2 f2 f2 f1 f3 i1 b1 f2 i2 i1 i2 f1
+    search f2 f2 f f1 f4 i2 f2 f2 f2 f2 f2 f1 f3 i1 i1 i1 f2 i2 i1 i2 f1
 ocmm_core.part_model._spline_kernel
     to_bezier f1 i i1 f3
 ocmm_core.part_model._edge_kernel

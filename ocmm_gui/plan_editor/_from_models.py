@@ -18,7 +18,7 @@ from ocmm_core.inspection.drawing import Account
 from ocmm_core.inspection.plan import USUAL_BALL_RADIUS, PartOfPlan, Plan, with_model_fit
 from ocmm_core.inspection.step import Offer
 from ocmm_core.part_model import ModelFace
-from ocmm_gui.kit import tr
+from ocmm_gui.kit import said, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._face_choice import FaceChoice
 from ocmm_gui.plan_editor._importing import Imported, Importing, InUse, ReadModel
@@ -48,6 +48,8 @@ class FromModels(QObject):
     closed = Signal()
     """The editor comes back."""
     told = Signal(str)
+    warned = Signal(str)
+    """As told, but not as good news."""
     failed = Signal(object)
     """An `OcmmError`."""
 
@@ -126,7 +128,7 @@ class FromModels(QObject):
         self.opened.emit()
         self.choice.show_model(read.model.part, read.offers, read.up)
         if read.model.remark:
-            self.told.emit(read.model.remark)
+            self.told.emit(said(read.model.remark))
 
     def _read_again(self, up: str) -> None:
         if self._read is not None:
@@ -150,7 +152,8 @@ class FromModels(QObject):
         elif found.account is not None:
             self._ask_tolerances(found, found.account)
         elif self._did(lambda: found.plan, found.chosen):
-            self.told.emit(found.words)
+            # What was left out is no good news, and does not go away by itself.
+            (self.warned if found.is_doubtful else self.told).emit(found.words)
             self.closed.emit()
 
     def _ask_tolerances(self, found: Imported, account: Account) -> None:

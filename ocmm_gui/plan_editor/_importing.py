@@ -55,7 +55,8 @@ class Imported:
     """The plan before and with what was imported, which item is new, and a sentence about it.
 
     With an account, the plan has what was taken of the tolerances of a model, and ``bare`` is the
-    plan without them.
+    plan without them. It is doubtful where something that was chosen was left out, or was not
+    asked.
     """
 
     before: Plan
@@ -64,6 +65,7 @@ class Imported:
     words: str
     account: Account | None = None
     bare: Plan | None = None
+    is_doubtful: bool = False
 
     def without_tolerances(self) -> Imported:
         """Return what was imported without the tolerances of a model."""
@@ -190,7 +192,8 @@ def with_offers(
         key = ItemKey("characteristics", free_forms[0].name)
         found = replace(found, words=words, chosen=found.chosen if surfaces else key)
     if said_of_reach := [said(one) for one in reach.sentences()]:
-        found = replace(found, words=" ".join((found.words, *said_of_reach)))
+        words = " ".join((found.words, *said_of_reach))
+        found = replace(found, words=words, is_doubtful=True)
     if plan_file is not None:
         more = with_model(found.plan, plan_file, read.path, read.model.part)
         found = replace(found, plan=more)
@@ -347,7 +350,7 @@ class Importing(WorkLine):
 
     def _show_progress(self, what: str) -> None:
         if self._reads:
-            self.begin(tr("Importing: {what}.").format(what=what), tr("Shift+F9 cancels."))
+            self.begin(tr("Importing: {what}.").format(what=said(what)), tr("Shift+F9 cancels."))
 
     def _not_done(self, given_up: threading.Event, error: Exception) -> None:
         if not given_up.is_set():

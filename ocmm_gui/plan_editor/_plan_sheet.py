@@ -52,6 +52,8 @@ class PlanSheet(Sheet):
         Gives the cameras and the probe that models are imported for.
     """
 
+    warned = Signal(str)
+    """Emits what was done, but not wholly as it was asked for."""
     saved = Signal(object)
     """Emits the `Path` that the plan was written to."""
     measure_wanted = Signal(object)
@@ -87,6 +89,7 @@ class PlanSheet(Sheet):
         self.models.opened.connect(self._editor.hide)
         self.models.closed.connect(self._show_editor)
         self.models.told.connect(self.told)
+        self.models.warned.connect(self.warned)
         self.models.failed.connect(self.failed)
         self.image.given.connect(self.attach_picture)
         self.other.given.connect(self.open_file)

@@ -213,6 +213,7 @@ class Sheets(MadeLate):
             lambda: (station.instruments.rig, station.instruments.body),
         )  # fmt: skip
         sheet.saved.connect(self._on_plan_saved)
+        sheet.warned.connect(self._notices.warn)
         sheet.measure_wanted.connect(self.measure_by)
         return self._join(sheet, self.left)
 

@@ -6,13 +6,20 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace as replace_feature
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan import new_plan
-from ocmm_core.inspection.step import FreeForm, Offer, StepModel
+from ocmm_core.inspection.step import (
+    FreeForm,
+    Offer,
+    StepModel,
+    setting_of,
+    usual_request,
+)
 from ocmm_core.part_model import nominal_face, searched, spread_places
 from ocmm_gui.kit import THEMES
 from ocmm_gui.plan_editor import PlanSheet
@@ -137,6 +144,19 @@ def test_the_plan_gets_what_was_chosen_and_nothing_before(sheet: PlanSheet, qtbo
     QTest.keyClick(sheet.models.choice.list, Qt.Key.Key_Escape)
     assert sheet.models.choice.isHidden()
     assert sheet.draft.plan is now
+
+
+def test_what_was_left_out_of_a_choice_is_no_good_news(sheet: PlanSheet, qtbot: QtBot) -> None:
+    """Such a notice would go away by itself."""
+    unasked = StepModel((), (), {}, unasked=setting_of(usual_request()))
+    good = Offer(replace_feature(offers()[0].feature, targets=((50.0, 30.0, 20.0),)), (1,))
+    sheet.models.importing.offered.emit(ReadModel(Path("block.step"), unasked, (good,), "+z"))
+    with (
+        qtbot.assertNotEmitted(sheet.told),
+        qtbot.waitSignal(sheet.warned, timeout=HANG_MS) as warned,
+    ):
+        QTest.keyClick(sheet.models.choice.list, Qt.Key.Key_Return)
+    assert "(the part was not read): PLANE_1." in warned.args[0]
 
 
 def test_a_free_form_is_taken_with_its_zone_and_not_without(sheet: PlanSheet, qtbot: QtBot) -> None:

@@ -128,7 +128,7 @@ def part_of_plan(
         return PartOfPlan()
     path = folder / plan.model.file
     try:
-        if not path.is_file():
+        if not _may_be_there(path):
             raise _not_shown(
                 "plan.model_missing",
                 f"{path}: the CAD model of the plan is not there",
@@ -147,6 +147,14 @@ def part_of_plan(
     except OcmmError as error:
         return PartOfPlan(None, error)
     return PartOfPlan(part)
+
+
+def _may_be_there(path: Path) -> bool:
+    """Return whether a file is there, or nobody may know: why not is told where it is read."""
+    try:
+        return path.is_file()
+    except OSError:
+        return True
 
 
 def _not_shown(code: str, what: str, remedy: str) -> InputError:

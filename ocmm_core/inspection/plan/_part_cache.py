@@ -32,10 +32,14 @@ def cached_part(folder: Path, sha256: str) -> PartModel | None:
     """
     for place in _places(folder):
         path = place / f"{sha256}{MODEL_ENDING}"
-        if not path.is_file():
-            continue
         try:
+            if not path.is_file():
+                continue
             part = read_model_file(path)
+        except OSError as error:
+            # The folder is somebody else's, who lets nobody look into it.
+            _log.info("%s: parts cannot be looked for here (%s)", place, error)
+            continue
         except OcmmError as error:
             _log.warning("%s is made anew: %s", path, error.what)
             continue

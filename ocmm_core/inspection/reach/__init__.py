@@ -17,14 +17,14 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.inspection.reach._part_in_the_way import Obstacle, make_obstacle
     from ocmm_core.inspection.reach._probe_solid import solid_of
-    from ocmm_core.inspection.reach._reach import LEAST_LEDS, Reach, Reached
+    from ocmm_core.inspection.reach._reach import LEAST_LEDS, Places, Reach, Reached
     from ocmm_core.inspection.reach._setting import TILT_DEG, Placement, Setting
 else:
     __getattr__ = door(
         __name__,
         _part_in_the_way="Obstacle make_obstacle",
         _probe_solid="solid_of",
-        _reach="LEAST_LEDS Reach Reached",
+        _reach="LEAST_LEDS Places Reach Reached",
         _setting="Placement Setting TILT_DEG",
     )
 
@@ -33,6 +33,7 @@ __all__ = [
     "TILT_DEG",
     "Obstacle",
     "Placement",
+    "Places",
     "Reach",
     "Reached",
     "Setting",

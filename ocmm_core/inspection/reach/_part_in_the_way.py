@@ -9,6 +9,9 @@ import numpy as np
 from ocmm_core.geometry import Float, Int
 from ocmm_core.inspection.reach import _grow_kernel as kernel
 
+_LONG, _MORE = 2.0, 0.25
+"""Edges longer than so many times the usual ones are halved, for so many more triangles at most."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Obstacle:
@@ -17,7 +20,7 @@ class Obstacle:
     Attributes
     ----------
     triangles
-        (n, 3, 3), mm, frame of the part.
+        (n, 3, 3), mm, frame of the part; the very long ones in pieces.
     faces
         (n,): to which face each belongs, from 0.
     n_faces
@@ -57,8 +60,11 @@ def make_obstacle(triangles: Float, faces: Int, n_faces: int, deflection_mm: flo
     deflection_mm
         No triangle is farther from its face.
     """
-    triangles = np.ascontiguousarray(triangles, dtype=np.float64)
-    faces = np.ascontiguousarray(faces, dtype=np.int64)
+    # Arrays that cannot be written to, such as what came through a pipe, are another type to the
+    # compiler: it would make all loops anew, which takes longer than to ask thousands of targets.
+    triangles = np.require(triangles, np.float64, ("C", "W"))
+    faces = np.require(faces, np.int64, ("C", "W"))
+    triangles, faces = _without_long(triangles, faces)
     n = len(triangles)
     boxes, links = np.empty((2 * n, 6)), np.empty((2 * n, 2), dtype=np.int64)
     order = np.empty(n, dtype=np.int64)
@@ -66,3 +72,42 @@ def make_obstacle(triangles: Float, faces: Int, n_faces: int, deflection_mm: flo
     return Obstacle(
         triangles, faces, n_faces, deflection_mm, boxes[:count].copy(), links[:count].copy(), order
     )
+
+
+def _without_long(triangles: Float, faces: Int) -> tuple[Float, Int]:
+    """Return triangles of which the longest are cut into pieces, and the face of each.
+
+    Between thousands of holes a face has triangles as long as the part. One of them makes the boxes
+    of its leaf as large, and every body that comes near is asked against all that is in them.
+    """
+    longest = _longest(triangles)
+    least = _LONG * float(np.median(longest))
+    most = int((1.0 + _MORE) * len(triangles))
+    limit = 0.5 * float(longest.max())
+    while limit > least:
+        while (long := longest > limit).any():
+            if len(triangles) + int(long.sum()) > most:
+                return triangles, faces
+            halves = _halved(triangles[long])
+            triangles = np.concatenate([triangles[~long], halves])
+            longest = np.concatenate([longest[~long], _longest(halves)])
+            faces = np.concatenate([faces[~long], np.tile(faces[long], 2)])
+        limit *= 0.5
+    return triangles, faces
+
+
+def _longest(triangles: Float) -> Float:
+    """Return the length of the longest edge of each, (n,), mm."""
+    edges = triangles - triangles[:, [1, 2, 0]]
+    found: Float = np.sqrt((edges * edges).sum(axis=2).max(axis=1))
+    return found
+
+
+def _halved(triangles: Float) -> Float:
+    """Return both halves of triangles, cut at the middle of the longest edge; (2 n, 3, 3)."""
+    edges = triangles - triangles[:, [1, 2, 0]]
+    first = (edges * edges).sum(axis=2).argmax(axis=1)
+    rows = np.arange(len(triangles))
+    a, b, c = (triangles[rows, (first + turn) % 3] for turn in range(3))
+    middle = 0.5 * (a + b)
+    return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -56,6 +57,26 @@ class Reached:
     turns_part_from_probe: Float
     ways_mm: Float
     leds: Int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Places:
+    """Targets on one surface that are asked for.
+
+    Attributes
+    ----------
+    points, normals
+        (n, 3), mm and unit, out of the material.
+    own
+        Faces of the surface, from 0; no other one that is asked for at the same time has them.
+    axis_part
+        (3,), unit: of the bore that they lie in; None outside.
+    """
+
+    points: Float
+    normals: Float
+    own: Sequence[int]
+    axis_part: Float | None = None
 
 
 class Reach:
@@ -122,24 +143,40 @@ class Reach:
             self._sensors = np.array([[c.width - 1.0, c.height - 1.0] for c in seen])
 
     def of(
-        self, points: Float, normals: Float, own: list[int], axis_part: Float | None = None
+        self, points: Float, normals: Float, own: Sequence[int], axis_part: Float | None = None
     ) -> Reached:
-        """Return what becomes of targets.
+        """Return what becomes of targets on one surface, see `Places`."""
+        (found,) = self.of_each([Places(points, normals, own, axis_part)])
+        return found
 
-        Parameters
-        ----------
-        points, normals
-            (n, 3), mm and unit, out of the material.
-        own
-            Faces of the surface that they lie on, from 0.
-        axis_part
-            (3,), unit: of the bore that they lie in; None outside.
-        """
+    def of_each(self, asked: Sequence[Places]) -> list[Reached]:
+        """Return for each surface what becomes of its targets: thousands are one call."""
+        if not asked:
+            return []
+        points = np.concatenate([one.points for one in asked])
+        normals = np.concatenate([one.normals for one in asked])
+        surfaces = np.full(self._obstacle.n_faces, -1, dtype=np.int64)
+        for number, one in enumerate(asked):
+            surfaces[one.own] = number
+        counts = [len(one.points) for one in asked]
+        own = np.repeat(np.arange(len(asked)), counts)
+        every = self._of_all(points, normals, surfaces, own, self._all_ranks(asked))
+        ends = np.cumsum(counts).tolist()
+        return [
+            Reached(
+                every.stage[start:end], every.face[start:end],
+                every.turns_part_from_probe[start:end], every.ways_mm[start:end],
+                every.leds[start:end],
+            )
+            for start, end in zip([0, *ends], ends, strict=False)
+        ]  # fmt: skip
+
+    def _of_all(
+        self, points: Float, normals: Float, surfaces: Int, own: Int, ranks: Int
+    ) -> Reached:
         count = len(points)
         found, ways = np.zeros((count, 5), dtype=np.int64), np.zeros(count)
-        mask = np.zeros(self._obstacle.n_faces, dtype=np.bool_)
-        mask[own] = True
-        part, ranks = self._obstacle, self._ranks(normals, axis_part)
+        part = self._obstacle
         # What is outside is not searched: of a part larger than the volume that would be most.
         outside = self._outside(points, normals)
         inside = np.flatnonzero(~outside)
@@ -148,7 +185,7 @@ class Reach:
             np.ascontiguousarray(points[inside]), np.ascontiguousarray(normals[inside]),
             self._radius, np.array(WAYS_MM), self._turns, ranks[inside], self._solid,
             self._leds, self._looks, self._cameras, self._sensors, self._limits, part.triangles,
-            part.faces, mask, part.boxes, part.links, part.order, inner, way_of,
+            part.faces, surfaces, own[inside], part.boxes, part.links, part.order, inner, way_of,
         )  # fmt: skip
         found[inside], ways[inside] = inner, way_of
         found[outside, 1] = -1
@@ -169,10 +206,22 @@ class Reach:
         outside: NDArray[np.bool_] = ((centres < low) | (centres > high)).any(axis=1)
         return outside
 
+    def _all_ranks(self, asked: Sequence[Places]) -> Int:
+        """Return `_ranks` of all; without handles, as most large models are asked, at once."""
+        if not len(self._handles):
+            return np.full((sum(len(one.points) for one in asked), 1), -1, dtype=np.int64)
+        every = [self._ranks(one.normals, one.axis_part) for one in asked]
+        ranks = np.full(
+            (sum(map(len, every)), max(one.shape[1] for one in every)), -1, dtype=np.int64
+        )
+        start = 0
+        for one in every:
+            ranks[start : start + len(one), : one.shape[1]] = one
+            start += len(one)
+        return ranks
+
     def _ranks(self, normals: Float, axis_part: Float | None) -> Int:
         """Return for each target the directions of the handle, (n, d), the most natural first."""
-        if not len(self._handles):
-            return np.full((len(normals), 1), -1, dtype=np.int64)
         handles = self._handles
         world = normals @ self._pose.rotation.T
         if axis_part is not None:

@@ -6,7 +6,6 @@ All places are in the frame of the part; the cameras are turned into it.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
@@ -16,6 +15,8 @@ from ocmm_core.inspection.reach._tree_kernel import FREE, first_near
 FOUND, BALL, STYLUS, BODY, SIGHT = range(5)
 """How far the search came: what stands against the attitude that came farthest."""
 
+NOBODY = -2
+"""A surface that no face belongs to: of the body all faces are in the way."""
 _LINE_MM = 2.0
 """Radius about the line from an LED to a camera in which nothing may be: its lens has as much."""
 # Columns of the limits, mm but for the cosine and the number.
@@ -26,7 +27,7 @@ N_LIMITS = 7
 @compiled(tree)
 def _ball_way(
     point: Float, normal: Float, radius: float, ways: Float, limits: Float, ball: Float,
-    triangles: Float, faces: Int, own: NDArray[np.bool_], boxes: Float, links: Int, order: Int,
+    triangles: Float, faces: Int, surfaces: Int, own: int, boxes: Float, links: Int, order: Int,
 ) -> tuple[float, int]:  # fmt: skip
     """Return the longest of the ways (w,), mm, that the ball can come along the normal, or a face.
 
@@ -40,8 +41,9 @@ def _ball_way(
             ball[tree.START + a] = point[a] + radius * normal[a]
             ball[tree.END + a] = point[a] + (radius + ways[k]) * normal[a]
         face = first_near(
-            ball, limits[BALL_GAP], limits[OWN_GAP], triangles, faces, own, boxes, links, order
-        )
+            ball, limits[BALL_GAP], limits[OWN_GAP], triangles, faces, surfaces, own, boxes, links,
+            order,
+        )  # fmt: skip
         if face == FREE:
             return ways[k], FREE
     return 0.0, face
@@ -50,8 +52,7 @@ def _ball_way(
 @compiled(tree)
 def _hit(
     part: int, bodies: Float, turn: Float, centre: Float, normal: Float, way: float, limits: Float,
-    body: Float, triangles: Float, faces: Int, nobody: NDArray[np.bool_], boxes: Float, links: Int,
-    order: Int,
+    body: Float, triangles: Float, faces: Int, surfaces: Int, boxes: Float, links: Int, order: Int,
 ) -> int:  # fmt: skip
     """Return a face that a part of the probe touches anywhere on the way of the ball, or FREE.
 
@@ -73,7 +74,9 @@ def _hit(
                     across += turn[a, b] * bodies[row, tree.ACROSS + b]
                 body[tree.START + a], body[tree.END + a] = start, end
                 body[tree.ACROSS + a] = across
-            face = first_near(body, gap, gap, triangles, faces, nobody, boxes, links, order)
+            face = first_near(
+                body, gap, gap, triangles, faces, surfaces, NOBODY, boxes, links, order
+            )
             if face != FREE:
                 return face
     return FREE
@@ -82,8 +85,8 @@ def _hit(
 @compiled(tree)
 def leds_seen(
     turn: Float, centre: Float, leds: Float, directions: Float, cameras: Float, sensors: Float,
-    limits: Float, ray: Float, triangles: Float, faces: Int, nobody: NDArray[np.bool_],
-    boxes: Float, links: Int, order: Int, through: bool,
+    limits: Float, ray: Float, triangles: Float, faces: Int, surfaces: Int, boxes: Float,
+    links: Int, order: Int, through: bool,
 ) -> int:  # fmt: skip
     """Return how many LEDs two cameras or more see; ``through`` the part, or past it.
 
@@ -126,7 +129,10 @@ def leds_seen(
                 ray[tree.START + a], ray[tree.END + a] = p[a], eye[a]
             if (
                 through
-                or first_near(ray, 0.0, 0.0, triangles, faces, nobody, boxes, links, order) == FREE
+                or first_near(
+                    ray, 0.0, 0.0, triangles, faces, surfaces, NOBODY, boxes, links, order
+                )
+                == FREE
             ):
                 cameras_of_it += 1
         if cameras_of_it >= 2:
@@ -152,27 +158,29 @@ def _is_among(d: int, ranks: Int) -> bool:
 def search(
     points: Float, normals: Float, radius: float, ways: Float, turns: Float, ranks: Int,
     bodies: Float, leds: Float, directions: Float, cameras: Float, sensors: Float, limits: Float,
-    triangles: Float, faces: Int, own: NDArray[np.bool_], boxes: Float, links: Int, order: Int,
+    triangles: Float, faces: Int, surfaces: Int, own: Int, boxes: Float, links: Int, order: Int,
     found: Int, way_of: Float,
 ) -> None:  # fmt: skip
     """Fill in for each target how far the search came, and by which attitude.
 
     ``points`` and ``normals`` (n, 3). ``turns`` (d, y, 3, 3): part from probe, for directions of
-    the handle and turns about it. ``ranks`` (n, d): directions, the most natural first. ``own``
-    (f,): faces of the surface that is touched. ``found`` (n, 5): stage, face against it, direction,
+    the handle and turns about it. ``ranks`` (n, d): directions, the most natural first; -1
+    ends them. ``surfaces`` (f,): to which surface each face belongs; ``own`` (n,): which of them
+    each target touches, those of one in a row. ``found`` (n, 5): stage, face against it, direction,
     turn, LEDs seen by two cameras; ``way_of`` (n,), mm, free along the normal. Without cameras
     (0, 21) sight is not asked.
     """
     body = np.empty(tree.N_COLUMNS)
     centre = np.empty(3)
-    nobody = np.zeros(len(own), dtype=np.bool_)
     facing = np.zeros(turns.shape[1], dtype=np.int64)
     last = -1
     for i in range(len(points)):
         found[i, 0], found[i, 1], found[i, 2], found[i, 3], found[i, 4] = BALL, FREE, -1, -1, 0
+        if i > 0 and own[i] != own[i - 1]:
+            last = -1
         way, face = _ball_way(
-            points[i], normals[i], radius, ways, limits, body, triangles, faces, own, boxes, links,
-            order,
+            points[i], normals[i], radius, ways, limits, body, triangles, faces, surfaces, own[i],
+            boxes, links, order,
         )  # fmt: skip
         way_of[i] = way
         if face != FREE:
@@ -200,7 +208,7 @@ def search(
                 for y in range(turns.shape[1]):
                     count = leds_seen(
                         turns[d, y], centre, leds, directions, cameras, sensors, limits, body,
-                        triangles, faces, nobody, boxes, links, order, True,
+                        triangles, faces, surfaces, boxes, links, order, True,
                     )  # fmt: skip
                     facing[y] = count
                     most = max(most, count)
@@ -211,7 +219,7 @@ def search(
             # The stylus and the core of the body are round: turned about themselves the same.
             face = _hit(
                 0, bodies, turns[d, 0], centre, normals[i], way, limits, body, triangles, faces,
-                nobody, boxes, links, order,
+                surfaces, boxes, links, order,
             )  # fmt: skip
             if face != FREE:
                 if found[i, 0] < STYLUS:
@@ -219,7 +227,7 @@ def search(
                 continue
             face = _hit(
                 2, bodies, turns[d, 0], centre, normals[i], way, limits, body, triangles, faces,
-                nobody, boxes, links, order,
+                surfaces, boxes, links, order,
             )  # fmt: skip
             if face != FREE:
                 if found[i, 0] < BODY:
@@ -232,7 +240,7 @@ def search(
                         continue
                     count = leds_seen(
                         turns[d, y], centre, leds, directions, cameras, sensors, limits, body,
-                        triangles, faces, nobody, boxes, links, order, False,
+                        triangles, faces, surfaces, boxes, links, order, False,
                     )  # fmt: skip
                     if count < limits[LEAST_LEDS]:
                         if found[i, 0] < SIGHT or count > found[i, 4]:
@@ -240,7 +248,7 @@ def search(
                         continue
                 face = _hit(
                     1, bodies, turns[d, y], centre, normals[i], way, limits, body, triangles,
-                    faces, nobody, boxes, links, order,
+                    faces, surfaces, boxes, links, order,
                 )  # fmt: skip
                 if face != FREE:
                     if found[i, 0] < BODY:

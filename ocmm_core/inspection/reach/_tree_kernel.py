@@ -7,7 +7,6 @@ hull of two balls, a panel is a flat prism with four corners.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
@@ -181,14 +180,24 @@ def _panel_near(corners: Float, t: Float, gap: float) -> bool:
 
 
 @compiled()
+def _is_beside(t: Float, low: Float, high: Float) -> bool:
+    """Return whether a triangle (3, 3) lies outside a box on one side of it."""
+    for a in range(3):
+        if max(t[0, a], t[1, a], t[2, a]) < low[a] or min(t[0, a], t[1, a], t[2, a]) > high[a]:
+            return True
+    return False
+
+
+@compiled()
 def first_near(
-    body: Float, gap: float, own_gap: float, triangles: Float, faces: Int, own: NDArray[np.bool_],
+    body: Float, gap: float, own_gap: float, triangles: Float, faces: Int, surfaces: Int, own: int,
     boxes: Float, links: Int, order: Int,
 ) -> int:  # fmt: skip
     """Return a face that comes nearer to a body than ``gap``, mm; FREE where none does.
 
-    ``own`` (f,) bool: faces for which ``own_gap`` holds instead. ``faces`` (n,): of each triangle.
-    The others as `_grow_kernel.grow` makes them.
+    ``surfaces`` (f,): to which surface each face belongs; for those of ``own`` ``own_gap`` holds
+    instead, which is no greater. ``faces`` (n,): of each triangle. The others as
+    `_grow_kernel.grow` makes them.
     """
     corners = np.empty((8, 3))
     start, way, across, thick = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
@@ -247,9 +256,12 @@ def first_near(
             count += 2
             continue
         for k in range(links[box, 0], links[box, 0] + links[box, 1]):
-            face = faces[order[k]]
-            limit = own_gap if own[face] else gap
             triangle = triangles[order[k]]
+            # Of the triangles of a leaf most are beside the body as their box tells.
+            if _is_beside(triangle, low, high):
+                continue
+            face = faces[order[k]]
+            limit = own_gap if surfaces[face] == own else gap
             if body[KIND] == PANEL:
                 if _panel_near(corners, triangle, limit):
                     return int(face)

@@ -8,6 +8,8 @@ from ocmm_core.inspection.pmi import Pmi
 from ocmm_core.part_model import NominalFace
 
 Triple = tuple[float, float, float]
+LESS = "Export the model without parts and details that nobody measures."
+"""What to do where it is too much."""
 OPEN = "its edges do not go round"
 """Stands against a face of which nobody knows what is inside."""
 

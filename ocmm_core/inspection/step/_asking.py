@@ -17,7 +17,7 @@ from ocmm_core.blas import use_one_thread
 from ocmm_core.documents import decode_json, read_bytes
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.host import HOST
-from ocmm_core.inspection.step._answer import StepAnswer
+from ocmm_core.inspection.step._answer import LESS, StepAnswer
 from ocmm_core.inspection.step._worker import Wanted, read_step
 from ocmm_core.part_model import LARGEST_MODEL, PartModel, model_from_bytes
 from ocmm_core.processes import process_context
@@ -153,7 +153,7 @@ class _Reading:
             if self._is_too_long():
                 limit = self._asking.timeout_s
                 what = f"reading took longer than {limit:.0f} s (at {self._doing})"
-                raise step_error(self._path, what, REMEDY)
+                raise step_error(self._path, what, LESS)
 
     def _is_too_long(self) -> bool:
         """Return whether the reader has worked longer than it may.

@@ -26,7 +26,7 @@ LIMIT_S = 60.0
 """Of a processor: a target takes some milliseconds, and a plan of thousands is no plan."""
 _COARSEST_MM = 0.5
 """Gaps grow with the deflection of the mesh: with more of it good targets would be refused."""
-_NAMED = 20
+_NAMED = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +141,9 @@ def _asked(offer: Offer, reach: Reach) -> Offer | LeftOut:
         return _free_form_asked(offer, offer.free_form, reach)
     face = _face_of(feature)
     reached = reach.of(points, normals_of(face, points), own, bore_axis(face))
-    found = taken_of(face, points, reached, len(points), feature.points, reach.why_not(reached))
+    found = taken_of(
+        face, points, reached, len(points), feature.points, lambda: reach.why_not(reached)
+    )
     if found.against:
         bare = msgspec.structs.replace(feature, targets=())
         return LeftOut(bare, found.against, offer.faces)

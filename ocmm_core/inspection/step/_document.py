@@ -20,8 +20,9 @@ _OPERATOR = b"CARTESIAN_TRANSFORMATION_OPERATOR"
 _SAME_SCALE = 1e-9
 _LARGE_BYTES = 8_000_000
 _OUTLINES = re.compile(rb"FACE(?:_SURFACE)?\s*\(\s*'[^']*'\s*,\s*\(([#0-9,\s]*)\)")
-_MANY_OUTLINES = 200
-"""Of one face; up to so many the library is soon done with all pairs of them."""
+_EDGES = re.compile(rb"EDGE_LOOP\s*\(\s*'[^']*'\s*,\s*\(([#0-9,\s]*)\)")
+_MANY_OUTLINES, _MANY_EDGES = 200, 1000
+"""Of one face, and of one outline; of so many the library is soon done with all pairs."""
 _NO_NAME = frozenset(("", "none", "face", "advanced_face", "shell", "solid", "compound"))
 """What exporters write where they have nothing to say."""
 
@@ -107,7 +108,7 @@ def read_document(path: str, doing: Callable[[str], None]) -> StepDocument:
         raise ValueError(msg)
     # Only now: to read a file sets back what is to be mended.
     content = Path(path).read_bytes()
-    if most_outlines(content) > _MANY_OUTLINES:
+    if most_outlines(content) > _MANY_OUTLINES or most_edges(content) > _MANY_EDGES:
         _without_crossings(reader)
     if _OPERATOR in content.upper():
         _refuse_scaled_and_mirrored(reader.Reader().Model())
@@ -155,11 +156,17 @@ def most_outlines(content: bytes) -> int:
     return max((found[1].count(b"#") for found in _OUTLINES.finditer(content)), default=0)
 
 
+def most_edges(content: bytes) -> int:
+    """Return how many edges the longest outline has, by the text of a file."""
+    return max((found[1].count(b"#") for found in _EDGES.finditer(content)), default=0)
+
+
 def _without_crossings(reader: Any) -> None:
     """Let the library not look for outlines that cross themselves or each other.
 
-    It compares each hole of a face with each other one, and copies the face for each: with
-    thousands of them that takes minutes. All else that it mends is mended as ever.
+    It compares each hole of a face with each other one, and copies the face for each, and each edge
+    of an outline with each other one: with thousands of them that takes minutes. All else that it
+    mends is mended as ever.
     """
     from OCP.DE import DE_ShapeFixParameters
     from OCP.TCollection import TCollection_AsciiString

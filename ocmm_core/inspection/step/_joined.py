@@ -19,7 +19,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.reach import Reach
 from ocmm_core.inspection.step import _place_kernel as kernel
 from ocmm_core.inspection.step._answer import OPEN, StepFace, StepSurface
-from ocmm_core.inspection.step._placed import bore_axis, in_order, placed
+from ocmm_core.inspection.step._placed import Placed, Wish, bore_axis, in_order, placed_each
 from ocmm_core.inspection.step._raw_faces import RawFace, Rim, stretches_of
 
 _SAME_MM, _SAME_RAD = 1e-4, 1e-6
@@ -31,6 +31,8 @@ EDGE_MM = 1.0
 _HOLLOW = -0.1
 """An edge is one that falls away where the normal beyond it leans back by more than this."""
 _SAME_AXIS, _MOST_AXES = np.cos(np.radians(1.0)), 40
+_AT_ONCE = 64
+"""Surfaces that are asked for targets in one call."""
 _SPARE = 2
 """So many times the usual points are placed, for who wants more."""
 
@@ -88,9 +90,11 @@ def surfaces_of(
         Told which surface it is at.
     """
     surfaces = []
-    for number, room in enumerate(rooms, start=1):
-        doing(f"targets on surface {number} of {len(rooms)}")
-        surfaces.append(_surface(room, reach))
+    for start in range(0, len(rooms), _AT_ONCE):
+        doing(f"targets on surface {start + 1} of {len(rooms)}")
+        some = rooms[start : start + _AT_ONCE]
+        found = iter(placed_each([_wish(room) for room in some if not room.against], reach))
+        surfaces += [_surface(room, None if room.against else next(found)) for room in some]
     return surfaces
 
 
@@ -226,19 +230,21 @@ def _room(group: Sequence[RawFace], hollow: Sequence[Sequence[Float]], ball_radi
     return Room(face, numbers, in_order(free, _SPARE * wanted))
 
 
-def _surface(room: Room, reach: Reach | None) -> StepSurface:
-    face, numbers = room.face, room.numbers
-    if room.against:
-        return StepSurface(face=face, numbers=numbers, against=room.against)
-    wanted = Shape(face.shape).spec.usual_points
-    own = [number - 1 for number in numbers]
-    found = placed(face, room.order, _SPARE * wanted, wanted, own, reach)
+def _wish(room: Room) -> Wish:
+    wanted = Shape(room.face.shape).spec.usual_points
+    own = [number - 1 for number in room.numbers]
+    return Wish(room.face, room.order, _SPARE * wanted, wanted, own)
+
+
+def _surface(room: Room, found: Placed | None) -> StepSurface:
+    if found is None:
+        return StepSurface(face=room.face, numbers=room.numbers, against=room.against)
     return StepSurface(
-        face=face,
+        face=room.face,
         targets=_triples(found.points),
         held=_triples(found.held),
         ways=tuple(found.ways.tolist()),
-        numbers=numbers,
+        numbers=room.numbers,
         against=found.against,
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -275,14 +275,14 @@ def _feature(surface: StepSurface, name: str) -> NominalFeature:
         shape=shape,
         points=shape.spec.usual_points,
         point=_rounded(middle),
-        direction=_rounded(np.array(face.direction)),
-        across=_rounded(np.array(face.across)),
+        direction=_rounded(face.direction),
+        across=_rounded(face.across),
         diameter=round(2.0 * radius, _DECIMALS),
         length=round(face.high - face.low, _DECIMALS),
         width=round(width, _DECIMALS),
         angle_deg=round(2.0 * float(np.degrees(face.half_angle)), _DECIMALS),
         side="inner" if face.inner else "outer",
-        targets=tuple(_rounded(np.array(target)) for target in surface.targets),
+        targets=tuple(map(_rounded, surface.targets)),
     )
 
 
@@ -297,8 +297,12 @@ def _middle(face: StepFace) -> tuple[np.ndarray[tuple[int], np.dtype[np.float64]
     return point, face.radius
 
 
-def _rounded(
-    values: np.ndarray[tuple[int], np.dtype[np.float64]],
-) -> tuple[float, float, float]:
-    x, y, z = (round(float(value), _DECIMALS) + 0.0 for value in values)
-    return (x, y, z)
+def _rounded(values: Iterable[float]) -> Triple:
+    x, y, z = values
+    # Plain numbers: a model has a hundred thousand targets, and those of numpy take five times as
+    # long.
+    return (
+        round(float(x), _DECIMALS) + 0.0,
+        round(float(y), _DECIMALS) + 0.0,
+        round(float(z), _DECIMALS) + 0.0,
+    )

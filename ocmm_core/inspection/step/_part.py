@@ -31,7 +31,6 @@ from ocmm_core.inspection.step._solid_mesh import RawMesh, motion_of, raw_meshes
 from ocmm_core.inspection.step._surface_splines import MappedSurface, surface_of
 from ocmm_core.part_model import (
     FARTHEST_MM,
-    MOST_FACES,
     MOST_TRIANGLES,
     ModelFace,
     PartModel,
@@ -69,7 +68,7 @@ def part_of(
     Raises
     ------
     ValueError
-        There is no face with a surface, or more of them than a model can have.
+        There is no face with a surface.
     """
     from OCP.BRepLib import BRepLib_ToolTriangulatedShape
 
@@ -77,9 +76,6 @@ def part_of(
     if not faces:
         msg = "contains no faces"
         raise ValueError(msg)
-    if len(faces) > MOST_FACES:
-        msg = f"it has {len(faces)} faces, and a part can have {MOST_FACES}"
-        raise UnusableModelError(msg, "Export the model without details that nobody measures.")
     doing("the mesh")
     deflection = _meshed(document, faces)
     compute_normals = static(BRepLib_ToolTriangulatedShape, "ComputeNormals")
@@ -185,7 +181,8 @@ def _kept_deflection(faces: Sequence[Any]) -> float:
     made = [one for one in meshes if one is not None]
     if not made or sum(one.NbTriangles() for one in made) > MOST_TRIANGLES:
         return 0.0
-    return float(max(one.Deflection() for one in made))
+    # That of flat faces with straight edges is 0, and no less a mesh.
+    return max(_FINEST_MM, *(float(one.Deflection()) for one in made))
 
 
 def _count(face: Any) -> int:

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.reach import Reach, Reached
+from ocmm_core.inspection.reach import Places, Reach, Reached
 from ocmm_core.inspection.step import _place_kernel as kernel
 from ocmm_core.inspection.step._answer import StepFace
 
 WANTED, LEAST = 20, 10
 """Places of a free form: they tell nothing of each other, so there are more of them."""
-_TRIED = 1, 2, 5
-"""So many times the targets are tried before a surface is given up."""
+_TRIED, _GIVEN_UP = (1, 2, 5), 1
+"""So many times the targets are tried; after the second of them one without any is given up."""
 _WIDEST_GAP_DEG = 215.0
 """A round surface whose targets leave more of the turn free would be measured from one side."""
 
@@ -44,49 +44,88 @@ class Placed:
     against: str = ""
 
 
-def placed(
-    face: StepFace, order: Float, wanted: int, least: int, own: Sequence[int], reach: Reach | None
-) -> Placed:
-    """Return up to ``wanted`` of the free places of a surface as targets.
+@dataclass(slots=True, eq=False)
+class Wish:
+    """A surface that wants targets.
+
+    Attributes
+    ----------
+    face
+        The surface.
+    order
+        (n, 3), mm: where a ball has room, see `in_order`; n > 0.
+    wanted, least
+        So many targets, and with fewer it cannot be measured.
+    own
+        Its faces in the mesh, from 0.
+    """
+
+    face: StepFace
+    order: Float
+    wanted: int
+    least: int
+    own: Sequence[int]
+    _found: list[tuple[Float, Reached]] = field(default_factory=list)
+    _good: int = 0
+
+    def asks(self, turn: int) -> Places | None:
+        """Return the places that are tried next; None where it has enough, or gives up."""
+        if self._good >= self.wanted:
+            return None
+        # Where half of the turn is out of reach, none of the first may be in the other half.
+        if turn > _GIVEN_UP and not 0 < self._good < self.least:
+            return None
+        tried = _TRIED[turn - 1] * self.wanted if turn else 0
+        more = self.order[tried : _TRIED[turn] * self.wanted]
+        if not len(more):
+            return None
+        return Places(more, normals_of(self.face, more), self.own, bore_axis(self.face))
+
+    def note(self, places: Places, reached: Reached) -> None:
+        """Take what became of the places that were tried."""
+        self._found.append((places.points, reached))
+        self._good += int(np.count_nonzero(reached.stage == 0))
+
+    def placed(self, reach: Reach) -> Placed:
+        """Return targets among all places that were tried."""
+        points, every = self._found[0]
+        if len(self._found) > 1:
+            points = np.concatenate([one for one, _ in self._found])
+            every = Reached(*(
+                np.concatenate([getattr(one, name) for _, one in self._found])
+                for name in ("stage", "face", "turns_part_from_probe", "ways_mm", "leds")
+            ))  # fmt: skip
+        return taken_of(
+            self.face, points, every, self.wanted, self.least, lambda: reach.why_not(every)
+        )
+
+
+def placed_each(wishes: Sequence[Wish], reach: Reach | None) -> list[Placed]:
+    """Return targets of surfaces, all asked for at once.
 
     Parameters
     ----------
-    order
-        (n, 3), mm: where a ball has room, see `in_order`.
-    least
-        With fewer a surface cannot be measured.
-    own
-        Its faces in the mesh, from 0.
     reach
         None where nothing is asked.
     """
-    nobody = np.empty((0, 3))
     if reach is None:
-        return Placed(order[:wanted], nobody, np.empty(0))
-    axis = bore_axis(face)
-    tried = 0
-    found: list[tuple[Float, Reached]] = []
-    good = 0
-    for times in _TRIED:
-        until = times * wanted
-        more = order[tried:until]
-        tried = until
-        if len(more):
-            found.append((more, reach.of(more, normals_of(face, more), list(own), axis)))
-            good += int((found[-1][1].stage == 0).sum())
-        # Where half of the turn is out of reach, none of the first may be in the other half.
-        if good >= wanted or (times == _TRIED[1] and not 0 < good < least):
-            break
-    points = np.concatenate([one for one, _ in found])
-    every = Reached(*(
-        np.concatenate([getattr(one, name) for _, one in found])
-        for name in ("stage", "face", "turns_part_from_probe", "ways_mm", "leds")
-    ))  # fmt: skip
-    return taken_of(face, points, every, wanted, least, reach.why_not(every))
+        nobody = np.empty((0, 3))
+        return [Placed(one.order[: one.wanted], nobody, np.empty(0)) for one in wishes]
+    for turn in range(len(_TRIED)):
+        asking = [(one, places) for one in wishes if (places := one.asks(turn)) is not None]
+        reached = reach.of_each([places for _, places in asking])
+        for (one, places), found in zip(asking, reached, strict=True):
+            one.note(places, found)
+    return [one.placed(reach) for one in wishes]
 
 
 def taken_of(
-    face: StepFace, points: Float, reached: Reached, wanted: int, least: int, why: str
+    face: StepFace,
+    points: Float,
+    reached: Reached,
+    wanted: int,
+    least: int,
+    why_not: Callable[[], str],
 ) -> Placed:
     """Return up to ``wanted`` of the places that were asked for and can be touched.
 
@@ -98,15 +137,16 @@ def taken_of(
         What became of each.
     least
         With fewer a surface cannot be measured.
-    why
-        What most often stands against those that cannot.
+    why_not
+        Says what most often stands against those that cannot.
     """
     nobody = np.empty((0, 3))
     can = np.flatnonzero(reached.stage == 0)
     if len(can) < least:
-        return Placed(nobody, nobody, np.empty(0), why)
+        return Placed(nobody, nobody, np.empty(0), why_not())
     gap = _gap_deg(face, points[can])
     if gap > _WIDEST_GAP_DEG:
+        why = why_not()
         against = f"only {360.0 - gap:.0f} degrees of its turn can be reached"
         return Placed(nobody, nobody, np.empty(0), f"{against}; beyond, {why}" if why else against)
     taken = can[spread_rows(points[can], wanted)]

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.step import _surface_kernel as kernel
-from ocmm_core.inspection.step._answer import StepFace, Triple
+from ocmm_core.inspection.step._answer import LESS, StepFace, Triple
 from ocmm_core.inspection.step._document import read_document
 from ocmm_core.inspection.step._edge_steps import EdgeSteps, curve_numbers, parameters_on
 from ocmm_core.inspection.step._library import (
@@ -27,6 +27,7 @@ from ocmm_core.inspection.step._library import (
     vector,
 )
 from ocmm_core.inspection.step._surface_places import surface_numbers
+from ocmm_core.part_model import MOST_FACES
 
 _DEFLECTION_MM = 0.02
 """A shorter edge is a tip or a pole."""
@@ -134,7 +135,7 @@ def faces_with_surface(shape: Any) -> tuple[list[Any], Counter[str]]:
     Raises
     ------
     ValueError
-        None has.
+        None has, or there are more of them than a part can have.
     """
     from OCP.BRep import BRep_Tool
 
@@ -158,13 +159,29 @@ def faces_with_surface(shape: Any) -> tuple[list[Any], Counter[str]]:
 
 def _faces_of_parts(shape: Any) -> tuple[list[Any], int]:
     """Return the faces of the solids, and how many others there are; all where no solid is."""
-    solids = list(explored(shape, "SOLID"))
-    if not solids:
-        return list(explored(shape, "FACE")), 0
-    return (
-        [face for solid in solids for face in explored(solid, "FACE")],
-        sum(1 for _ in explored(shape, "FACE", but_in="SOLID")),
-    )
+    has_solids, faces = False, list[Any]()
+    for solid in explored(shape, "SOLID"):
+        has_solids = True
+        _take_faces(solid, faces)
+    if not has_solids:
+        _take_faces(shape, faces)
+        return faces, 0
+    return faces, sum(1 for _ in explored(shape, "FACE", but_in="SOLID"))
+
+
+def _take_faces(shape: Any, faces: list[Any]) -> None:
+    """Add the faces of a shape. An assembly of assemblies has millions in a file of some kilobytes.
+
+    Raises
+    ------
+    UnusableModelError
+        They are more than a part can have.
+    """
+    for face in explored(shape, "FACE"):
+        faces.append(face)
+        if len(faces) > MOST_FACES:
+            msg = f"it has more than {MOST_FACES} faces, and no part can have more"
+            raise UnusableModelError(msg, LESS)
 
 
 def _raw_face(face: Any, number: int, steps: EdgeSteps) -> tuple[str, RawFace | None]:
@@ -260,9 +277,11 @@ def go_round(ends: Float) -> bool:
     tree = cKDTree(loose)
     if not np.any(tree.query_ball_point(loose, _GAP_MM, return_length=True) % 2):
         return True
-    # Edges that are hardly longer than a gap: what is near what is near belongs to the corner.
-    near = tree.query_pairs(_GAP_MM, output_type="ndarray")
-    links = coo_array((np.ones(len(near)), (near[:, 0], near[:, 1])), shape=(len(loose),) * 2)
+    # Edges that are hardly longer than a gap, or shorter, as of a curve that was exported as a
+    # thousand lines: what is near what is near belongs to the corner.
+    every = ends.reshape(-1, 3)
+    near = cKDTree(every).query_pairs(_GAP_MM, output_type="ndarray")
+    links = coo_array((np.ones(len(near)), (near[:, 0], near[:, 1])), shape=(len(every),) * 2)
     _, corner = connected_components(links, directed=False)
     return not np.any(np.bincount(corner) % 2)
 

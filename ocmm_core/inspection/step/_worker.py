@@ -22,7 +22,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.failure import contained
 from ocmm_core.host import HOST
 from ocmm_core.inspection.reach import Reach, Setting, make_obstacle
-from ocmm_core.inspection.step._answer import StepAnswer, StepFreeForm, StepSurface
+from ocmm_core.inspection.step._answer import LESS, StepAnswer, StepFreeForm, StepSurface
 from ocmm_core.inspection.step._document import StepDocument, read_document
 from ocmm_core.inspection.step._face_order import tolerances_of
 from ocmm_core.inspection.step._free_forms import free_form_rooms, free_forms_of
@@ -105,7 +105,8 @@ def read_step(path: str, wanted: Wanted, to: Connection) -> None:
         answer = StepAnswer(fault=str(error))
     except MemoryError:
         answer = StepAnswer(
-            fault=f"reading it takes more than {_MOST_BYTES / 1e9:.1f} GB of memory (at {doing})"
+            fault=f"reading it takes more than {_MOST_BYTES / 1e9:.1f} GB of memory (at {doing})",
+            remedy=LESS,
         )
     except Exception as error:
         told = contained(error, f"Reading the STEP file (at {doing})")

@@ -130,5 +130,5 @@ def test_a_thousand_surfaces_that_are_not_asked_are_one_line(tmp_path: Path) -> 
         if one.feature.shape is Shape.PLANE and np.allclose(one.feature.direction, (0, 0, 1))
     )
     (said,) = ask_for_chosen(model, (top,) * 1000, limit_s=-1.0).sentences()
-    assert "(+980)" in said
+    assert "(+990)" in said
     assert len(said) < 1000

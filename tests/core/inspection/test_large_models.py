@@ -252,3 +252,48 @@ def test_the_size_of_a_face_is_that_of_the_box_about_it() -> None:
     assert box_size(face) == pytest.approx(50.0, abs=1e-5)
     # What has no end is none of a part.
     assert box_size(BRepBuilderAPI_MakeFace(plane).Face()) < 1e-3
+
+
+def test_a_face_with_a_thousand_short_edges_is_one_with_targets(tmp_path: Path) -> None:
+    """A contour that was exported as lines: on one side hardly longer than a gap, or shorter.
+
+    The library compares each of them with each other one: of 10,000 it was not done after 120 s.
+    """
+    needs_package("OCP", "the extra 'step'")
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
+    from OCP.gp import gp_Pnt
+
+    from ocmm_core.inspection.step._document import most_edges
+
+    # Half of a circle of 30 mm in steps of 0.08 mm, and its chord.
+    outline = BRepBuilderAPI_MakePolygon()
+    for angle in np.linspace(0.0, np.pi, 1200).tolist():
+        outline.Add(gp_Pnt(30.0 * np.cos(angle), 30.0 * np.sin(angle), 0.0))
+    outline.Close()
+    face = BRepBuilderAPI_MakeFace(outline.Wire()).Face()
+    path = written(tmp_path / "contour.stp", face)
+    assert most_edges(path.read_bytes()) == 1200
+    assert most_edges(written(tmp_path / "block.stp", block()).read_bytes()) == 4
+    (plane,) = read_model(path).features
+    places = np.array(plane.targets)
+    # The ball of 6 mm and 1 mm keep off the outline; of the chords 0.02 mm are forgiven.
+    assert np.hypot(places[:, 0], places[:, 1]).max() <= 26.0 + 0.02
+    assert places[:, 1].min() >= 4.0 - 0.02
+
+
+def test_a_mesh_of_flat_faces_is_kept_for_the_part(tmp_path: Path) -> None:
+    """It is off by nothing: taken for none, a coarser one was made, too coarse to be asked."""
+    needs_package("OCP", "the extra 'step'")
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+
+    from ocmm_core.inspection.step._document import read_document
+    from ocmm_core.inspection.step._part import _kept_deflection
+    from ocmm_core.inspection.step._raw_faces import faces_with_surface
+    from ocmm_core.inspection.step._solid_mesh import make_mesh
+
+    path = written(tmp_path / "flat.stp", BRepPrimAPI_MakeBox(50.0, 40.0, 30.0).Shape())
+    document = read_document(str(path), lambda _: None)
+    faces, _ = faces_with_surface(document.shape)
+    assert _kept_deflection(faces) == 0.0
+    make_mesh(document.shape, faces)
+    assert 0.0 < _kept_deflection(faces) <= 0.1

@@ -143,6 +143,22 @@ def test_what_is_kept_and_damaged_is_made_anew(tmp_path: Path) -> None:
     assert cached_part(file.parent, part.source_sha256) is None
 
 
+def test_a_folder_that_nobody_can_look_into_keeps_no_part_and_shows_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As one of another user, who lets nobody in; by a name that no system takes, root neither."""
+    monkeypatch.setattr(platformdirs, "user_cache_path", lambda _: tmp_path / "cache")
+    plan, _, part = beside(tmp_path)
+    closed = tmp_path / ("x" * 300)
+    assert cached_part(closed, part.source_sha256) is None
+    keep_part(closed, part)
+    assert cached_part(closed, part.source_sha256) is not None
+    found = part_of_plan(plan, closed)
+    assert found.model is None
+    assert found.doubt is not None
+    assert "cannot be read" in found.doubt.what
+
+
 def test_only_so_many_parts_are_kept(tmp_path: Path) -> None:
     for number in range(MOST_FILES + 5):
         keep_part(tmp_path, replace(block_part(), source_sha256=f"{number:064x}"))

@@ -14,7 +14,7 @@ from ocmm_core.camera import load_rig, on_sensor, project
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
-from ocmm_core.inspection.reach import Obstacle, Placement, Reach, Setting, make_obstacle
+from ocmm_core.inspection.reach import Obstacle, Placement, Places, Reach, Setting, make_obstacle
 from ocmm_core.inspection.reach import _tree_kernel as kernel
 from ocmm_core.inspection.step import setting_of, up_of, usual_request
 from ocmm_core.tracking import load_probe
@@ -201,9 +201,10 @@ PLAIN = _plain(kernel)
 
 def met(body: Float, part: Obstacle, gap: float, own: int = -1, own_gap: float = 0.0) -> int:
     """Return the face that a body comes nearer to than a gap; `own_gap` holds for one of them."""
-    is_own = np.arange(part.n_faces) == own
+    surfaces = np.arange(part.n_faces)
     return int(PLAIN["first_near"](
-        body, gap, own_gap, part.triangles, part.faces, is_own, part.boxes, part.links, part.order
+        body, gap, own_gap, part.triangles, part.faces, surfaces, own, part.boxes, part.links,
+        part.order,
     ))  # fmt: skip
 
 
@@ -323,3 +324,56 @@ def test_other_words_are_no_axis(word: str) -> None:
 def test_a_placement_without_a_direction_is_refused() -> None:
     with pytest.raises(InputError, match="cannot stand"):
         setting_of(msgspec.structs.replace(usual_request(), up=(0.0, 0.0, 0.0)))
+
+
+def test_surfaces_that_are_asked_at_once_are_answered_as_one_by_one() -> None:
+    """Also where one of them has no handle that serves it, and where own faces count as such."""
+    reach = Reach(BLOCK, 3.0, SETTING, UP[None])
+    asked = [
+        Places(np.array([[50.0, 30.0, 20.0], [20.0, 30.0, 20.0]]), np.tile(UP, (2, 1)), [5]),
+        Places(np.array([[50.0, 30.0, 0.0]]), DOWN[None], [4]),
+        Places(np.array([[0.0, 30.0, 10.0], [0.0, 20.0, 4.0]]), np.tile(LEFT, (2, 1)), [0]),
+        Places(np.array([[100.0, 30.0, 10.0]]), RIGHT[None], [1], RIGHT),
+    ]
+    at_once = reach.of_each(asked)
+    assert at_once[0].stage.tolist() == [0, 0]
+    for places, found in zip(asked, at_once, strict=True):
+        alone = reach.of(places.points, places.normals, places.own, places.axis_part)
+        for name in ("stage", "face", "turns_part_from_probe", "ways_mm", "leds"):
+            assert np.array_equal(getattr(found, name), getattr(alone, name), equal_nan=True)
+    assert reach.of_each([]) == []
+
+
+def test_a_mesh_that_came_through_a_pipe_is_of_the_type_that_is_compiled() -> None:
+    triangles = np.frombuffer(np.array(BLOCK.triangles).tobytes()).reshape(-1, 3, 3)
+    faces = np.frombuffer(np.array(BLOCK.faces).tobytes(), dtype=np.int64)
+    assert not triangles.flags.writeable
+    made = make_obstacle(triangles, faces, BLOCK.n_faces, 0.02)
+    assert made.triangles.flags.writeable
+    assert made.faces.flags.writeable
+
+
+def test_long_triangles_lie_in_the_tree_in_pieces() -> None:
+    """A face with thousands of holes has some as long as the part, all over the boxes of others."""
+    at = np.arange(400.0)
+    small = np.zeros((400, 3, 3))
+    small[:, :, 0] = at[:, None] + [0.0, 1.0, 0.0]
+    small[:, 2, 1] = 1.0
+    # Across all of them, and 0.2 wide.
+    long = np.array([[[0.0, -3.0, 0.0], [400.0, -3.0, 0.0], [400.0, -3.2, 0.0]]])
+    both = np.concatenate([long, small])
+    made = make_obstacle(both, np.array([0, *[1] * 400]), 2, 0.0)
+    pieces = made.triangles[made.faces == 0]
+    # A quarter more of all triangles are allowed.
+    assert 32 <= len(pieces) <= 1 + 0.25 * len(both)
+    assert np.ptp(pieces[:, :, 0], axis=1).max() <= 400.0 / 8
+    area = 0.5 * np.linalg.norm(
+        np.cross(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0]), axis=1
+    )
+    # 400 by 0.2 by half, to the rounding of some hundred cuts.
+    assert area.sum() == pytest.approx(40.0, abs=1e-9)
+    assert (made.faces == 1).sum() == 400
+    for x in (0.5, 200.3, 399.0):
+        up = np.array([x, -3.0, 5.0])
+        assert met(bar(up, up - [0.0, 0.0, 4.5], 0.4, 0.4), made, 0.2) == 0
+        assert met(bar(up, up - [0.0, 0.0, 4.2], 0.4, 0.4), made, 0.2) == kernel.FREE

@@ -165,6 +165,21 @@ def test_an_assembly_without_end_is_a_part_or_a_sentence(
     assert multiprocessing.active_children() == []
 
 
+def test_an_assembly_with_more_faces_than_a_part_can_have_is_told_at_once(tmp_path: Path) -> None:
+    """Of 34 kilobytes: each assembly holds the one before it twice, 8,192 blocks of seven faces.
+
+    Read face by face they took the memory that a reader may have, and that was what was told.
+    """
+    needs_package("OCP", "the extra 'step'")
+    twice = [(n, n + 1) for n in range(13) for _ in range(2)]
+    path = assembled(tmp_path / "twice.step", 13, twice)
+    told: list[str] = []
+    with pytest.raises(InputError, match="more than 50000 faces") as refused:
+        read_part(path, progress=told.append)
+    assert "without parts and details" in refused.value.remedy
+    assert not any("face 1 of" in one for one in told)
+
+
 def test_an_assembly_of_assemblies_is_the_part_in_it(tmp_path: Path) -> None:
     # Such files are as good as any: it is the number that makes them hostile.
     needs_package("OCP", "the extra 'step'")
