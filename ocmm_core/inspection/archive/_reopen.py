@@ -198,6 +198,14 @@ def reopen_content(path: Path, file: bytes, log: bytes, known: KnownOfJob) -> Re
             raise about(error, path) from error
 
 
+def reopen_alone(path: Path, job: JobFile) -> ReopenedJob:
+    """Return an open job by its file alone, as `reopen_job` does; ``path`` is what it is called."""
+    try:
+        return _reopened(path, job, known_alone(job), lambda what, share: None)
+    except OcmmError as error:
+        raise about(error, path) from error
+
+
 def _reopened(path: Path, job: JobFile, known: KnownOfJob, tell: Tell) -> ReopenedJob:
     tell("Reading the documents", 0.05)
     head, events = job.head, job.events()
