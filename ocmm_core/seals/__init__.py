@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.seals._key import THIS_STATION, KeyFolder, StationKey
+    from ocmm_core.seals._key import THIS_STATION, KeptKeys, KeyFolder, StationKey
     from ocmm_core.seals._memory import Seen, memory_folder, recall, remember
     from ocmm_core.seals._public import public_from_text, public_text, shown_key
     from ocmm_core.seals._ring import KnownKey
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _key="KeyFolder StationKey THIS_STATION",
+        _key="KeptKeys KeyFolder StationKey THIS_STATION",
         _memory="Seen memory_folder recall remember",
         _public="public_from_text public_text shown_key",
         _ring="KnownKey",
@@ -41,6 +41,7 @@ else:
 
 __all__ = [
     "THIS_STATION",
+    "KeptKeys",
     "KeyFolder",
     "KnownKey",
     "SealState",

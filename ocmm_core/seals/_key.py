@@ -244,6 +244,23 @@ class KeyFolder:
             temporary.unlink(missing_ok=True)
 
 
+class KeptKeys(KeyFolder):
+    """The keys that are believed, as they are when they are asked for the first time.
+
+    For one look at many files.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        super().__init__(folder)
+        self._kept: dict[str, str] | None = None
+
+    def believed(self) -> dict[str, str]:
+        """Return what `KeyFolder.believed` said first."""
+        if self._kept is None:
+            self._kept = super().believed()
+        return self._kept
+
+
 def _pem(private: Ed25519PrivateKey) -> bytes:
     return private.private_bytes(
         serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()

@@ -19,10 +19,10 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.storage._audit import AUDITED, AuditedStep, digest_row, now_utc
-    from ocmm_core.storage._connection import require_size
+    from ocmm_core.storage._connection import is_current, require_size
     from ocmm_core.storage._event_text import bad_event, event_value
     from ocmm_core.storage._faults import damaged, no_job, not_writable
-    from ocmm_core.storage._glance import JobSummary, read_summary
+    from ocmm_core.storage._glance import JobSummary, read_summary, settled_trace
     from ocmm_core.storage._guard import LARGEST_FILE, guarded_connection
     from ocmm_core.storage._held_jobs import (
         HeldJobs,
@@ -35,22 +35,22 @@ if TYPE_CHECKING:
     from ocmm_core.storage._job_seal import ADOPTED, JobSeal
     from ocmm_core.storage._job_steps import JobStep
     from ocmm_core.storage._rows import JobEvent, JobHead, JobReference, make_head
-    from ocmm_core.storage._tables import CLOCK
+    from ocmm_core.storage._tables import CLOCK, Observed
 else:
     __getattr__ = door(
         __name__,
         _audit="AUDITED AuditedStep digest_row now_utc",
-        _connection="require_size",
+        _connection="is_current require_size",
         _event_text="bad_event event_value",
         _faults="damaged no_job not_writable",
-        _glance="JobSummary read_summary",
+        _glance="JobSummary read_summary settled_trace",
         _guard="LARGEST_FILE guarded_connection",
         _held_jobs="HeldJobs held_jobs_file held_sentences read_held_jobs write_held_jobs",
         _job_file="JobFile",
         _job_seal="ADOPTED JobSeal",
         _job_steps="JobStep",
         _rows="JobEvent JobHead JobReference make_head",
-        _tables="CLOCK",
+        _tables="CLOCK Observed",
     )
 
 __all__ = [
@@ -67,6 +67,7 @@ __all__ = [
     "JobSeal",
     "JobStep",
     "JobSummary",
+    "Observed",
     "bad_event",
     "damaged",
     "digest_row",
@@ -74,6 +75,7 @@ __all__ = [
     "guarded_connection",
     "held_jobs_file",
     "held_sentences",
+    "is_current",
     "make_head",
     "no_job",
     "not_writable",
@@ -81,5 +83,6 @@ __all__ = [
     "read_held_jobs",
     "read_summary",
     "require_size",
+    "settled_trace",
     "write_held_jobs",
 ]

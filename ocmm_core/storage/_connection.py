@@ -22,7 +22,7 @@ from ocmm_core.storage._faults import (
     storage_error,
 )
 from ocmm_core.storage._guard import LARGEST_FILE, GuardedConnection, guarded_connection
-from ocmm_core.storage._migrations import APPLICATION_ID, bring_up_to_date
+from ocmm_core.storage._migrations import APPLICATION_ID, MIGRATIONS, bring_up_to_date
 from ocmm_core.storage._schema import require_schema
 
 C = TypeVar("C", bound=sqlite3.Connection)
@@ -30,8 +30,9 @@ C = TypeVar("C", bound=sqlite3.Connection)
 _WAIT_S = 1.0
 """How long an open waits for another program to let go of the file."""
 
-_FORMAT_VERSIONS = slice(18, 20)
+_FORMAT_VERSIONS, _USER_VERSION = slice(18, 20), slice(60, 64)
 """Bytes of the head of an SQLite file."""
+_MAGIC = b"SQLite format 3\0"
 
 
 def make_file(path: Path, fill: Callable[[sqlite3.Connection], None]) -> None:
@@ -87,18 +88,62 @@ def connection_to(path: Path, *, read_only: bool) -> Iterator[GuardedConnection]
         # be read as it is, e.g. from an archive that nobody can write to.
         mode = "ro" if path.with_name(f"{path.name}-wal").exists() else "ro&immutable=1"
     with _closing_on_error(path, _connect(path, mode, alone=not read_only)) as db:
-        if int(db.execute("PRAGMA application_id").fetchone()[0]) != APPLICATION_ID:
-            raise no_job(path)
-        require_schema(db, path)
-        bring_up_to_date(db, path, read_only=read_only)
-        fault = db.execute("PRAGMA quick_check(1)").fetchone()[0]
-        if fault != "ok":
-            raise damaged(path, " ".join(fault.split()))
+        _require_job(db, path, read_only=read_only)
         if not read_only:
             # What a killed program or a failed sync left in the log may only be in memory: from
             # here on it is on the disk, before anything is written behind it.
             checkpoint(db)
         yield db
+
+
+@contextlib.contextmanager
+def connection_in_memory(path: Path, content: bytes) -> Iterator[GuardedConnection]:
+    """Give a connection to the bytes of a job file without a log, closed where the body fails.
+
+    Parameters
+    ----------
+    path
+        What it is called; no file is touched.
+    content
+        Of this program's version (`is_current`).
+
+    Raises
+    ------
+    StorageError
+        It is no job file, or damaged.
+    """
+    held = bytearray(content)
+    # A database in memory has no write-ahead log, see `make_file`.
+    held[_FORMAT_VERSIONS] = b"\1\1"
+    db: GuardedConnection = sqlite3.connect(
+        ":memory:", factory=GuardedConnection, isolation_level=None, check_same_thread=False
+    )
+    with _closing_on_error(path, db):
+        db.deserialize(held)
+        db.guard(None, len(held))
+        db.execute("PRAGMA foreign_keys = ON")
+        _require_job(db, path, read_only=True)
+        yield db
+
+
+def is_current(content: bytes) -> bool:
+    """Return whether bytes say that they are an SQLite file of the version of this program.
+
+    Others are brought up to date as files.
+    """
+    version = int.from_bytes(content[_USER_VERSION], "big")
+    return content[: len(_MAGIC)] == _MAGIC and version == len(MIGRATIONS)
+
+
+def _require_job(db: sqlite3.Connection, path: Path, *, read_only: bool) -> None:
+    """Raise StorageError where what is open is no whole job; an older one is brought up to date."""
+    if int(db.execute("PRAGMA application_id").fetchone()[0]) != APPLICATION_ID:
+        raise no_job(path)
+    require_schema(db, path)
+    bring_up_to_date(db, path, read_only=read_only)
+    fault = db.execute("PRAGMA quick_check(1)").fetchone()[0]
+    if fault != "ok":
+        raise damaged(path, " ".join(fault.split()))
 
 
 def checkpoint(db: sqlite3.Connection) -> None:

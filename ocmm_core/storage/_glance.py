@@ -57,14 +57,14 @@ def read_summary(path: Path) -> JobSummary | None:
     StorageError
         The file is no job file, newer than this program, damaged or cannot be read.
     """
-    before = _trace(path)
+    before = settled_trace(path)
     if before is None:
         return None
     found = _read(path)
-    return found if _trace(path) == before else None
+    return found if settled_trace(path) == before else None
 
 
-def _trace(path: Path) -> tuple[int, int, int] | None:
+def settled_trace(path: Path) -> tuple[int, int, int] | None:
     """Return what would change if somebody wrote; None while somebody may."""
     beside = [path.with_name(f"{path.name}{end}") for end in ("-wal", "-journal")]
     try:

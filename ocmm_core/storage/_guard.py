@@ -47,11 +47,20 @@ class GuardedConnection(sqlite3.Connection):
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         self._path: Path | None = None
+        self._size = 0
         self._until_s = 0.0
 
-    def guard(self, path: Path) -> None:
-        """Bound everything that is read of the file at ``path``; before the first statement."""
-        self._path = path
+    def guard(self, path: Path | None, size: int = 0) -> None:
+        """Bound everything that is read of a file; before the first statement.
+
+        Parameters
+        ----------
+        path
+            Of the file; None where its bytes are in memory.
+        size
+            How many these are.
+        """
+        self._path, self._size = path, size
         for limit, most in _LIMITS.items():
             self.setlimit(limit, most)
         self.set_progress_handler(self._is_over, _STEPS)
@@ -67,7 +76,7 @@ class GuardedConnection(sqlite3.Connection):
     def renew(self) -> None:
         """Let the file take its time anew; whoever begins another reading or writing calls this."""
         try:
-            size = 0 if self._path is None else self._path.stat().st_size
+            size = self._size if self._path is None else self._path.stat().st_size
         except OSError:
             size = 0
         # Processor time of this thread: a slow disk or a busy computer is no fault of the file.

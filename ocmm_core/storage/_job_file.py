@@ -27,7 +27,7 @@ from ocmm_core.storage._audit import (
     read_audit,
     read_links,
 )
-from ocmm_core.storage._connection import connection_to, make_file
+from ocmm_core.storage._connection import connection_in_memory, connection_to, make_file
 from ocmm_core.storage._faults import FAULTS, disk_failed, not_writable, storage_error
 from ocmm_core.storage._guard import GuardedConnection
 from ocmm_core.storage._job_seal import (
@@ -43,6 +43,7 @@ from ocmm_core.storage._job_steps import JobStep, read_steps
 from ocmm_core.storage._job_writer import JobWriter
 from ocmm_core.storage._rows import JobEvent, JobHead, JobReference, row_from_head
 from ocmm_core.storage._tables import (
+    Observed,
     insert_annulment,
     insert_event,
     insert_part,
@@ -52,6 +53,7 @@ from ocmm_core.storage._tables import (
     note_clock,
     stored_events,
     stored_head,
+    stored_observations,
     stored_part,
     stored_points,
     stored_reference,
@@ -143,6 +145,25 @@ class JobFile:
             head = stored_head(db, path)
             return cls(path, db, head, read_only=read_only, scratch=scratch)
 
+    @classmethod
+    def in_memory(cls, path: Path, content: bytes) -> JobFile:
+        """Open the bytes of a job file without a log; no disk is touched, and nothing is kept.
+
+        Parameters
+        ----------
+        path
+            What it is called.
+        content
+            Of the version of this program (`is_current`).
+
+        Raises
+        ------
+        StorageError
+            They are none of a job file, or damaged.
+        """
+        with connection_in_memory(path, content) as db:
+            return cls(path, db, stored_head(db, path), read_only=False, scratch=True)
+
     def append_point(self, point: MeasuredPoint) -> None:
         """Store a point; it is on the disk when this returns.
 
@@ -206,6 +227,19 @@ class JobFile:
         """
         with self._reading() as db:
             return stored_points(db, self.path, annulled=False)
+
+    def observed(self) -> list[Observed]:
+        """Return when each point was observed and stored, also annulled ones, by number.
+
+        Much cheaper than `points`, which look at what was observed.
+
+        Raises
+        ------
+        StorageError
+            A time of one is none.
+        """
+        with self._reading() as db:
+            return stored_observations(db, self.path)
 
     def annulled(self) -> list[tuple[MeasuredPoint, str]]:
         """Return the points that are annulled, and why each is; StorageError as `points`."""
@@ -285,10 +319,10 @@ class JobFile:
         with self._reading() as db:
             return [*find_faults(db), *(seal or self._sealed(db)).doubts]
 
-    def seal(self) -> JobSeal:
-        """Return how far the job goes, and who signed it."""
+    def seal(self, keys: KeyFolder | None = None) -> JobSeal:
+        """Return how far the job goes, and who signed it by the keys known here, or by others."""
         with self._reading() as db:
-            return self._sealed(db)
+            return self._sealed(db, keys)
 
     def audited(self) -> list[AuditedStep]:
         """Return everything that was ever stored, oldest first."""
@@ -421,5 +455,5 @@ class JobFile:
             if sealed is not None:
                 remember_job(self.head.job_uuid, *sealed, self.path)
 
-    def _sealed(self, db: sqlite3.Connection) -> JobSeal:
-        return read_seal(db, self.path, self.head.job_uuid, KeyFolder())
+    def _sealed(self, db: sqlite3.Connection, keys: KeyFolder | None = None) -> JobSeal:
+        return read_seal(db, self.path, self.head.job_uuid, keys or KeyFolder())

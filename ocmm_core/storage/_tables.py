@@ -6,7 +6,7 @@ Whoever inserts holds a transaction; whoever reads gets only what is as it was s
 from __future__ import annotations
 
 import sqlite3
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -48,6 +48,22 @@ CLOCK = "clock"
 _CLOCK_TOLERANCE = timedelta(seconds=60)
 """Corrections of a clock are smaller; a step to before the last one is not told then."""
 _POINT_COLUMNS = ",".join(AUDITED["observation"])
+_OBSERVED = (int, float, int, int)
+
+
+@dataclass(frozen=True, slots=True)
+class Observed:
+    """When a point was observed: by its frames, and when it was stored (ISO 8601 text).
+
+    ``annulled`` is 1 where it does not count any more.
+    """
+
+    number: int
+    time_s: float
+    first_frame: int
+    last_frame: int
+    stored_utc: str
+    annulled: int
 
 
 def stored_head(db: sqlite3.Connection, path: Path) -> JobHead:
@@ -112,6 +128,25 @@ def stored_points(db: sqlite3.Connection, path: Path, *, annulled: bool) -> list
     if not spots:
         return points
     return [replace(point, reference_spots=spots.get(point.number)) for point in points]
+
+
+def stored_observations(db: sqlite3.Connection, path: Path) -> list[Observed]:
+    """Return of each point, also of annulled ones, when it was observed and stored, by number.
+
+    What was observed is not looked at: a point that was changed shows by `stored_points`.
+    """
+    rows = db.execute(
+        "SELECT number, observation.time_s, first_frame, last_frame, audit.time_utc,"
+        " number IN (SELECT number FROM annulment) FROM observation"
+        " LEFT JOIN audit ON subject = 'observation' AND key = number ORDER BY number"
+    ).fetchall()
+    for row in rows:
+        if tuple(map(type, row[:4])) != _OBSERVED:
+            raise damaged(path, f"point {row[0]} was changed after it was stored")
+        fault = stamp_fault("point", row[0], row[4])
+        if fault:
+            raise damaged(path, fault)
+    return [Observed(*row) for row in rows]
 
 
 def insert_point(db: sqlite3.Connection, path: Path, point: MeasuredPoint) -> None:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         differences,
         files_in,
         files_of,
+        key_and_name,
         mark_altered,
         rebuild,
         records_of,
@@ -30,7 +31,7 @@ else:
         __name__,
         _rebuild=(
             "Checked Rebuilt differences files_in files_of "
-            "mark_altered rebuild records_of stations_of verify_archive verify_files"
+            "key_and_name mark_altered rebuild records_of stations_of verify_archive verify_files"
         ),
     )
 
@@ -40,6 +41,7 @@ __all__ = [
     "differences",
     "files_in",
     "files_of",
+    "key_and_name",
     "mark_altered",
     "rebuild",
     "records_of",

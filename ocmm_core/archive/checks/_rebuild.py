@@ -7,6 +7,7 @@ against what its files say.
 from __future__ import annotations
 
 import hashlib
+import re
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -30,6 +31,8 @@ from ocmm_core.inspection.archive import SUFFIX
 Tell = Callable[[str, float], None]
 
 _AT_ONCE = 50
+_KEY = re.compile(r"[0-9a-f]{16,}")
+"""As much of a fingerprint as people are shown, or more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +81,7 @@ def rebuild(
     contents
         Name and bytes of each file; all versions of a job may be among them.
     stations
-        Name of the station by the fingerprint of the key that signed.
+        Name of the station by the fingerprint of the key that signed, or by its beginning.
 
     Raises
     ------
@@ -110,7 +113,7 @@ def rebuild(
     kept = 0
     for number, (name, one) in enumerate(made, start=1):
         job = one.record.job
-        station = stations.get(job.signer) or _unknown(job.signer)
+        station = _named(stations, job.signer)
         known = heads.setdefault(job.job_uuid, {})
         again = extract(one.content, name, station, known or None)
         if not again.record.job.fault:
@@ -274,7 +277,30 @@ def _key(record: JobRecord) -> tuple[str, int, str, bool]:
     return job.job_uuid, job.steps, job.head, not job.fault
 
 
-def _unknown(signer: str) -> str:
+def key_and_name(text: str) -> tuple[str, str]:
+    """Return the beginning of a fingerprint, and the station, of ``KEY=STATION``.
+
+    Raises
+    ------
+    InputError
+        It is something else.
+    """
+    shown, _, name = text.partition("=")
+    key = shown.replace("-", "").lower()
+    if not _KEY.fullmatch(key) or not name.strip():
+        raise InputError(
+            "archive.key",
+            f"'{text}' does not name a station: KEY=STATION is expected.",
+            "Give the key as 'ocmm key show' prints it on that station.",
+        )
+    return key, name.strip()
+
+
+def _named(stations: Mapping[str, str], signer: str) -> str:
+    found = [name for key, name in stations.items() if key and signer.startswith(key)]
+    if found:
+        # What was named last by hand comes after what an old archive says.
+        return found[-1]
     return f"key {signer[:8]}" if signer else "unknown station"
 
 

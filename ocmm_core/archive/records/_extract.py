@@ -26,12 +26,13 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import (
     ReopenedJob,
     StoredDocuments,
+    content_of_job,
+    content_to_look_at,
     copy_of_job,
-    reopen_job,
+    reopen_alone,
     why_not_counted,
 )
-from ocmm_core.leftovers import scratch_folder
-from ocmm_core.storage import JobFile, JobHead, JobSeal
+from ocmm_core.storage import JobFile, JobHead, JobSeal, is_current
 from ocmm_core.tolerances.decisions import PartWord
 from ocmm_core.tolerances.kinds import spec_of
 
@@ -43,6 +44,9 @@ class ExtractedJob:
     record: JobRecord
     content: bytes
 
+
+_CALLED = Path("/-/job.ocmm")
+"""In sentences it stands for the name of the file, which may be any text."""
 
 Extract = Callable[[bytes, str, str, Mapping[int, str] | None], ExtractedJob]
 """As `extract_job`."""
@@ -56,6 +60,10 @@ def snapshot(path: Path) -> bytes:
     StorageError
         It is missing, damaged, or changes too fast to be copied.
     """
+    file, log = content_of_job(path)
+    if not log and is_current(file):
+        with content_to_look_at(path, file):
+            return file
     with copy_of_job(path) as copy:
         with JobFile.open(copy, scratch=True):
             pass  # takes the log of the copy into its file
@@ -84,22 +92,16 @@ def extract_job(
     OcmmError
         It is no job file, damaged, or of a later version.
     """
-    with scratch_folder("archive") as folder:
-        # The name is for sentences only: it may be any text.
-        path = folder / "job.ocmm"
-        path.write_bytes(content)
-        chain, head, seal = {}, None, None
-        with JobFile.open(path, scratch=True) as file:
-            head, seal = file.head, file.seal()
-            if known:
-                chain = file.links()
+    with content_to_look_at(_CALLED, content) as file:
+        head, seal = file.head, file.seal()
+        chain = file.links() if known else {}
         try:
-            job = reopen_job(path, alone=True)
+            job = reopen_alone(_CALLED, file)
         except OcmmError as error:
             # Whoever looks for this job must find that there is something wrong with it.
-            why = _sentence(error.what.replace(str(path), name))
+            why = _sentence(error.what.replace(str(_CALLED), name))
             return ExtractedJob(_unreadable(head, seal, content, station, why), content)
-        fault = _fault(job, chain, known or {}, str(path), name)
+        fault = _fault(job, chain, known or {}, str(_CALLED), name)
         return ExtractedJob(_record(job, content, station, fault), content)
 
 

@@ -51,7 +51,7 @@ _ROWS = 2000
 _ODD = (ValueError, TypeError, ArithmeticError, LookupError, NotImplementedError, MemoryError)
 """What psycopg raises besides its own of bytes that are no value of their type."""
 _LOCK = 0x4F434D41
-"""Number of the advisory lock under which an archive is set up (it is "OCMA")."""
+"""Number of the advisory lock under which an archive is made (it is "OCMA")."""
 
 
 def require_psycopg() -> None:
@@ -163,7 +163,12 @@ class PostgresArchive(SqlArchive):
 
     def _bring_up_to_date(self) -> None:
         with self._transaction():
-            self._run("SELECT pg_advisory_xact_lock(:lock)", {"lock": _LOCK})
+            if self._version():
+                # Not the lock below: everybody who may connect may hold that, and this one only
+                # who may change rows.
+                self._run("LOCK TABLE migration IN SHARE ROW EXCLUSIVE MODE")
+            else:
+                self._run("SELECT pg_advisory_xact_lock(:lock)", {"lock": _LOCK})
             version = self._version()
             if version > VERSION:
                 raise newer(self.place, version, VERSION)

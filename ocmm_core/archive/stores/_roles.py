@@ -37,6 +37,11 @@ def role_statements() -> tuple[str, ...]:
     everybody = ", ".join(ROLES)
     return (
         *made,
+        # By an administrator alone: what everybody may do in a new database is to fill its disk
+        # with large objects.
+        "DO $$ BEGIN REVOKE EXECUTE ON FUNCTION pg_catalog.lo_create(oid),"
+        " pg_catalog.lo_creat(integer), pg_catalog.lo_from_bytea(oid, bytea) FROM PUBLIC;"
+        " EXCEPTION WHEN insufficient_privilege THEN NULL; END $$",
         # What everybody may do in a new database: fill its disk with tables of his own.
         "DO $$ BEGIN EXECUTE format('REVOKE TEMPORARY ON DATABASE %I FROM PUBLIC',"
         " current_database()); REVOKE CREATE ON SCHEMA public FROM PUBLIC;"

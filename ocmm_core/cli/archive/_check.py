@@ -36,12 +36,12 @@ def rebuild(
     ] = None,
 ) -> None:
     """Make an archive anew from job files alone: those in folders, or those in another archive."""
-    from ocmm_core.archive.checks import files_in, files_of, stations_of
+    from ocmm_core.archive.checks import files_in, files_of, key_and_name, stations_of
     from ocmm_core.archive.checks import rebuild as rebuild_archive
     from ocmm_core.archive.stores import open_archive
 
     console = make_console()
-    names = dict(one.split("=", 1) for one in stations or [] if "=" in one)
+    names = dict(map(key_and_name, stations or []))
     unread: list[str] = []
     old = None if folders else opened(place_of(archive, None), read_only=True)
     with contextlib.ExitStack() as stack:

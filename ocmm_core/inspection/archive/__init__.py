@@ -67,8 +67,12 @@ if TYPE_CHECKING:
         RecalledValue,
         RecallRecord,
     )
-    from ocmm_core.inspection.archive._reopen import ReopenedJob, Tell, reopen_job
-    from ocmm_core.inspection.archive._reopen_copy import copy_of_job
+    from ocmm_core.inspection.archive._reopen import ReopenedJob, Tell, reopen_alone, reopen_job
+    from ocmm_core.inspection.archive._reopen_copy import (
+        content_of_job,
+        content_to_look_at,
+        copy_of_job,
+    )
     from ocmm_core.inspection.archive._stored_documents import StoredDocuments
     from ocmm_core.inspection.archive._tip_doubts import last_good_utc
     from ocmm_core.inspection.archive._tip_history import settle_tip
@@ -91,8 +95,8 @@ else:
         _recall_record=(
             "Outcome RecallRecord RecalledCharacteristic RecalledJob RecalledValue SCHEMA"
         ),
-        _reopen="ReopenedJob Tell reopen reopen_job",
-        _reopen_copy="copy_of_job",
+        _reopen="ReopenedJob Tell reopen reopen_alone reopen_job",
+        _reopen_copy="content_of_job content_to_look_at copy_of_job",
         _stored_documents="StoredDocuments",
         _tip_doubts="last_good_utc",
         _tip_history="settle_tip",
@@ -123,6 +127,8 @@ __all__ = [
     "compare_files",
     "compare_folder",
     "compare_jobs",
+    "content_of_job",
+    "content_to_look_at",
     "copy_of_job",
     "decide",
     "decided",
@@ -139,6 +145,7 @@ __all__ = [
     "recall",
     "recall_doubted",
     "reopen",
+    "reopen_alone",
     "reopen_job",
     "require_new_serial",
     "rests_on",

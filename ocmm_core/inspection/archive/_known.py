@@ -22,6 +22,7 @@ from ocmm_core.inspection.archive._camera_history import CameraHistory, ask_came
 from ocmm_core.inspection.archive._reopen_copy import copy_of_job
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about, named
 from ocmm_core.inspection.archive._tip_history import TipHistory, ask_tip
+from ocmm_core.seals import KeyFolder
 from ocmm_core.storage import JobFile, JobSeal, held_sentences
 
 
@@ -45,9 +46,9 @@ class KnownOfJob:
     held: tuple[str, ...] = ()
 
 
-def known_alone(job: JobFile) -> KnownOfJob:
+def known_alone(job: JobFile, keys: KeyFolder | None = None) -> KnownOfJob:
     """Return what is known of a job by its file and the known keys alone."""
-    return KnownOfJob(replace(job.seal(), missing=""))
+    return KnownOfJob(replace(job.seal(keys), missing=""))
 
 
 def known_here(
@@ -56,6 +57,7 @@ def known_here(
     probes: Path | None,
     calibrations: Path | None,
     store: CalibrationStore | None = None,
+    keys: KeyFolder | None = None,
 ) -> KnownOfJob:
     """Return what this computer knows of a job, and remember how far it goes.
 
@@ -69,9 +71,11 @@ def known_here(
         As for `reopen_job`.
     store
         Of the rig of the job in ``calibrations``, where the caller has read it.
+    keys
+        Those that are believed, where the caller has read them.
     """
     stored = StoredDocuments(path, job.head)
-    seal = job.seal()
+    seal = job.seal(keys)
     known = KnownOfJob(
         seal,
         ask_cameras(job, stored.camera_record(), calibrations or default_folder(), store),

@@ -13,8 +13,7 @@ from typing import Literal
 
 from ocmm_core.inspection.evaluation import HoldReason
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.measuring import MeasuredPoint
-from ocmm_core.storage import JobFile
+from ocmm_core.storage import JobFile, Observed
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,25 +89,22 @@ def points_between(
     }
 
 
-def first_taken(job: JobFile, points: Sequence[MeasuredPoint] | None = None) -> dict[int, datetime]:
+def first_taken(job: JobFile) -> dict[int, datetime]:
     """Return when the observation of each point was first stored, also of annulled ones.
 
     A point that was put back, or turned round, is a new row; its observation is as old as it was.
-
-    Parameters
-    ----------
-    points
-        Those that are not annulled, where the caller has them: they are checked one by one.
+    Whether a point is as it was stored is not looked at.
     """
-    stored = {k: datetime.fromisoformat(v) for k, v in job.taken_utc().items()}
-    stand = job.points() if points is None else points
-    points = [*stand, *(point for point, _ in job.annulled())]
+    return first_stored(job.observed())
+
+
+def first_stored(observed: Sequence[Observed]) -> dict[int, datetime]:
+    """Return the same of what is known of all points of a job, by number."""
     first: dict[tuple[float, int, int], datetime] = {}
-    for point in sorted(points, key=lambda point: point.number):
-        first.setdefault((point.time_s, point.first_frame, point.last_frame), stored[point.number])
-    return {
-        point.number: first[(point.time_s, point.first_frame, point.last_frame)] for point in points
-    }
+    for one in observed:
+        key = one.time_s, one.first_frame, one.last_frame
+        first.setdefault(key, datetime.fromisoformat(one.stored_utc))
+    return {one.number: first[(one.time_s, one.first_frame, one.last_frame)] for one in observed}
 
 
 def sentences_of(session: InspectionSession, *hold_reasons: HoldReason) -> tuple[str, ...]:

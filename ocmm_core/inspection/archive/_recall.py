@@ -34,7 +34,7 @@ from ocmm_core.inspection.archive._known import (
     known_alone,
     known_here,
 )
-from ocmm_core.inspection.archive._points_in_doubt import first_taken
+from ocmm_core.inspection.archive._points_in_doubt import first_stored
 from ocmm_core.inspection.archive._recall_job import (
     Anew,
     DoubtedJob,
@@ -51,10 +51,14 @@ from ocmm_core.inspection.archive._recall_record import (
     RecallRecord,
     points_digest,
 )
-from ocmm_core.inspection.archive._reopen_copy import content_of_job, copy_of_job
+from ocmm_core.inspection.archive._reopen_copy import (
+    content_of_job,
+    content_to_look_at,
+    job_to_look_at,
+)
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments
 from ocmm_core.inspection.archive._tip_history import ask_tip
-from ocmm_core.leftovers import scratch_folder
+from ocmm_core.seals import KeptKeys
 from ocmm_core.storage import JobFile
 
 Tell = Callable[[str, float], None]
@@ -184,6 +188,7 @@ class Doubting:
 
     def __init__(self, calibrations: Path, probes: Path | None, now: datetime) -> None:
         self._calibrations, self._probes, self._now = calibrations, probes, now
+        self._keys = KeptKeys()
         self._stores: dict[str, CalibrationStore] = {}
         self._laters: dict[tuple[str, str], Later] = {}
 
@@ -202,9 +207,9 @@ class Doubting:
         OcmmError
             The job or the history cannot be read, or the history is not here.
         """
-        with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
+        with job_to_look_at(path) as job:
             return self._of(path, job, lambda store: known_here(
-                job, path, self._probes, self._calibrations, store
+                job, path, self._probes, self._calibrations, store, self._keys
             ))  # fmt: skip
 
     def of_content(self, path: Path, content: bytes) -> DoubtedJob | None:
@@ -215,17 +220,14 @@ class Doubting:
         path
             What it is called.
         """
-        with scratch_folder("recall") as folder:
-            copy = folder / "job.ocmm"
-            copy.write_bytes(content)
-            with JobFile.open(copy, scratch=True) as job:
-                return self._of(path, job, lambda _: replace(
-                    known_alone(job),
-                    tip=ask_tip(
-                        StoredDocuments(path, job.head).probe_records(),
-                        self._probes or default_probe_folder(),
-                    ),
-                ))  # fmt: skip
+        with content_to_look_at(path, content) as job:
+            return self._of(path, job, lambda _: replace(
+                known_alone(job, self._keys),
+                tip=ask_tip(
+                    StoredDocuments(path, job.head).probe_records(),
+                    self._probes or default_probe_folder(),
+                ),
+            ))  # fmt: skip
 
     def _of(
         self, path: Path, job: JobFile, asked: Callable[[CalibrationStore], KnownOfJob]
@@ -244,11 +246,16 @@ class Doubting:
                 f"'{record.rig}' in {self._calibrations}, so it is unknown here whether it failed.",
                 "Give the calibration folder it was measured with.",
             )
-        points = job.points()
-        doubts = points_in_doubt(events, used, first_taken(job, points))
+        observed = job.observed()
+        doubts = points_in_doubt(events, used, first_stored(observed))
         why = doubts.open | doubts.failed
-        in_doubt = {p.number: why[p.number] for p in points if p.number in why}
+        counts = [one.number for one in observed if not one.annulled]
+        in_doubt = {number: why[number] for number in counts if number in why}
         if not in_doubt:
+            # A point that was changed is told all the same; of a job in doubt whoever computes it
+            # anew looks at each.
+            job.points()
+            job.annulled()
             return None
         key = record.rig, record_hash(record)
         if key not in self._laters:

@@ -20,8 +20,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive._known import KnownOfJob
 from ocmm_core.inspection.archive._recall_fit import Misfit, misfit_of
-from ocmm_core.inspection.archive._reopen import ReopenedJob, reopen_job
-from ocmm_core.inspection.archive._stored_documents import named
+from ocmm_core.inspection.archive._reopen import ReopenedJob, reopen_content
 from ocmm_core.inspection.evaluation import (
     FeatureState,
     HoldReason,
@@ -29,7 +28,6 @@ from ocmm_core.inspection.evaluation import (
     evaluate_job,
     notes_of,
 )
-from ocmm_core.leftovers import scratch_folder
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobHead
 from ocmm_core.tolerances.decisions import CharacteristicResult
@@ -166,15 +164,7 @@ def findings_of(doubted: DoubtedJob, file: bytes, log: bytes) -> JobFindings:
         The job cannot be opened, see `reopen_job`.
     """
     path, later, in_doubt = doubted.path, doubted.later, doubted.in_doubt
-    with scratch_folder("recall") as folder:
-        copy = folder / "job.ocmm"
-        copy.write_bytes(file)
-        if log:
-            copy.with_name(f"{copy.name}-wal").write_bytes(log)
-        try:
-            job = reopen_job(copy, known=doubted.known)
-        except OcmmError as error:
-            raise named(error, str(copy), str(path)) from error
+    job = reopen_content(path, file, log, doubted.known)
     held = {
         hold_reason: {} if hold_reason in _OF_CAMERAS else job.held[hold_reason]
         for hold_reason in HoldReason

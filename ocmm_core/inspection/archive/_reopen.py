@@ -23,8 +23,8 @@ from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.archive._camera_history import settle_by_calibration
 from ocmm_core.inspection.archive._known import KnownOfJob, known_alone, known_here
 from ocmm_core.inspection.archive._points_in_doubt import History
-from ocmm_core.inspection.archive._reopen_copy import copy_of_job
-from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about, named
+from ocmm_core.inspection.archive._reopen_copy import content_to_look_at, job_to_look_at
+from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about
 from ocmm_core.inspection.archive._tip_history import settle_by_history
 from ocmm_core.inspection.evaluation import HoldReason, JobView, SessionOptions, methods_used
 from ocmm_core.inspection.plan import Plan
@@ -172,17 +172,38 @@ def reopen_job(
     """
     path = Path(path)
     tell("Copying the job", 0.0)
-    with copy_of_job(path) as copy:
+    with job_to_look_at(path) as job:
         try:
-            # The copy is our own: one of an older version is brought up to date by this.
-            with JobFile.open(copy, scratch=True) as job:
-                if known is None and alone:
-                    known = known_alone(job)
-                elif known is None:
-                    known = known_here(job, path, probes, calibrations)
-                return _reopened(path, job, known, tell)
+            if known is None and alone:
+                known = known_alone(job)
+            elif known is None:
+                known = known_here(job, path, probes, calibrations)
+            return _reopened(path, job, known, tell)
         except OcmmError as error:
-            raise about(named(error, str(copy), str(path)), path) from error
+            raise about(error, path) from error
+
+
+def reopen_content(path: Path, file: bytes, log: bytes, known: KnownOfJob) -> ReopenedJob:
+    """Return the job in the bytes of a file and of its log; errors as of `reopen_job`.
+
+    Parameters
+    ----------
+    path
+        What it is called: nothing is asked on this computer.
+    """
+    with content_to_look_at(path, file, log) as job:
+        try:
+            return _reopened(path, job, known, lambda what, share: None)
+        except OcmmError as error:
+            raise about(error, path) from error
+
+
+def reopen_alone(path: Path, job: JobFile) -> ReopenedJob:
+    """Return an open job by its file alone, as `reopen_job` does; ``path`` is what it is called."""
+    try:
+        return _reopened(path, job, known_alone(job), lambda what, share: None)
+    except OcmmError as error:
+        raise about(error, path) from error
 
 
 def _reopened(path: Path, job: JobFile, known: KnownOfJob, tell: Tell) -> ReopenedJob:

@@ -18,15 +18,19 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from ocmm_core.errors import StorageError
+from ocmm_core.errors import OcmmError, StorageError
+from ocmm_core.inspection.archive._stored_documents import named
 from ocmm_core.leftovers import scratch_folder
 from ocmm_core.storage import (
     LARGEST_FILE,
+    JobFile,
     damaged,
     guarded_connection,
+    is_current,
     no_job,
     not_writable,
     require_size,
+    settled_trace,
 )
 
 _TRIES = 50
@@ -48,14 +52,51 @@ def copy_of_job(path: Path) -> Iterator[Path]:
         The file is missing, cannot be read, is none of SQLite, or changes faster than it can be
         copied.
     """
+    file, log = content_of_job(path)
+    with _copied(path.name, file, log) as copy:
+        yield copy
+
+
+@contextlib.contextmanager
+def job_to_look_at(path: Path) -> Iterator[JobFile]:
+    """Give the job at ``path`` to be read, as it was at one moment; closed again at the end.
+
+    Raises
+    ------
+    StorageError
+        As `copy_of_job`, or the file is no whole job.
+    """
+    file, log = content_of_job(path)
+    with content_to_look_at(path, file, log) as job:
+        yield job
+
+
+@contextlib.contextmanager
+def content_to_look_at(path: Path, file: bytes, log: bytes = b"") -> Iterator[JobFile]:
+    """Give the job in the bytes of a file and of its log, called ``path``; as `job_to_look_at`."""
+    if not log and is_current(file):
+        with JobFile.in_memory(path, file) as job:
+            yield job
+        return
+    # What a log has more, and what an older version lacks, SQLite brings together in a file.
+    with _copied(path.name, file, log) as copy:
+        try:
+            with JobFile.open(copy, scratch=True) as job:
+                yield job
+        except OcmmError as error:
+            raise named(error, str(copy), str(path)) from error
+
+
+@contextlib.contextmanager
+def _copied(name: str, file: bytes, log: bytes) -> Iterator[Path]:
+    """Give a file of these bytes with its log, removed again at the end."""
     with contextlib.ExitStack() as stack:
         try:
             folder = stack.enter_context(scratch_folder("job"))
         except OSError as error:
             there = Path(tempfile.gettempdir())
             raise not_writable(there, error.strerror or str(error)) from error
-        copy = folder / path.name
-        file, log = content_of_job(path)
+        copy = folder / name
         try:
             copy.write_bytes(file)
             if log:
@@ -71,6 +112,12 @@ def content_of_job(path: Path) -> tuple[bytes, bytes]:
         raise StorageError(
             "job.missing", f"{path}: file not found.", "Check the name and the folder."
         )
+    trace = settled_trace(path)
+    if trace is not None:
+        # Nobody was writing, and whoever began meanwhile left a trace.
+        content = _content(path)
+        if settled_trace(path) == trace:
+            return content, b""
     log = path.with_name(f"{path.name}-wal")
     for attempt in range(_TRIES):
         try:

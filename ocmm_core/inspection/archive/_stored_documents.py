@@ -62,10 +62,10 @@ class StoredDocuments:
 
     def camera_record(self) -> CameraRecord | None:
         """Return the calibration; None where the rig document itself stands for it."""
-        text = self.head.rig_text
-        if _schema(text) != CAMERA_RECORD_SCHEMA:
-            return None
-        return self._record("rig", text, CameraRecord)
+        try:
+            return _camera_record(self.head.rig_text)
+        except msgspec.MsgspecError as error:
+            raise self._unreadable("rig", error) from error
 
     def probe_records(self) -> ProbeText | None:
         """Return the records of the probe; None where it was measured with its document."""
@@ -115,11 +115,14 @@ class StoredDocuments:
         try:
             return decode_json(text, kind)
         except msgspec.MsgspecError as error:
-            raise InputError(
-                "job.record",
-                f"{self.path}: the record of the {what} in the job cannot be read: {error}.",
-                "Open the job with the program version that wrote it.",
-            ) from error
+            raise self._unreadable(what, error) from error
+
+    def _unreadable(self, what: str, error: msgspec.MsgspecError) -> InputError:
+        return InputError(
+            "job.record",
+            f"{self.path}: the record of the {what} in the job cannot be read: {error}.",
+            "Open the job with the program version that wrote it.",
+        )
 
     def _from_text(self, what: str, text: str, load: Callable[[Path], T]) -> T:
         """Return what a document in the job says; ``load`` takes it from a file."""
@@ -128,6 +131,12 @@ class StoredDocuments:
             return found
         except OcmmError as error:
             raise named(error, _DOCUMENT, f"{self.path} ({what})") from error
+
+
+@lru_cache(maxsize=16)
+def _camera_record(text: str) -> CameraRecord | None:
+    """Return the calibration that a text says; None of a document. Remembered, as `_loaded`."""
+    return decode_json(text, CameraRecord) if _schema(text) == CAMERA_RECORD_SCHEMA else None
 
 
 @lru_cache(maxsize=16)

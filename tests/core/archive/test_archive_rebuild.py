@@ -10,6 +10,7 @@ from ocmm_core.archive.checks import (
     differences,
     files_in,
     files_of,
+    key_and_name,
     mark_altered,
     rebuild,
     stations_of,
@@ -19,6 +20,7 @@ from ocmm_core.archive.checks import (
 from ocmm_core.archive.outbox import Courier, Outbox
 from ocmm_core.archive.stores import open_archive
 from ocmm_core.errors import InputError
+from ocmm_core.seals import KeyFolder, shown_key
 from tests.core.archive.conftest import Place, by_hand
 from tests.core.archive.real_jobs import RealJobs
 
@@ -87,3 +89,15 @@ def test_a_job_file_that_was_altered_after_it_was_archived_is_named(
     with filled.open() as archive:
         told = [why for _, why in verify_files(archive, [folder]).faults]
         assert told == ["older.ocmm: an older copy of what is in the archive."]
+
+
+def test_a_station_is_named_by_its_key_as_it_is_shown(real_jobs: RealJobs, tmp_path: Path) -> None:
+    shown = KeyFolder().station_key().fingerprint
+    for at, key in enumerate((shown, shown_key(shown), shown_key(shown).upper())):
+        with open_archive(str(tmp_path / f"{at}.sqlite")) as new:
+            stations = dict([key_and_name(f"{key}=Hall 3")])
+            assert rebuild(new, files_of([real_jobs.finished], print), stations).kept == 1
+            assert new.ask("SELECT station FROM archived_job").rows == (("Hall 3",),)
+    for text in ("Hall 3", "=Hall 3", f"{shown}=", f"{shown[:8]}=Hall 3", "station3=Hall 3"):
+        with pytest.raises(InputError, match="KEY=STATION is expected"):
+            key_and_name(text)

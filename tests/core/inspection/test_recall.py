@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import sqlite3
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -259,3 +260,25 @@ def test_an_artefact_that_was_wrong_lets_fall_what_rests_on_it(
     cameras.verify()
     assert reopen_job(path, calibrations=cameras.folder).doubts == ()
     assert cameras.store.status(datetime.now(UTC)).state is not State.SUSPECT
+
+
+def test_a_job_that_was_altered_is_told_by_its_own_name_in_doubt_or_not(
+    world: World, tmp_path: Path
+) -> None:
+    jobs = tmp_path / "jobs"
+    for name in ("sound", "altered"):
+        world.measure(jobs / f"{name}.ocmm", TruePart())
+    with sqlite3.connect(jobs / "altered.ocmm") as db:
+        db.execute("DROP TRIGGER observation_no_update")
+        db.execute("UPDATE observation SET chi2_per_dof = chi2_per_dof + 1 WHERE number = 3")
+    db.close()
+    places = KeptPlaces((jobs,), world.calibrations)
+    told = f"{jobs / 'altered.ocmm'}: the job file is damaged"
+    well = recall(places, datetime.now(UTC))
+    world.verify(passed=False)
+    world.calibrate()
+    doubted = recall(places, datetime.now(UTC))
+    assert (len(well.jobs), len(doubted.jobs)) == (0, 1)
+    for record in (well, doubted):
+        assert [one.partition(" (")[0] for one in record.unread] == [told]
+        assert "point 3 was changed" in record.unread[0]
