@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from docs.core_sentences import Reader
+from ocmm_core.calibration.records import CalibrationStatus
 from ocmm_core.wording import LANGUAGES
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -53,8 +54,16 @@ COMPOSED = (
     "at the equator, front", "at the equator, back",
     "{polar:n} degrees below the pole, left", "{polar:n} degrees below the pole, right",
     "{polar:n} degrees below the pole, front", "{polar:n} degrees below the pole, back",
+    *(
+        f"{word} {{identity}}{due}"
+        for word in (*CalibrationStatus, "UNCALIBRATED")
+        for due in ("", " due {date}")
+    ),
     "NOT CONFORM: {names}", "NOT PROVEN: {names}", "INCOMPLETE: {names}", "NOT MEASURED: {names}",
 )  # fmt: skip
+
+TITLES = ("QIF 3.0 results",)
+"""Words of rooms that are left out, shown in the window nevertheless."""
 
 WORD_FILES = re.compile(
     r"_steps|_procedure_\w+|_guided_view|settings/_specs|_facts|_paper_facts|_report_data|_head"
@@ -86,7 +95,7 @@ class Texts:
 def collect(root: Path = ROOT) -> Texts:
     """Read the sources."""
     found: dict[str, set[str]] = {sentence: set() for sentence in COMPOSED}
-    words: set[str] = set()
+    words = set(TITLES)
     remedies: set[str] = set()
     for path in sorted(p for room in (ROOMS[0], "ocmm_gui") for p in (root / room).rglob("*.py")):
         name = path.relative_to(root).as_posix()

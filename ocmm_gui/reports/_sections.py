@@ -408,13 +408,15 @@ def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
     painter.setPen(QPen(QColor(colour), 6.0))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.drawRoundedRect(frame, 14.0, 14.0)
-    if data.states:
+    # NOT COMPLETE says it itself; the band above has all states.
+    told = [state for state in data.states if not (undone and state == INCOMPLETE)]
+    if told:
         states = QRectF(frame.left(), frame.top() + 8.0, frame.width(), 36.0)
         style = Style(28.0, bold=True, colour=INK.warn)
         paint_text(
             painter,
             states,
-            " · ".join(map(speech.word, data.states)),
+            " · ".join(map(speech.word, told)),
             style,
             Qt.AlignmentFlag.AlignCenter,
         )

@@ -53,9 +53,9 @@ _EMPTY = {"rules": later("none"), "strobe": later("always on")}
 """What an empty field stands for."""
 _COLUMNS = (
     (later("LED"), later("its number")),
-    ("X", later("mm, probe frame")),
-    ("Y", later("mm, probe frame")),
-    ("Z", later("mm, probe frame")),
+    ("X, mm", later("probe frame")),
+    ("Y, mm", later("probe frame")),
+    ("Z, mm", later("probe frame")),
     ("dX", later("emission direction; length is ignored")),
     ("dY", later("emission direction")),
     ("dZ", later("emission direction")),
