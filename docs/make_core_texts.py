@@ -62,8 +62,19 @@ COMPOSED = (
     "NOT CONFORM: {names}", "NOT PROVEN: {names}", "INCOMPLETE: {names}", "NOT MEASURED: {names}",
 )  # fmt: skip
 
-TITLES = ("QIF 3.0 results",)
-"""Words of rooms that are left out, shown in the window nevertheless."""
+TITLES = (
+    # Of a room that is left out, but its title is shown in the window.
+    "QIF 3.0 results",
+    # As fits are named, and with the symbols of ISO 14405-1.
+    "inscribed", "circumscribed",
+    "least squares (GG)", "minimum zone (GC)", "inscribed (GX)", "circumscribed (GN)",
+    "two-point maximum (LP SX)", "two-point minimum (LP SN)", "two-point mean (LP SA)",
+    # The scale of the whiskers, which a report draws in its language.
+    "Deviation from the middle of the zone, × {factor:g}", "lower limit", "upper limit",
+    "{count} too much", "{count} too little", "{count} accepted", "{count} within, not accepted",
+    "{count} held back", "Colour: between points, to {reach:.1f} mm. Grey: not measured.",
+)  # fmt: skip
+"""Words that no source has as one."""
 
 WORD_FILES = re.compile(
     r"_steps|_procedure_\w+|_guided_view|settings/_specs|_facts|_paper_facts|_report_data|_head"
