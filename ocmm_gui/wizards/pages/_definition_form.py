@@ -104,7 +104,7 @@ class LedTable(NumberTable):
         found = []
         for row in range(self.rowCount()):
             values = [
-                number(word, f"{led_name(row)} {title}")
+                number(word, f"{led_name(row)} {title.partition(',')[0]}")
                 for word, (title, _) in zip(self.words(row)[1:], tr_all(_COLUMNS)[1:], strict=True)
             ]
             position: Vector3 = (values[0], values[1], values[2])
