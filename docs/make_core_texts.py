@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from docs.core_sentences import Reader
+from ocmm_core.calibration.records import CalibrationStatus
 from ocmm_core.wording import LANGUAGES
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -53,8 +54,27 @@ COMPOSED = (
     "at the equator, front", "at the equator, back",
     "{polar:n} degrees below the pole, left", "{polar:n} degrees below the pole, right",
     "{polar:n} degrees below the pole, front", "{polar:n} degrees below the pole, back",
+    *(
+        f"{word} {{identity}}{due}"
+        for word in (*CalibrationStatus, "UNCALIBRATED")
+        for due in ("", " due {date}")
+    ),
     "NOT CONFORM: {names}", "NOT PROVEN: {names}", "INCOMPLETE: {names}", "NOT MEASURED: {names}",
 )  # fmt: skip
+
+TITLES = (
+    # Of a room that is left out, but its title is shown in the window.
+    "QIF 3.0 results",
+    # As fits are named, and with the symbols of ISO 14405-1.
+    "inscribed", "circumscribed",
+    "least squares (GG)", "minimum zone (GC)", "inscribed (GX)", "circumscribed (GN)",
+    "two-point maximum (LP SX)", "two-point minimum (LP SN)", "two-point mean (LP SA)",
+    # The scale of the whiskers, which a report draws in its language.
+    "Deviation from the middle of the zone, × {factor:g}", "lower limit", "upper limit",
+    "{count} too much", "{count} too little", "{count} accepted", "{count} within, not accepted",
+    "{count} held back", "Colour: between points, to {reach:.1f} mm. Grey: not measured.",
+)  # fmt: skip
+"""Words that no source has as one."""
 
 WORD_FILES = re.compile(
     r"_steps|_procedure_\w+|_guided_view|settings/_specs|_facts|_paper_facts|_report_data|_head"
@@ -86,7 +106,7 @@ class Texts:
 def collect(root: Path = ROOT) -> Texts:
     """Read the sources."""
     found: dict[str, set[str]] = {sentence: set() for sentence in COMPOSED}
-    words: set[str] = set()
+    words = set(TITLES)
     remedies: set[str] = set()
     for path in sorted(p for room in (ROOMS[0], "ocmm_gui") for p in (root / room).rglob("*.py")):
         name = path.relative_to(root).as_posix()

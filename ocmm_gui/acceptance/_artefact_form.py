@@ -16,7 +16,7 @@ _FIELDS = (
     ("maker", later("Maker"), later("May be empty")),
     ("serial", later("Serial no."), later("As engraved")),
     ("laboratory", later("Laboratory"), later("That calibrated it")),
-    ("certificate", later("Certificate"), later("Its number")),
+    ("certificate", later("Certificate no."), later("Of the laboratory")),
     ("due_utc", later("Due"), later("Holds until, like 2027-06-30: your own rule")),
     ("sizes", later("Sizes, mm"), later("At 20 °C: diameter; or nests of a bar from 0")),
     ("expanded", later("U, mm"), later("k = 2")),

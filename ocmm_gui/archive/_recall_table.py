@@ -61,6 +61,7 @@ class RecallTable(DataTable):
         self._lines: list[str] = []
         self._rows = ColouredRow(self)
         self.setItemDelegate(self._rows)
+        self.resizeColumnsToContents()
 
     def show_record(self, record: RecallRecord) -> None:
         """Show what a recall found."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from ocmm_core.features.shapes import CRITERIA, MINIMUM_POINTS, Shape
 from ocmm_core.inspection.evaluation import (
+    INCOMPLETE,
     FeatureState,
     FeatureView,
     JobView,
@@ -15,7 +16,7 @@ from ocmm_core.inspection.evaluation import (
     StatusWord,
     job_states,
 )
-from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict, VerdictSummary
+from ocmm_core.tolerances.decisions import CharacteristicResult, PartWord, Verdict, VerdictSummary
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_gui.kit._numbers import length_number, length_words, localised, numbers_in_use, unit_word
 from ocmm_gui.kit._texts import later, said, said_word, tr
@@ -355,6 +356,12 @@ def counted_line(job: JobView) -> str:
     """Return the verdict on the part with all counts, behind what the job must not be taken for."""
     part = job.part_verdict
     counted = part.summary.counted or tr("No characteristics in the plan")
-    states = ", ".join(map(said_word, job_states(job)))
+    # NOT COMPLETE says it itself; behind DOES NOT CONFORM it is news.
+    told = (
+        state
+        for state in job_states(job)
+        if not (state == INCOMPLETE and part.word is PartWord.NOT_COMPLETE)
+    )
+    states = ", ".join(map(said_word, told))
     words = f"{said_word(part.word.value)}: {said(counted)}"
     return f"{states}. {words}" if states else words

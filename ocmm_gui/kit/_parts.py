@@ -52,6 +52,12 @@ class ColouredRow(QStyledItemDelegate):
         super().paint(painter, cell, index)
 
 
+_AROUND_PX = 17
+"""What padding, margins and the grid take of the width of a cell."""
+_ABOVE_PX = 6
+_HIGH_PX = 1 << 14
+
+
 class DataTable(QTableWidget):
     """A table to look at.
 
@@ -66,6 +72,7 @@ class DataTable(QTableWidget):
     def __init__(self, name: str, columns: Sequence[tuple[str, str]]) -> None:
         super().__init__(0, len(columns))
         self.setAccessibleName(name)
+        self._wraps = False
         self._colours = THEMES[DEFAULT_THEME]
         for column, (title, tip) in enumerate(columns):
             item = QTableWidgetItem(title)
@@ -90,6 +97,31 @@ class DataTable(QTableWidget):
         super().resizeEvent(event)
         if self.wordWrap():
             QTimer.singleShot(0, self, self.resizeRowsToContents)
+
+    def setWordWrap(self, on: bool) -> None:
+        """Show long cells on several lines; rows are as high as they need then."""
+        super().setWordWrap(on)
+        self._wraps = on
+
+    def sizeHintForRow(self, row: int) -> int:
+        """Return how high a row is with all lines of its cells.
+
+        Qt breaks lines for the whole width of a cell, and paints within what the style sheet
+        leaves of it: a word that fits there by a hair would be painted on no line.
+        """
+        high = super().sizeHintForRow(row)
+        if not self._wraps:
+            return high
+        metrics = self.fontMetrics()
+        for column in range(self.columnCount()):
+            item = self.item(row, column)
+            room = self.columnWidth(column) - _AROUND_PX
+            if item is None or room <= 0 or metrics.horizontalAdvance(item.text()) <= room:
+                continue
+            box = QRect(0, 0, room, _HIGH_PX)
+            needed = metrics.boundingRect(box, Qt.TextFlag.TextWordWrap, item.text()).height()
+            high = max(high, needed + _ABOVE_PX)
+        return high
 
     def show_words(self, row: int, words: Sequence[str]) -> None:
         """Write a row."""

@@ -41,6 +41,7 @@ from ocmm_gui.kit import (
     Theme,
     later,
     panel,
+    said,
     said_word,
     sentence_label,
     stacked,
@@ -128,7 +129,7 @@ class BusPage(QStackedWidget):
             pair = (NO_BUS, NO_BUS_REMEDY) if view is None else (NO_REPORT, NO_REPORT_REMEDY)
             if view is not None and view.ended:
                 pair = (view.ended, tr("Remove the cause, then open the job again."))
-            self._absent.setText("\n\n".join(pair))
+            self._absent.setText("\n\n".join(map(said, pair)))
             self.setCurrentIndex(0)
             return
         self.setCurrentIndex(1)

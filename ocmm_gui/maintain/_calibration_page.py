@@ -115,7 +115,7 @@ def _facts(
     words |= {
         "Rig": rig.name,
         "Cameras": ", ".join(f"{camera.name} {camera.serial}" for camera in rig.cameras),
-        "Volume": tr("{low} to {high}").format(low=low, high=high),
+        "Volume": tr("{low} to {high} mm").format(low=low, high=high),
         "Hash": view.identity[:12],
         "Method": tr("none, the rig document"),
     }

@@ -55,13 +55,13 @@ from ocmm_gui.reports._paper_head import paper_letterhead
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 
 _COLUMNS = (
-    Column("Test", 620.0),
+    Column("Test", 485.0),
     Column("Measured", 225.0, right=True, length=True),
     Column("Certified", 225.0, right=True, length=True),
     Column("Error", 180.0, right=True, length=True),
     Column("U (k = 2)", 205.0, right=True, length=True),
     Column("MPE", 150.0, right=True, length=True),
-    Column("Verdict", 195.0),
+    Column("Verdict", 330.0),
 )
 _COLOURS = {Conformity.CONFORM: INK.good, Conformity.NOT_CONFORM: INK.bad}
 _NAME = 330.0

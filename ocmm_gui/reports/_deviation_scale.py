@@ -26,13 +26,16 @@ def deviation_scale(
 
     def paint(painter: QPainter, box: QRectF) -> None:
         wide = box.adjusted(0.0, 10.0, -0.35 * box.width(), 0.0)
-        paint_scale(painter, wide, seen, INK, _BOLDER, reach_mm)
+        paint_scale(painter, wide, seen, INK, _BOLDER, reach_mm, canvas.speech.word)
 
     canvas.draw(SCALE_PX[1] * _BOLDER + 20.0, paint)
     shown = {whisker.feature for whisker in seen.whiskers}
     without = [item.name for item in data.view.features if item.points and item.name not in shown]
     if without:
+        names = ", ".join(without)
         canvas.text(
-            f"Without a whisker, as no zone of their surface has a value: {', '.join(without)}.",
+            canvas.speech.say(
+                f"Without a whisker, as no zone of their surface has a value: {names}."
+            ),
             SMALL,
         )

@@ -73,12 +73,12 @@ WHY_COLUMNS = (
 
 FEATURE_COLUMNS = (
     Column("Feature", 250.0),
-    Column("Verdict", 370.0),
-    Column("Shape", 160.0),
+    Column("Verdict", 340.0),
+    Column("Shape", 205.0),
     Column("Association", 180.0),
     Column("Points", 120.0, right=True),
     Column("Form", 160.0, right=True, length=True),
-    Column("Actual element", 560.0, length=True),
+    Column("Actual element", 545.0, length=True),
 )
 
 BASIS_COLUMNS = (
@@ -277,11 +277,11 @@ def basis(canvas: Canvas, data: ReportData) -> None:
 def records(canvas: Canvas, data: ReportData) -> None:
     """Write the complete hashes, and the code that proves the job file."""
     canvas.heading("Records", 240.0)
-    head = data.head
+    head, say = data.head, canvas.speech.say
     hashes = (
         ("Job", f"{data.job} ({head.job_uuid})"),
-        ("Cameras", data.calibration.note or data.calibration.label),
-        ("Probe and tip", data.probe.note or data.probe.label),
+        ("Cameras", say(data.calibration.note or data.calibration.label)),
+        ("Probe and tip", say(data.probe.note or data.probe.label)),
         ("Reference body", data.reference.note),
         ("Plan, SHA-256", head.plan_identity),
         ("Cameras, SHA-256", head.rig_identity),
@@ -358,7 +358,7 @@ def _result_row(
 
     limits = f"{told_as(result.upper, signed=True)}\n{told_as(result.lower, signed=True)}"
     if item.one_sided:
-        limits = f"≤ {told_as(result.upper)}"
+        limits = f"≤\N{NO-BREAK SPACE}{told_as(result.upper)}"
     if result.bonus:
         letter = "L" if item.asked is not None and "least" in item.asked.modifier else "M"
         limits += f"\n({letter}) +{told_as(result.bonus)}"
@@ -408,13 +408,15 @@ def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
     painter.setPen(QPen(QColor(colour), 6.0))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.drawRoundedRect(frame, 14.0, 14.0)
-    if data.states:
+    # NOT COMPLETE says it itself; the band above has all states.
+    told = [state for state in data.states if not (undone and state == INCOMPLETE)]
+    if told:
         states = QRectF(frame.left(), frame.top() + 8.0, frame.width(), 36.0)
         style = Style(28.0, bold=True, colour=INK.warn)
         paint_text(
             painter,
             states,
-            " · ".join(map(speech.word, data.states)),
+            " · ".join(map(speech.word, told)),
             style,
             Qt.AlignmentFlag.AlignCenter,
         )

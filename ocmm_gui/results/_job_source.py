@@ -9,7 +9,7 @@ from pathlib import Path
 from ocmm_core.export.report import ReportData
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import Failed, header_words, tr
+from ocmm_gui.kit import Failed, header_words, said, tr
 from ocmm_gui.results._opening import OpenedJob
 
 Ask = Callable[[Callable[[ReportData], None], Failed], None]
@@ -66,7 +66,7 @@ class JobSource:
             lambda done, _failed: done(report),
             read_only=True,
             calibration=tr("Cameras: {cameras}. Probe: {probe}.").format(
-                cameras=report.calibration.label, probe=report.probe.label
+                cameras=said(report.calibration.label), probe=said(report.probe.label)
             ),
             doubts=opened.doubts,
             remarks=opened.remarks,

@@ -8,6 +8,8 @@ grey: nothing rests on telling red from green.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QLinearGradient, QPainter, QPen
@@ -33,6 +35,11 @@ _WORDS = {
     DeviationClass.WITHIN_ONLY: later("{count} within, not accepted"),
     DeviationClass.HELD: later("{count} held back"),
 }
+_SCALE = later("Deviation from the middle of the zone, × {factor:g}")
+_LOWER, _UPPER = later("lower limit"), later("upper limit")
+_REACH = later("Colour: between points, to {reach:.1f} mm. Grey: not measured.")
+Say = Callable[[str], str]
+"""Gives a sentence that was marked with `later` in a language."""
 _OUTSIDE = (DeviationClass.MORE, DeviationClass.LESS)
 SHADES = {DeviationClass.MORE: 0.35, DeviationClass.LESS: 0.55}
 """At the limit a colour within it has so much red, or so much white: with blue it would be grey,
@@ -94,19 +101,19 @@ def deviation_items(picture: DeviationPicture, theme: Theme) -> tuple[Item, ...]
     return tuple(items)
 
 
-def scale_words(picture: DeviationPicture) -> tuple[str, str]:
+def scale_words(picture: DeviationPicture, say: Say = tr) -> tuple[str, str]:
     """Return how long whiskers are drawn, and how many say what."""
     counts = [(kind, picture.count(kind)) for kind in DeviationClass]
     return (
-        tr("Deviation from the middle of the zone, × {factor:g}").format(factor=picture.factor),
-        ", ".join(tr(_WORDS[kind]).format(count=count) for kind, count in counts if count),
+        say(_SCALE).format(factor=picture.factor),
+        ", ".join(say(_WORDS[kind]).format(count=count) for kind, count in counts if count),
     )
 
 
-def limit_words(picture: DeviationPicture) -> tuple[str, str, str]:
+def limit_words(picture: DeviationPicture, say: Say = tr) -> tuple[str, str, str]:
     """Return what stands at the ends and the middle of the part of the scale that is within."""
     if picture.limit is None:
-        return tr("lower limit"), "0", tr("upper limit")
+        return say(_LOWER), "0", say(_UPPER)
     limit = picture.limit
     return length_number(-limit, signed=True), "0", length_words(limit, signed=True)
 
@@ -119,7 +126,7 @@ def scale_place(box: QRectF) -> QRectF:
 
 def paint_scale(
     painter: QPainter, box: QRectF, picture: DeviationPicture, theme: Theme, scale: float = 1.0,
-    reach_mm: float | None = None,
+    reach_mm: float | None = None, say: Say = tr,
 ) -> None:  # fmt: skip
     """Paint the scale: too little, within, too much, with the limits at the ends of the middle.
 
@@ -129,12 +136,14 @@ def paint_scale(
         Of the letters; one is that of a screen.
     reach_mm
         The part is coloured so far from its points; None where it has no colours.
+    say
+        Says it in a language: that of the window, unless a report speaks another.
     """
     if not picture.whiskers:
         return
     line = 15.0 * scale
     font, bold = text_font(11.0 * scale), text_font(11.0 * scale, bold=True)
-    told, counted = scale_words(picture)
+    told, counted = scale_words(picture, say)
     painter.setPen(QColor(theme.text))
     _line(painter, QRectF(box.left(), box.top(), box.width(), line), told, font)
     bar = QRectF(box.left(), box.top() + 1.1 * line, box.width(), 0.8 * line)
@@ -165,7 +174,7 @@ def paint_scale(
         painter.drawLine(QPointF(x, bar.top() - 2.0 * scale), QPointF(x, bar.bottom() + 3 * scale))
     under = bar.bottom() + 3.0 * scale
     wide = 2.0 * third
-    for x, words in zip(places, limit_words(picture), strict=True):
+    for x, words in zip(places, limit_words(picture, say), strict=True):
         _line(
             painter, QRectF(x - 0.5 * wide, under, wide, line), words, bold,
             Qt.AlignmentFlag.AlignHCenter,
@@ -173,14 +182,12 @@ def paint_scale(
     _line(painter, QRectF(box.left(), under + line, box.width(), line), counted, font)
     if reach_mm is not None:
         below = QRectF(box.left(), under + 2.0 * line, box.width(), line)
-        _line(painter, below, reach_words(reach_mm), font)
+        _line(painter, below, reach_words(reach_mm, say), font)
 
 
-def reach_words(reach_mm: float) -> str:
+def reach_words(reach_mm: float, say: Say = tr) -> str:
     """Return where the part has a colour, and what it means where it has none."""
-    return tr("Colour: between points, to {reach:.1f} mm. Grey: not measured.").format(
-        reach=reach_mm
-    )
+    return say(_REACH).format(reach=reach_mm)
 
 
 def _shades(box: QRectF, kind: DeviationClass, theme: Theme) -> QLinearGradient:

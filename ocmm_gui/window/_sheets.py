@@ -18,7 +18,7 @@ from ocmm_core.calibration.records import RecordStore, default_folder
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.settings import LoadedSettings, RecentPlaces, SettingsStore
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import NoticeCentre, Sheet, tr, usable_keys
+from ocmm_gui.kit import NoticeCentre, Sheet, said, tr, usable_keys
 from ocmm_gui.operator import JobSheet
 from ocmm_gui.window._keys_sheet import KeysSheet
 from ocmm_gui.window._made_late import MadeLate
@@ -374,5 +374,6 @@ def calibration_words(bridge: StationBridge) -> str:
     """Return how cameras and probe stand now, in one line."""
     instruments = bridge.station.instruments
     return tr("Cameras: {cameras}. Probe: {probe}.").format(
-        cameras=instruments.calibration().label, probe=instruments.probe().label
+        cameras=said(instruments.calibration().label),
+        probe=said(instruments.probe().label),
     )

@@ -45,11 +45,15 @@
     </message>
     <message>
         <source>Certificate</source>
-        <translation>Kalibrierschein</translation>
+        <translation>Zertifikat</translation>
     </message>
     <message>
-        <source>Its number</source>
-        <translation>Seine Nummer</translation>
+        <source>Certificate no.</source>
+        <translation>Kalibrierschein-Nr.</translation>
+    </message>
+    <message>
+        <source>Of the laboratory</source>
+        <translation>Des Labors</translation>
     </message>
     <message>
         <source>Due</source>
@@ -3242,8 +3246,8 @@ Startet: {source}</translation>
         <translation>Verifizierte Abweichung, % der Grenze</translation>
     </message>
     <message>
-        <source>{low} to {high}</source>
-        <translation>{low} bis {high}</translation>
+        <source>{low} to {high} mm</source>
+        <translation>{low} bis {high} mm</translation>
     </message>
     <message>
         <source>none, the rig document</source>
@@ -4174,7 +4178,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>optional; Return keeps all three</source>
-        <translation>freigestellt; Eingabe behält alle drei</translation>
+        <translation>optional; Eingabetaste übernimmt alle drei</translation>
     </message>
     <message>
         <source>Plan of the next job</source>
@@ -6967,8 +6971,8 @@ Startet: {source}</translation>
         <translation>ihre Nummer</translation>
     </message>
     <message>
-        <source>mm, probe frame</source>
-        <translation>mm, Tastersystem</translation>
+        <source>probe frame</source>
+        <translation>Tastersystem</translation>
     </message>
     <message>
         <source>emission direction; length is ignored</source>

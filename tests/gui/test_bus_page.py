@@ -18,7 +18,7 @@ from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.report import BusPhase, BusReport, Histogram
 from ocmm_core.station import NO_BUS, NO_REPORT, BusView, BusWatch, bus_text
-from ocmm_gui.kit import THEMES
+from ocmm_gui.kit import THEMES, use_language
 from ocmm_gui.maintain import BusPage
 from ocmm_gui.maintain._wire_view import WireView
 from tests.gui.bus_reports import FOUR, IN_ORDER, MISSING, publish
@@ -60,6 +60,20 @@ def test_without_a_bus_it_says_so_and_what_to_do(qtbot: QtBot) -> None:
     page.show()
     assert NO_BUS in page.trouble()
     assert "Settings (Instrument, Cameras) ethercat:" in page.trouble()
+
+
+def test_without_a_bus_it_says_so_in_the_language_of_the_window(
+    qtbot: QtBot, qapp: QApplication
+) -> None:
+    try:
+        assert use_language(qapp, "de")
+        page = BusPage(lambda: None)
+        qtbot.addWidget(page)
+        page.show()
+        assert page.trouble().startswith("Die Bilder dieses Auftrags kommen nicht von")
+        assert "Choose" not in page.trouble()
+    finally:
+        use_language(qapp, "en")
 
 
 def test_before_the_first_report_it_says_so(wire: Wire) -> None:

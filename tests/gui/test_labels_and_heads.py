@@ -6,12 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from ocmm_core.calibration.records import CalibrationStatus
+from ocmm_core.export import FORMATS
 from ocmm_gui.archive._recall_table import RecallTable
-from ocmm_gui.kit import use_language
+from ocmm_gui.kit import THEMES, DataTable, apply_theme, said, said_word, use_language
 from ocmm_gui.views._labels import place_labels
 
 BOUNDS = QRectF(0.0, 0.0, 400.0, 300.0)
@@ -62,4 +64,40 @@ def test_the_heads_of_a_recall_are_german(qtbot: QtBot) -> None:
         item = table.horizontalHeaderItem(column)
         assert item is not None
         heads.append(item.text())
-    assert heads == ["Auftrag", "Merkmal", "Vor", "Nach", "Ergebnis", "Warum"]
+    assert heads == ["Auftrag", "Merkmal", "Vorher", "Nachher", "Ergebnis", "Warum"]
+
+
+@pytest.mark.usefixtures("german")
+def test_a_calibration_and_a_format_are_named_in_german() -> None:
+    for word in (*CalibrationStatus, "UNCALIBRATED"):
+        assert said(f"{word} 047b4e59f8ba") == f"{said_word(word)} 047b4e59f8ba"
+        named = said(f"{word} standard/T1 df266e5a588e due 2027-03-01")
+        assert named == f"{said_word(word)} standard/T1 df266e5a588e, fällig 2027-03-01"
+    # Names of products stay, what they hold does not.
+    assert said_word(FORMATS["qif"].title) == "QIF-3.0-Ergebnisse"
+
+
+WIDTHS = range(150, 420, 6)
+SENTENCE = (
+    "Entlang der Normalen antasten und so abheben. I wählt, wie die Seite gefunden wird, X kehrt "
+    "den letzten Punkt um."
+)
+
+
+def test_no_line_of_a_cell_is_left_out(qtbot: QtBot) -> None:
+    # What was left out ends in dots: the picture is another one where dots may be painted.
+    table = DataTable("Table", (("A", ""), ("B", "")))
+    apply_theme(table, THEMES["light"])
+    qtbot.addWidget(table)
+    table.setWordWrap(True)
+    table.setRowCount(1)
+    table.show_words(0, ("a", SENTENCE))
+    table.resize(640, 300)
+    table.show()
+    for width in WIDTHS:
+        table.setColumnWidth(1, width)
+        table.resizeRowsToContents()
+        table.setTextElideMode(Qt.TextElideMode.ElideRight)
+        dotted = table.viewport().grab().toImage()
+        table.setTextElideMode(Qt.TextElideMode.ElideNone)
+        assert table.viewport().grab().toImage() == dotted, width

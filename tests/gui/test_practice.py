@@ -22,6 +22,7 @@ from ocmm_gui.kit import Mode, NoticeCentre
 from ocmm_gui.window import MainWindow
 from ocmm_gui.wizards import Runner
 from tests.host import HANG_MS
+from tests.slow_rig import CALM_HZ, slow_rig_in
 
 PATIENCE_MS = 2 * HANG_MS
 
@@ -35,10 +36,14 @@ class _Bench:
 
 @pytest.fixture
 def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[_Bench]:
-    """Return a window of a virtual rig, as the program opens it."""
+    """Return a window of a virtual rig, as the program opens it.
+
+    Its cameras are slow: the virtual hand must rest for all the frames that a step wants, and there
+    was a time when it left before.
+    """
     request = StationRequest(
-        plan=resource("plans", "quick.toml"), out=tmp_path / "job", speed=1.0, stay=True,
-        frame_rate_hz=800,
+        plan=resource("plans", "quick.toml"), rig=slow_rig_in(tmp_path, CALM_HZ),
+        out=tmp_path / "job", speed=1.0, stay=True, frame_rate_hz=800,
     )  # fmt: skip
     built = build_station(request)
     assert Practice.is_possible(request)

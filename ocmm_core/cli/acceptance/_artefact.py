@@ -111,7 +111,7 @@ def list_command(*, folder: FolderOption = None) -> None:
         say_word("Kind"),
         say_word("Serial"),
         say_word("U (k = 2), µm"),
-        say_word("Certificate"),
+        say_word("Certificate no."),
         say_word("Due"),
     )
     for one in entries.values():

@@ -20,7 +20,7 @@ STATUS_WORDS: dict[Status, str] = {
     "afterAdjustment": "after adjustment",
 }
 
-PRACTICE_WORDS = f"{PRACTICE}: made with a virtual hand on the virtual rig; valid for nothing."
+PRACTICE_WORDS = "PRACTICE: made with a virtual hand on the virtual rig; valid for nothing."
 SIMULATED_WORDS = "SIMULATED: the virtual rig was tested, no real machine."
 
 K = 2.0

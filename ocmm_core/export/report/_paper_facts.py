@@ -104,7 +104,8 @@ def _facts(data: ReportData, lengths: PaperLengths) -> Iterator[tuple[Group, str
     yield "laboratory", "7.8.2.1 j", "Issued", "dated beside the authorising signature"
     yield "customer", "7.8.2.1 e", "Customer", _joined(given.customer, given.customer_address)
     yield "customer", "", "Order", given.order or data.view.header.order
-    yield "item", "7.8.2.1 g", "Part", _joined(head.part, f"no. {head.serial}")
+    yield "item", "7.8.2.1 g", "Part", head.part
+    yield "item", "7.8.2.1 g", "Serial number", head.serial
     yield "item", "", "Batch", data.view.header.batch
     yield "item", "", "Drawing", given.drawing
     yield "item", "", "Revision", given.revision
@@ -247,7 +248,7 @@ def _instruments(text: str) -> _Instruments:
 
 def _cameras(data: ReportData) -> str:
     found = _instruments(data.head.rig_text).cameras
-    return ", ".join(f"{camera.name} no. {camera.serial}" for camera in found if camera.serial)
+    return ", ".join(f"{camera.name} {camera.serial}" for camera in found if camera.serial)
 
 
 def _certificates(data: ReportData) -> Iterator[str]:

@@ -51,6 +51,9 @@ _WIDEST = 60
 _FRONT = "Verdict"
 _FRONT_SIGNS = 100
 """In a line of the front sheet."""
+_LINE_PT = 15.0
+_FILLED = 0.9
+"""Of the width of a column, in signs, letters that are wider than digits leave so much."""
 _FRONT_WIDTHS = (32, 82)
 
 _A4 = 9
@@ -137,6 +140,10 @@ def _write_front(book: xlsxwriter.Workbook, data: ReportData) -> None:
         sheet.write_string(row, 0, line, warned if is_state else plain)
     for row, (name, told) in enumerate(_job_rows(data), start=len(lines)):
         sheet.write_string(row, 0, str(name), bold)
+        # Not every program makes a row as high as its text.
+        high = len(textwrap.wrap(str(told), round(_FILLED * _FRONT_WIDTHS[1])))
+        if high > 1:
+            sheet.set_row(row, _LINE_PT * high)
         if isinstance(told, int):
             sheet.write_number(row, 1, told, value)
         elif told:

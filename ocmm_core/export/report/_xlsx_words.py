@@ -19,7 +19,7 @@ _SPOKEN = frozenset({
 
 _SPOKEN_LINES = frozenset({
     "Part verdict", "Job state", "Decision rule", "Uncertainty", "Frame", "Complete",
-    "Not proven because", "Temperatures", "Reported at 20 C", "Value",
+    "Not proven because", "Temperatures", "Reported at 20 C", "Item", "Cameras", "Probe",
 })  # fmt: skip
 """Lines of the front sheet whose value is one; others hold names, numbers and hashes."""
 

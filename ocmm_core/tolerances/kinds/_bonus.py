@@ -41,7 +41,8 @@ def with_bonus(
     except FitError as error:
         note = f"No bonus, there is no mating size: {error.what}"
     else:
-        note = f"Size for the bonus: {size.value:.4f} mm, {size.association}."
+        own, kind = size.value, size.association
+        note = f"Size for the bonus: {own:.4f} mm, {kind}."
         if sign * (size.value - characteristic.material_size) > 0.0:
             bonus = sign * (size.value - characteristic.material_size)
             gradient = sign * size.gradient

@@ -28,11 +28,12 @@ def points_note(features: Sequence[ActualFeature], *, of_form: bool) -> str:
     ]
     if not few:
         return ""
-    listed = ", ".join(
+    gaps = [
         f"{feature.nominal.name} has {len(feature.numbers)} of "
         f"{feature.fit.shape.spec.recommended_points} recommended"
         for feature in few
-    )
+    ]
+    # A sentence each: a list of them could not be told apart in another language.
     if of_form:
-        return f"Few points: {listed}."
-    return f"Form not evaluated: {listed}."
+        return " ".join(f"Few points: {gap}." for gap in gaps)
+    return " ".join(f"Form not evaluated: {gap}." for gap in gaps)

@@ -53,9 +53,9 @@ _EMPTY = {"rules": later("none"), "strobe": later("always on")}
 """What an empty field stands for."""
 _COLUMNS = (
     (later("LED"), later("its number")),
-    ("X", later("mm, probe frame")),
-    ("Y", later("mm, probe frame")),
-    ("Z", later("mm, probe frame")),
+    ("X, mm", later("probe frame")),
+    ("Y, mm", later("probe frame")),
+    ("Z, mm", later("probe frame")),
     ("dX", later("emission direction; length is ignored")),
     ("dY", later("emission direction")),
     ("dZ", later("emission direction")),
@@ -104,7 +104,7 @@ class LedTable(NumberTable):
         found = []
         for row in range(self.rowCount()):
             values = [
-                number(word, f"{led_name(row)} {title}")
+                number(word, f"{led_name(row)} {title.partition(',')[0]}")
                 for word, (title, _) in zip(self.words(row)[1:], tr_all(_COLUMNS)[1:], strict=True)
             ]
             position: Vector3 = (values[0], values[1], values[2])

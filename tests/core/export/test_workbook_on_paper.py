@@ -129,6 +129,19 @@ def test_a_workbook_is_in_the_unit_of_the_paper_and_says_it_for_every_number(
         assert cell.value == pytest.approx(float(value) / scale, rel=1e-12, abs=1e-12)
 
 
+def test_a_line_of_the_front_sheet_is_as_high_as_its_text(book: Path) -> None:
+    front = openpyxl.load_workbook(book)["Verdict"]
+    wide = front.column_dimensions["B"].width
+    long = 0
+    for number in range(1, front.max_row + 1):
+        text = str(front.cell(number, 2).value or "")
+        if len(text) > wide:
+            long += 1
+            assert (front.row_dimensions[number].height or 0.0) >= 30.0, text
+    # The decision rule, at least.
+    assert long > 0
+
+
 def test_a_german_report_has_a_german_workbook_and_says_the_same(tmp_path: Path) -> None:
     report = job_as_large_as_the_demo()
     template = msgspec.structs.replace(report.paper.template, language="de")
@@ -140,6 +153,7 @@ def test_a_german_report_has_a_german_workbook_and_says_the_same(tmp_path: Path)
     assert {"Nennwert", "Unteres Abmaß", "Oberes Abmaß", "Istwert", "Urteil"} <= set(heads)
     front = [[cell.value for cell in row] for row in book["Urteil"].iter_rows()]
     said = {row[0]: row[1] for row in front}
+    assert said["Gegenstand"] == "Wert"
     # Names of people and parts are theirs in every language.
     assert said["Bediener"] == report.head.operator
     (other,) = write_report(report, ("xlsx",), tmp_path / "en", incomplete=True)
