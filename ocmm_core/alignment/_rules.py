@@ -356,8 +356,10 @@ def frame_name(rule: Alignment) -> str:
     """Return in which frame results are, in the words of the report."""
     match rule:
         case DatumAlignment():
-            names = f"{rule.primary}|{' to '.join(rule.secondary)}|{rule.origin}"
-            return f"part frame 3-2-1 of {names}"
+            if len(rule.secondary) == 2:
+                begin, end = rule.secondary
+                return f"part frame 3-2-1 of {rule.primary}|{begin} to {end}|{rule.origin}"
+            return f"part frame 3-2-1 of {rule.primary}|{rule.secondary[0]}|{rule.origin}"
         case PlaneAxisPoint() | DatumReferenceFrame():
             return f"part frame of {'|'.join(rule.features)}"
         case BestFit():
