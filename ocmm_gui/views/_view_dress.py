@@ -8,7 +8,7 @@ from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
-from ocmm_gui.kit import Theme, fitted, is_longer, text_font, tr
+from ocmm_gui.kit import Theme, fitted, is_longer, text_font, tr, wrapped_pixels
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import grid_step
 from ocmm_gui.views._deviations import SCALE_PX
@@ -98,12 +98,15 @@ def paint_triad(painter: QPainter, box: QRectF, orbit: Orbit, theme: Theme) -> N
     """Paint the directions of the world, and the step of the grid beside them."""
     axes = orbit.axes()
     centre = QPointF(box.left() + 46, box.bottom() - 46)
-    painter.setFont(text_font(12))
     painter.setPen(QColor(theme.muted))
     words = tr("world axes, grid {grid_step:.0f} mm").format(grid_step=grid_step(orbit))
     place = grid_place(box)
-    painter.setFont(fitted(painter.font(), words, place.width(), place.height(), 12.0))
-    painter.drawText(place, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, words)
+    painter.setFont(text_font(wrapped_pixels(words, place, 12)))
+    painter.drawText(
+        place,
+        Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap,
+        words,
+    )
     painter.setFont(text_font(13, bold=True))
     for name, direction in zip("XYZ", np.eye(3), strict=True):
         x, y, _ = (axes @ direction).tolist()
@@ -117,9 +120,9 @@ def paint_triad(painter: QPainter, box: QRectF, orbit: Orbit, theme: Theme) -> N
 
 
 def grid_place(box: QRectF) -> QRectF:
-    """Return where the step of the grid is written."""
+    """Return where the step of the grid is written, in two lines where it is narrow."""
     wide = min(180.0, box.width() - SCALE_PX[0] - 118.0)
-    return QRectF(box.left() + 100, box.bottom() - 26, max(wide, 60.0), 20)
+    return QRectF(box.left() + 100, box.bottom() - 40, max(wide, 60.0), 34)
 
 
 def words_place(box: QRectF, words: str) -> QRectF:
