@@ -54,6 +54,21 @@ class _Open:
     size: int
 
 
+def end_client(client: Client, timeout_s: float) -> None:
+    """Close a client, also one that has lost its scheduler while it connected anew.
+
+    Dask's own way to close waits for what listens to the scheduler and raises what that failed with
+    (a `ValueError` was seen), before anything is closed: the thread of the client would stay, and
+    its end would raise that once more.
+    """
+    with contextlib.suppress(Exception):
+        client.close(timeout=timeout_s)
+    if client.status != "closed":
+        client._handle_report_task = None  # noqa: SLF001 - it has failed and tells nothing any more
+        with contextlib.suppress(Exception):
+            client.close(timeout=timeout_s)
+
+
 @dataclass(slots=True)
 class Tasks:
     """The tasks of one call.
@@ -138,8 +153,7 @@ class Tasks:
                     one.future.cancel()
             self.open.clear()
             self.kept.clear()
-            with contextlib.suppress(Exception):
-                client.close(timeout=5.0)
+            end_client(client, 5.0)
 
     def _connected(self, ours: Computer) -> Client:
         client = self.connect(_CONNECT_S)
@@ -147,7 +161,7 @@ class Tasks:
             self._wait_for_workers(client)
             check_all(client, ours)
         except BaseException:
-            client.close(timeout=5.0)
+            end_client(client, 5.0)
             raise
         return client
 
@@ -271,8 +285,7 @@ class Tasks:
 
     def _again(self, client: Client, ours: Computer) -> Client:
         """Return a new client with all open tasks given out anew."""
-        with contextlib.suppress(Exception):
-            client.close(timeout=2.0)
+        end_client(client, 2.0)
         # What could be read before is read again; where it cannot be any more, that is the answer.
         self.alone.extend(sorted(place for one in self.open.values() for place in one.places))
         self.asked_alone.clear()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import subprocess
 import sys
 import threading
@@ -18,6 +19,7 @@ from distributed.security import Security
 from benchmarks.cluster_processes import ShopCluster
 from ocmm_core.cluster import Site, run_tasks
 from ocmm_core.cluster._contents import Contents
+from ocmm_core.cluster._open_tasks import end_client
 from ocmm_core.cluster._worker import do
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from tests.core.cluster.cluster_work import (
@@ -291,13 +293,35 @@ def test_who_only_waited_at_a_worker_that_ended_is_none_that_ends_it(
     assert found[0].code == "cluster.died"
 
 
-def test_bytes_that_no_worker_could_keep_go_with_the_next_task(cluster: ShopCluster) -> None:
+def client_of(cluster: ShopCluster) -> Client:
     tls = Security(
         tls_ca_file=str(cluster.site.ca), tls_client_cert=str(cluster.site.cert),
         tls_client_key=str(cluster.site.key), require_encryption=True,
     )  # fmt: skip
+    return Client(cluster.address, security=tls, set_as_default=False)
+
+
+def test_a_client_that_no_longer_hears_its_scheduler_ends_all_the_same(
+    cluster: ShopCluster,
+) -> None:
+    client = client_of(cluster)
+
+    async def hears_nothing() -> None:
+        async def fails() -> None:
+            raise ValueError
+
+        client._handle_report_task.cancel()  # noqa: SLF001 - as a socket does it
+        client._handle_report_task = asyncio.ensure_future(fails())  # noqa: SLF001 - as above
+
+    client.sync(hears_nothing)
+    end_client(client, 5.0)
+    # What is closed says nothing more when it is collected.
+    assert client.status == "closed"
+
+
+def test_bytes_that_no_worker_could_keep_go_with_the_next_task(cluster: ShopCluster) -> None:
     content, contents = b"job" * 1000, Contents()
-    with Client(cluster.address, security=tls, set_as_default=False) as client:
+    with client_of(cluster) as client:
         (sha256,), _ = contents.hand(client, [content])
         contents.hand(client, [content])
         contents.forget_failed([sha256])
