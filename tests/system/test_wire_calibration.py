@@ -124,27 +124,28 @@ def test_nothing_is_measured_until_the_cameras_hold_a_verified_calibration(
             "PYTHONPATH": str(_ROOT),
             "XDG_STATE_HOME": str(tmp_path / "state"),
             "XDG_DATA_HOME": str(tmp_path / "data"),
+            "PYTHONFAULTHANDLER": "1",
         },
     )
     assert done.returncode == 0, done.stderr
     seen = json.loads(done.stdout)
     code, words = seen["never"]
-    assert code == 2
+    assert code == 2, words
     assert "NONE: The cameras of rig 'recommended' were never calibrated." in words
     code, words = seen["nothing stored"]
-    assert code == 2
+    assert code == 2, words
     assert "UNUSABLE: Camera 'left' stores no intrinsics" in words
     assert "ocmm calibrate write-cameras" in words
     code, words = seen["write"]
-    assert code == 0
+    assert code == 0, words
     assert "'left' (20600001), 'right' (20600002) now store calibration" in words
     assert seen["check"][0] == 0
     code, words = seen["no tip"]
-    assert code == 2
+    assert code == 2, words
     assert "NONE: Probe 'standard' was never calibrated." in words
     assert seen["ready"] == "VALID"
     code, words = seen["mounted"]
-    assert code == 2
+    assert code == 2, words
     assert "SUSPECT: Tip '6 mm' was mounted and has not been checked since." in words
     assert "Run the quick tip check (one minute)." in words
     code, words = seen["others stored"]
