@@ -23,7 +23,8 @@ from pathlib import Path
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import msgspec
-from PySide6.QtWidgets import QApplication  # the platform must be chosen before
+from PySide6.QtTest import QTest  # the platform must be chosen before
+from PySide6.QtWidgets import QApplication
 
 from ocmm_core.composition import StationRequest, build_station, script_of
 from ocmm_core.documents import resource
@@ -273,7 +274,8 @@ def _grab(
     window.show_far(far)
     for theme in themes:
         window.use_theme(theme)
-        app.processEvents()
+        # What stands still is painted by and by.
+        QTest.qWait(500)
         path = folder / (f"{name}_{theme}.png" if far else f"window_{theme}_{name}.png")
         window.grab().save(str(path))
         sys.stdout.write(f"{path}\n")

@@ -61,8 +61,12 @@ class StillScene:
     part: PartScene | None = None
 
     def is_seen_as(self, other: StillScene) -> bool:
-        """Return whether the other scene is seen from the same place, in a picture of this size."""
-        return self.orbit is other.orbit and self.size == other.size and self.ratio == other.ratio
+        """Return whether the other scene is seen from the same place, in a picture of this size.
+
+        One on another background is of another theme: words over it could not be read.
+        """
+        same = self.size == other.size and self.ratio == other.ratio
+        return same and self.orbit is other.orbit and self.background == other.background
 
     def has_part_of(self, other: StillScene) -> bool:
         """Return whether the part looks the same in both."""

@@ -111,6 +111,9 @@ def test_the_scene_before_is_shown_until_the_next_is_painted_if_the_eye_has_not_
     assert layer.picture(turned, font).image not in (before, at_once(turned, font))
     # Back to what is shown: nothing is painted again.
     assert layer.picture(scene, font).image == before
+    # Words of another theme could not be read over the background of this one.
+    other = replace(scene, background="#ffffff")
+    assert layer.picture(other, font).image.pixelColor(1, 1) == QColor("#ffffff")
     layer.deleteLater()
 
 
