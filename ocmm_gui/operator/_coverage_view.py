@@ -73,7 +73,7 @@ class CoverageView(Painted):
             painter.setPen(QPen(QColor(self._theme.border), max(1.5, 0.012 * side)))
             painter.setBrush(QColor(self._ground(feature)))
             painter.drawRoundedRect(inner.adjusted(-6, -6, 6, 6), 4, 4)
-            # Small, at the lower edge: it must not hide the points.
+            # Small, at the lower edge, where no point stands.
             foot = QRectF(inner)
             foot.setTop(inner.bottom() - _FOOT_SHARE * side)
             self._paint_share(painter, foot, feature)
@@ -148,6 +148,10 @@ class CoverageView(Painted):
         if self._feature is None:
             return {}
         inner = _inner(self._box())
+        if self._feature.coverage is not None and not self._feature.shape.spec.is_round:
+            # The share stands below them.
+            foot = _FOOT_SHARE * self._box().width()
+            inner.adjust(0.5 * foot, 0.0, -0.5 * foot, -foot)
         half, middle = 0.5 * inner.width(), inner.center()
         return {
             point.number: QPointF(middle.x() + half * x, middle.y() - half * y)

@@ -62,3 +62,22 @@ def test_each_touch_lies_on_a_sector_painted_as_touched(
     first = view.place_of(1)
     for step in set(range(8)) - set(steps):
         assert colour_at(first, 45.0 * step) == empty
+
+
+def test_the_share_of_a_plane_stands_below_its_points(qtbot: QtBot) -> None:
+    tips = np.array([[x, y, 0.0] for x in (0.0, 10.0, 20.0) for y in (0.0, 10.0, 20.0)])
+    plane = NominalFeature(name="P", shape=Shape.PLANE, points=9, point=(0.0, 0.0, 0.0))
+    fit = fit_shape(Shape.PLANE, tips, direction_hint=np.array([0.0, 0.0, 1.0]))
+    points = tuple(point_at(tip, number) for number, tip in enumerate(tips, start=1))
+    view = CoverageView()
+    qtbot.addWidget(view)
+    view.resize(SIDE, SIDE)
+    found = coverage_of(plane, fit, points)
+    assert found is not None
+    view.show_feature(
+        FeatureView("P", Shape.PLANE, 9, FeatureState.ACTIVE, points, fit, note="", coverage=found),
+        chosen=0,
+    )
+    lowest = max(view.place_of(point.number).y() for point in points)
+    # The letters stand in the last fifth of the side, above the margin of 0.16.
+    assert lowest <= (1.0 - 0.16 - 0.2) * SIDE + 1e-9
