@@ -14,7 +14,6 @@ from ocmm_gui.kit import (
     DataTable,
     Theme,
     digit_font,
-    is_longer,
     later,
     limit_words,
     quantity,
@@ -49,7 +48,8 @@ _NUMBERS = range(2, 7)
 _DEVIATION, _VERDICT = 4, 7
 _ROW_PX = 34
 _NARROW_PX = 860
-_LEAST_PX = 11
+_HEAD_PX = 13
+_SMALLER_PX = 12, 11
 
 
 class ResultTable(DataTable):
@@ -63,7 +63,7 @@ class ResultTable(DataTable):
         self._results: tuple[CharacteristicResult, ...] = ()
         self._pixels = self._least = 0
         self.setFont(text_font(15))
-        self.horizontalHeader().setFont(text_font(13))
+        self.horizontalHeader().setFont(text_font(_HEAD_PX))
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
         self.setWordWrap(False)
         self.right_heads(_NUMBERS)
@@ -149,19 +149,20 @@ class ResultTable(DataTable):
                 bold = column in (_DEVIATION, _VERDICT)
                 font = digit_font if column in _NUMBERS else text_font
                 self._cell(row, column).setFont(font(pixels, bold=bold))
+        for column in range(self.columnCount()):
+            head = self.horizontalHeaderItem(column)
+            if head is not None:
+                head.setFont(text_font(min(_HEAD_PX, pixels)))
         self.resizeColumnsToContents()
         # Kind and features stand beside the table as well.
         self.setColumnHidden(1, narrow)
         wide = 0 if self.isColumnHidden(1) else 1
         rest = sum(self.columnWidth(c) for c in range(self.columnCount()) if c != wide)
         room = self.viewport().width() - rest - 4
-        if is_longer() and not self._least and room < (self.columnWidth(0) if wide == 0 else 60):
-            # Longer words get smaller letters, so that the verdict stays in sight.
-            self._least = _LEAST_PX
-            for column in range(self.columnCount()):
-                head = self.horizontalHeaderItem(column)
-                if head is not None:
-                    head.setFont(text_font(_LEAST_PX))
+        smaller = next((size for size in _SMALLER_PX if size < pixels), 0)
+        if smaller and room < (self.columnWidth(0) if wide == 0 else 60):
+            # Long words get smaller letters, so that the verdict stays in sight.
+            self._least = smaller
             self._share_width()
             return
         self.setColumnWidth(wide, max(room, self.columnWidth(wide) if wide == 0 else 60))

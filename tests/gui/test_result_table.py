@@ -1,0 +1,38 @@
+"""The table of results shows the whole verdict, however narrow it is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from PySide6.QtGui import QFontMetricsF
+from pytestqt.qtbot import QtBot
+
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.tolerances.decisions import Verdict
+from ocmm_gui.results._result_table import ResultTable
+from tests.gui.long_job import make_long_job
+from tests.host import HANG_MS
+
+
+@pytest.mark.parametrize("width", [600, 640, 680, 760, 1100])
+def test_the_verdict_is_whole(width: int, tmp_path: Path, qtbot: QtBot) -> None:
+    job = reopen_job(make_long_job(tmp_path), tmp_path, calibrations=tmp_path).view
+    results = tuple(
+        replace(result, name="Boss circumscribed", verdict=Verdict.NOT_MEASURED)
+        for result in job.characteristics * 20
+    )
+    assert results
+    table = ResultTable()
+    qtbot.addWidget(table)
+    table.resize(width, 120)
+    table.show()
+    table.show_job(replace(job, characteristics=results))
+    # The bar at the side takes of the width.
+    qtbot.waitUntil(table.verticalScrollBar().isVisible, timeout=HANG_MS)
+    assert not table.horizontalScrollBar().isVisible()
+    item = table.item(0, table.columnCount() - 1)
+    assert item is not None
+    words = QFontMetricsF(item.font()).horizontalAdvance(item.text())
+    assert words < table.columnWidth(table.columnCount() - 1)
