@@ -32,11 +32,9 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from distributed import Client
 from distributed.protocol import dumps
 from distributed.protocol import pickle as packing
 from distributed.protocol.utils import pack_frames
-from distributed.security import Security
 
 from benchmarks.cluster_processes import ShopCluster, make_certificates
 from ocmm_core.cluster import run_tasks
@@ -223,11 +221,7 @@ def attack(
 
 def worker_ports(cluster: ShopCluster) -> list[int]:
     """Return the ports of the workers that the scheduler knows."""
-    security = Security(
-        tls_ca_file=str(cluster.site.ca), tls_client_cert=str(cluster.site.cert),
-        tls_client_key=str(cluster.site.key), require_encryption=True,
-    )  # fmt: skip
-    with Client(cluster.address, security=security, set_as_default=False) as client:
+    with cluster.client() as client:
         known = client.scheduler_info(n_workers=-1)["workers"]
     return sorted(int(one.rpartition(":")[2]) for one in known)
 

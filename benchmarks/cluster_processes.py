@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
@@ -20,6 +21,9 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
 from ocmm_core.cluster import Site
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 ROOT = Path(__file__).resolve().parents[1]
 HANG_S = 240.0
@@ -86,6 +90,11 @@ class ShopCluster:
 
     def wait_for(self, workers: int) -> None:
         """Wait until so many workers are there."""
+        with self.client() as client:
+            client.wait_for_workers(workers, timeout=HANG_S)
+
+    def client(self) -> Client:
+        """Return a client of the scheduler, with the certificate of the shop where it has one."""
         from distributed import Client
         from distributed.security import Security
 
@@ -95,8 +104,7 @@ class ShopCluster:
                 tls_ca_file=str(self.site.ca), tls_client_cert=str(self.site.cert),
                 tls_client_key=str(self.site.key), require_encryption=True,
             )  # fmt: skip
-        with Client(self.address, security=security, set_as_default=False) as client:
-            client.wait_for_workers(workers, timeout=HANG_S)
+        return Client(self.address, security=security, set_as_default=False)
 
     def _run(
         self, what: str, *arguments: str, environment: Mapping[str, str] | None = None

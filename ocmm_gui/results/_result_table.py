@@ -143,16 +143,17 @@ class ResultTable(DataTable):
         narrow = self.width() < _NARROW_PX
         pixels = self._least or (13 if narrow else 15)
         rows = new if pixels == self._pixels else range(self.rowCount())
+        if pixels != self._pixels:
+            for column in range(self.columnCount()):
+                head = self.horizontalHeaderItem(column)
+                if head is not None:
+                    head.setFont(text_font(min(_HEAD_PX, pixels)))
         self._pixels = pixels
         for row in rows:
             for column in range(self.columnCount()):
                 bold = column in (_DEVIATION, _VERDICT)
                 font = digit_font if column in _NUMBERS else text_font
                 self._cell(row, column).setFont(font(pixels, bold=bold))
-        for column in range(self.columnCount()):
-            head = self.horizontalHeaderItem(column)
-            if head is not None:
-                head.setFont(text_font(min(_HEAD_PX, pixels)))
         self.resizeColumnsToContents()
         # Kind and features stand beside the table as well.
         self.setColumnHidden(1, narrow)

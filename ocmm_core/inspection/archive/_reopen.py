@@ -10,7 +10,8 @@ an older version, or be measured by another program at the moment.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import contextlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -172,15 +173,12 @@ def reopen_job(
     """
     path = Path(path)
     tell("Copying the job", 0.0)
-    with job_to_look_at(path) as job:
-        try:
-            if known is None and alone:
-                known = known_alone(job)
-            elif known is None:
-                known = known_here(job, path, probes, calibrations)
-            return _reopened(path, job, known, tell)
-        except OcmmError as error:
-            raise about(error, path) from error
+    with job_to_look_at(path) as job, _told_of(path):
+        if known is None and alone:
+            known = known_alone(job)
+        elif known is None:
+            known = known_here(job, path, probes, calibrations)
+        return _reopened(path, job, known, tell)
 
 
 def reopen_content(path: Path, file: bytes, log: bytes, known: KnownOfJob) -> ReopenedJob:
@@ -191,17 +189,21 @@ def reopen_content(path: Path, file: bytes, log: bytes, known: KnownOfJob) -> Re
     path
         What it is called: nothing is asked on this computer.
     """
-    with content_to_look_at(path, file, log) as job:
-        try:
-            return _reopened(path, job, known, lambda what, share: None)
-        except OcmmError as error:
-            raise about(error, path) from error
+    with content_to_look_at(path, file, log) as job, _told_of(path):
+        return _reopened(path, job, known, lambda what, share: None)
 
 
 def reopen_alone(path: Path, job: JobFile) -> ReopenedJob:
     """Return an open job by its file alone, as `reopen_job` does; ``path`` is what it is called."""
-    try:
+    with _told_of(path):
         return _reopened(path, job, known_alone(job), lambda what, share: None)
+
+
+@contextlib.contextmanager
+def _told_of(path: Path) -> Iterator[None]:
+    """Let an error say which job it is about."""
+    try:
+        yield
     except OcmmError as error:
         raise about(error, path) from error
 

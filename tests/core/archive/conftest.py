@@ -22,6 +22,12 @@ from tests.core.archive.real_jobs import RealJobs, make_real_jobs
 from tests.core.inspection.conftest import PLAN, PROBE, RIG, Bench, quick_touches
 from tests.host import HANG_S, needs_package, needs_postgresql, postgresql_tools
 
+TABLES = (
+    "migration", "station", "sender", "file", "job", "result", "used", "delivery", "finding",
+    "mark",
+)  # fmt: skip
+"""Of an archive on a server."""
+
 
 @dataclass(frozen=True, slots=True)
 class Server:

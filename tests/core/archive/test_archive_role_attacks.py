@@ -14,7 +14,7 @@ import pytest
 from ocmm_core.archive.stores import open_archive
 from ocmm_core.archive.stores._postgresql import _LOCK
 from ocmm_core.archive.stores._views import VIEW_NAMES
-from tests.core.archive.conftest import Place
+from tests.core.archive.conftest import TABLES, Place
 from tests.core.archive.made_jobs import made_delivery
 from tests.host import HANG_S
 
@@ -140,10 +140,6 @@ STATE = (
     "SELECT viewname, definition FROM pg_views WHERE schemaname = 'ocmm' ORDER BY 1",
     "SELECT last_value FROM pg_sequences WHERE schemaname = 'ocmm' ORDER BY sequencename",
 )
-TABLES = (
-    "migration", "station", "sender", "file", "job", "result", "used", "delivery", "finding",
-    "mark",
-)  # fmt: skip
 
 
 @pytest.fixture

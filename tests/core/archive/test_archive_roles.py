@@ -12,13 +12,8 @@ from ocmm_core.archive.stores import open_archive, parse_server
 from ocmm_core.archive.stores._address import with_user
 from ocmm_core.archive.stores._store import SqlArchive
 from ocmm_core.errors import OcmmError, StorageError
-from tests.core.archive.conftest import Place, by_hand
+from tests.core.archive.conftest import TABLES, Place, by_hand
 from tests.core.archive.made_jobs import made_delivery, made_record
-
-TABLES = (
-    "migration", "station", "sender", "file", "job", "result", "used", "delivery", "finding",
-    "mark",
-)  # fmt: skip
 
 
 @pytest.fixture

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from distributed import Client, Future
-from distributed.security import Security
 
 from benchmarks.cluster_processes import ShopCluster
 from ocmm_core.cluster import Site, run_tasks
@@ -293,18 +292,10 @@ def test_who_only_waited_at_a_worker_that_ended_is_none_that_ends_it(
     assert found[0].code == "cluster.died"
 
 
-def client_of(cluster: ShopCluster) -> Client:
-    tls = Security(
-        tls_ca_file=str(cluster.site.ca), tls_client_cert=str(cluster.site.cert),
-        tls_client_key=str(cluster.site.key), require_encryption=True,
-    )  # fmt: skip
-    return Client(cluster.address, security=tls, set_as_default=False)
-
-
 def test_a_client_that_no_longer_hears_its_scheduler_ends_all_the_same(
     cluster: ShopCluster,
 ) -> None:
-    client = client_of(cluster)
+    client = cluster.client()
 
     async def hears_nothing() -> None:
         async def fails() -> None:
@@ -321,7 +312,7 @@ def test_a_client_that_no_longer_hears_its_scheduler_ends_all_the_same(
 
 def test_bytes_that_no_worker_could_keep_go_with_the_next_task(cluster: ShopCluster) -> None:
     content, contents = b"job" * 1000, Contents()
-    with client_of(cluster) as client:
+    with cluster.client() as client:
         (sha256,), _ = contents.hand(client, [content])
         contents.hand(client, [content])
         contents.forget_failed([sha256])
