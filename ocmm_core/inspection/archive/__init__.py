@@ -71,6 +71,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.archive._reopen_copy import (
         content_of_job,
         content_to_look_at,
+        copy_of_content,
         copy_of_job,
     )
     from ocmm_core.inspection.archive._stored_documents import StoredDocuments
@@ -96,7 +97,7 @@ else:
             "Outcome RecallRecord RecalledCharacteristic RecalledJob RecalledValue SCHEMA"
         ),
         _reopen="ReopenedJob Tell reopen reopen_alone reopen_job",
-        _reopen_copy="content_of_job content_to_look_at copy_of_job",
+        _reopen_copy="content_of_job content_to_look_at copy_of_content copy_of_job",
         _stored_documents="StoredDocuments",
         _tip_doubts="last_good_utc",
         _tip_history="settle_tip",
@@ -129,6 +130,7 @@ __all__ = [
     "compare_jobs",
     "content_of_job",
     "content_to_look_at",
+    "copy_of_content",
     "copy_of_job",
     "decide",
     "decided",
