@@ -110,7 +110,7 @@ class _KeptCode:
         self._file.save(key, (_KEPT, self._source_stamp, key, data))
 
     def load(self, key: object) -> Any:
-        """Return what was compiled for a key; None, so that it is compiled, where it is not kept."""
+        """Return what was compiled for a key; None where it is not kept, so that it is compiled."""
         found = self._file.load(key)
         if found is None or tuple(found[:3]) != (_KEPT, self._source_stamp, key):
             return None
