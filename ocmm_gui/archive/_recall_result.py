@@ -8,14 +8,8 @@ from pathlib import Path
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.export import write_together
-from ocmm_core.inspection.archive import (
-    RecallRecord,
-    checked,
-    decided,
-    headline,
-    not_judged,
-    totals,
-)
+from ocmm_core.inspection.archive import RecallRecord
+from ocmm_core.inspection.recall import checked, decided, headline, not_judged, totals
 from ocmm_gui.archive._recall_table import RecallTable, mark_of
 from ocmm_gui.kit import (
     DEFAULT_THEME,

@@ -18,9 +18,7 @@ from ocmm_core.alignment import Relocation, saved_frame_in
 from ocmm_core.calibration.records import CameraRecord, rig_from_record
 from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.archive._known import KnownOfJob
-from ocmm_core.inspection.archive._recall_fit import Misfit, misfit_of
-from ocmm_core.inspection.archive._reopen import ReopenedJob, reopen_content
+from ocmm_core.inspection.archive import KnownOfJob, ReopenedJob, reopen_content
 from ocmm_core.inspection.evaluation import (
     FeatureState,
     HoldReason,
@@ -28,6 +26,7 @@ from ocmm_core.inspection.evaluation import (
     evaluate_job,
     notes_of,
 )
+from ocmm_core.inspection.recall._recall_fit import Misfit, misfit_of
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobHead
 from ocmm_core.tolerances.decisions import CharacteristicResult

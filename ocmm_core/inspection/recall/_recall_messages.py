@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ocmm_core.inspection.archive._recall_record import (
+from ocmm_core.inspection.archive import (
     Outcome,
     RecalledCharacteristic,
     RecalledJob,

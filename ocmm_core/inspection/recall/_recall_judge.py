@@ -19,12 +19,8 @@ from itertools import pairwise
 import numpy as np
 
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.archive._recall_job import Anew, JobFindings
-from ocmm_core.inspection.archive._recall_record import (
-    Outcome,
-    RecalledCharacteristic,
-    RecalledValue,
-)
+from ocmm_core.inspection.archive import Outcome, RecalledCharacteristic, RecalledValue
+from ocmm_core.inspection.recall._recall_job import Anew, JobFindings
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
 
 WORSE = 40.0
