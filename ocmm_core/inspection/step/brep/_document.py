@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.step._edge_steps import EdgeSteps
-from ocmm_core.inspection.step._library import SameShape, explored, static, without_place
+from ocmm_core.inspection.step.brep._edge_steps import EdgeSteps
+from ocmm_core.inspection.step.brep._library import SameShape, explored, static, without_place
 
 _LONGEST = 200
 _OPERATOR = b"CARTESIAN_TRANSFORMATION_OPERATOR"

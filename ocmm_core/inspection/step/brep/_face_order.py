@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 
 from ocmm_core.inspection.pmi import FaceText, Pmi, may_say_tolerances, read_pmi
-from ocmm_core.inspection.step._raw_faces import RawFace
+from ocmm_core.inspection.step.brep._raw_faces import RawFace
 
 _FINAL = 1
 """Mode of the library: look among the final results, also those of parts of them."""

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.step import _surface_kernel as kernel
-from ocmm_core.inspection.step._library import kind_of
+from ocmm_core.inspection.step.brep import _surface_kernel as kernel
+from ocmm_core.inspection.step.brep._library import kind_of
 
 
 @cache

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.step._library import (
+from ocmm_core.inspection.step.brep._library import (
     SameShape,
     explored,
     static,

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.step._library import kind_of, static, vector
+from ocmm_core.inspection.step.brep._library import kind_of, static, vector
 from ocmm_core.part_model import SplineSurface
 
 _MOST_POLES = 250_000

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.step._document import StepDocument
-from ocmm_core.inspection.step._edge_steps import EdgeSteps, parameters_on
-from ocmm_core.inspection.step._library import (
+from ocmm_core.inspection.step.brep._document import StepDocument
+from ocmm_core.inspection.step.brep._edge_steps import EdgeSteps, parameters_on
+from ocmm_core.inspection.step.brep._library import (
     SameShape,
     explored,
     is_turned,
@@ -22,13 +22,13 @@ from ocmm_core.inspection.step._library import (
     triangulation,
     vector,
 )
-from ocmm_core.inspection.step._raw_faces import (
+from ocmm_core.inspection.step.brep._raw_faces import (
     UnusableModelError,
     faces_with_surface,
     go_round,
 )
-from ocmm_core.inspection.step._solid_mesh import RawMesh, motion_of, raw_meshes
-from ocmm_core.inspection.step._surface_splines import MappedSurface, surface_of
+from ocmm_core.inspection.step.brep._solid_mesh import RawMesh, motion_of, raw_meshes
+from ocmm_core.inspection.step.brep._surface_splines import MappedSurface, surface_of
 from ocmm_core.part_model import (
     FARTHEST_MM,
     MOST_TRIANGLES,

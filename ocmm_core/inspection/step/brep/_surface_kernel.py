@@ -6,11 +6,10 @@ A model has tens of thousands of edges: to ask the library for each place costs 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
-from ocmm_core.inspection.step import _place_kernel as place_kernel
-from ocmm_core.inspection.step._place_kernel import inside
 
 PLANE, CYLINDER, CONE, SPHERE, TORUS = range(5)
 """Surfaces that are written out, as `ElSLib` of the library has them."""
@@ -114,7 +113,32 @@ def run_along(
             normals[m, k] *= side
 
 
-@compiled(place_kernel)
+@compiled()
+def inside(us: Float, vs: Float, loops: Float, found: NDArray[np.bool_]) -> None:
+    """Fill in which pairs of ``us`` (r,) and ``vs`` (c,), both rising, lie inside closed loops.
+
+    ``loops`` (m, 2, 2): stretches. ``found`` (r, c) is all false before. A ray from a pair towards
+    greater u crosses the loops an odd number of times where it is inside. Each crossing is noted at
+    the last pair before it, and at last all that lie before a note are turned over: the time grows
+    with places and crossings, not with both together.
+    """
+    for k in range(len(loops)):
+        u0, v0, u1, v1 = loops[k, 0, 0], loops[k, 0, 1], loops[k, 1, 0], loops[k, 1, 1]
+        # Half open, so that a corner on the ray is crossed once.
+        low, high = min(v0, v1), max(v0, v1)
+        slope = 0.0 if v1 == v0 else (u1 - u0) / (v1 - v0)
+        for j in range(np.searchsorted(vs, low), len(vs)):
+            if vs[j] >= high:
+                break
+            before = np.searchsorted(us, u0 + slope * (vs[j] - v0)) - 1
+            if before >= 0:
+                found[before, j] = not found[before, j]
+    for i in range(len(us) - 2, -1, -1):
+        for j in range(len(vs)):
+            found[i, j] = found[i, j] != found[i + 1, j]
+
+
+@compiled()
 def places_inside(kind: int, frame: Float, sizes: Float, uv: Float, starts: Int) -> Float:
     """Return places (n, 3) of a face inside its edges: more are tried where few of them are.
 

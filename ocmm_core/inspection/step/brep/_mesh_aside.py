@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.step._document import StepDocument
-from ocmm_core.inspection.step._part import part_of
-from ocmm_core.inspection.step._solid_mesh import make_mesh, raw_meshes, triangles_of
+from ocmm_core.inspection.step.brep._document import StepDocument
+from ocmm_core.inspection.step.brep._part import part_of
+from ocmm_core.inspection.step.brep._solid_mesh import make_mesh, raw_meshes, triangles_of
 from ocmm_core.part_model import model_to_bytes
 from ocmm_core.processes import Aside
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.step import _surface_kernel as kernel
-from ocmm_core.inspection.step._library import SameShape, static
+from ocmm_core.inspection.step.brep import _surface_kernel as kernel
+from ocmm_core.inspection.step.brep._library import SameShape, static
 
 DEFLECTION_MM = 0.02
 _MOST_CHORDS = 20_000
