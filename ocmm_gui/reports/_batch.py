@@ -14,7 +14,7 @@ from PySide6.QtGui import QColor, QPainter, QPen
 
 from ocmm_core import __version__
 from ocmm_core.export import write_together
-from ocmm_core.export.report import Paper, PaperLengths, load_paper, template_in_use
+from ocmm_core.export.template import Paper, PaperLengths, load_paper, template_in_use
 from ocmm_core.inspection.archive import Comparison, Trend, compare_files
 from ocmm_core.inspection.evaluation import SIMULATED, SIMULATED_LINE
 from ocmm_core.tolerances.kinds import spec_of

@@ -9,7 +9,8 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter
 
 from ocmm_core.export import EXPORTERS, PDF, require_complete, write_report
-from ocmm_core.export.report import ReportData, Section, one_line, polyworks_profile, report_number
+from ocmm_core.export.report import ReportData, one_line, polyworks_profile, report_number
+from ocmm_core.export.template import Section
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_gui.reports._canvas import INK, LEFT, PAGE, WIDTH, Canvas, Style, paint_text
 from ocmm_gui.reports._messages import lengths_of, numbers_of, speech_of

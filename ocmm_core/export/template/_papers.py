@@ -15,8 +15,8 @@ import platformdirs
 
 from ocmm_core.documents import decode_json, read_bytes, read_text, write_atomic
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.export.report._surroundings import surroundings
-from ocmm_core.export.report._template import Paper, Particulars, load_paper, standard_template
+from ocmm_core.export.template._surroundings import surroundings
+from ocmm_core.export.template._template import Paper, Particulars, load_paper, standard_template
 
 PARTICULARS_SCHEMA = "ocmm.report-particulars/1"
 BESIDE = ".paper.json"

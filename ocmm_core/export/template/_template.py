@@ -18,7 +18,7 @@ from ocmm_core.documents import (
     resource,
 )
 from ocmm_core.errors import InputError
-from ocmm_core.export.report._paper_lengths import LengthUnit
+from ocmm_core.export.template._paper_lengths import LengthUnit
 
 SCHEMA = "ocmm.report-template/1"
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from ocmm_core.documents import LARGEST_DOCUMENT, read_bytes, read_text, write_atomic
 from ocmm_core.errors import StorageError
-from ocmm_core.export.report._papers import keep_template, template_in_use
-from ocmm_core.export.report._template import Paper, load_paper
+from ocmm_core.export.template._papers import keep_template, template_in_use
+from ocmm_core.export.template._template import Paper, load_paper
 from ocmm_core.settings import Settings, toml_text
 from ocmm_core.wording import LANGUAGES, language_of
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Set as AbstractSet
 
-from ocmm_core.export.report._template import Particulars
+from ocmm_core.export.template._template import Particulars
 from ocmm_core.surroundings import QUANTITIES, reading_of
 
 _SAID = {
