@@ -16,8 +16,8 @@ from ocmm_gui.kit import (
     to_mm,
     unit_word,
 )
-from ocmm_gui.plan_editor._field_labels import Measure
-from ocmm_gui.plan_editor._form_lines import FieldKind, FormLine
+from ocmm_gui.plan_editor.form._field_labels import Measure
+from ocmm_gui.plan_editor.form._form_lines import FieldKind, FormLine
 
 _YES, _NO = "yes", "no"
 FLAGS = (_NO, _YES)
