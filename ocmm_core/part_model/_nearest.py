@@ -1,9 +1,9 @@
 """The nearest point of trimmed faces, exactly, and when it is none to measure with.
 
 Boxes around flat pieces of the surface say how near each piece can be (`_patches`). From the most
-promising one Newton's method goes to a foot (`_foot`); every piece whose box is not farther than that foot
-and a rival's margin is tried, too, so that a nearer place of another face, or of the other side of
-a fold, is not missed. What is left out is farther by proof.
+promising one Newton's method goes to a foot (`_foot`); every piece whose box is not farther than
+that foot and a rival's margin is tried, too, so that a nearer place of another face, or of the
+other side of a fold, is not missed. What is left out is farther by proof.
 """
 
 from __future__ import annotations

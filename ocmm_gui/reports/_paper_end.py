@@ -1,4 +1,4 @@
-"""The end of a report: what it relates to, who signs it, and that nothing comes after."""
+"""The end of a report: its records, what it relates to, who signs it, that nothing comes after."""
 
 from __future__ import annotations
 

@@ -5,9 +5,9 @@ In: an evaluated job and a profile. Out: one frozen `ReportData`, and bytes of f
 Read `_report_data` (all that a report can say) and `_exporter` (what every format can do).
 `_head`, `_elements`, `_tables` and `_names` are shared by the formats: `_polyworks`, `_delimited`,
 `_json_file` with `_json_schema`, `_xlsx` with `_xlsx_reader`. `_profile` says how text files are
-written.
-`_paper_facts` is what a test report must say of itself, and `_specimen` shows a template (whose
-paper it is: the room `template`) without a job. Every format has a reader of its own. It must not know the registry, QIF or Q-DAS.
+written, `_paper_facts` what a test report must say of itself; `_specimen` shows a template without
+a job. Whose paper it is says the room `template`. Every format has a reader of its own.
+It must not know the registry, QIF or Q-DAS.
 """
 
 from __future__ import annotations

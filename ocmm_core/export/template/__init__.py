@@ -4,8 +4,8 @@ In: documents of a laboratory, settings, what was given with a job. Out: one `Pa
 to a report.
 
 Read `_template` (order, head, signatures, and what is asked of whoever writes) with
-`_paper_lengths` (the unit of a paper) and `_surroundings` (what was read off in the room). `_papers`
-keeps it for every route to a report, `_headed` gives it the head of the settings.
+`_paper_lengths` (the unit of a paper) and `_surroundings` (what was read off in the room).
+`_papers` keeps it for every route to a report, `_headed` gives it the head of the settings.
 It must not know a job: the data of a report are in `report`.
 """
 

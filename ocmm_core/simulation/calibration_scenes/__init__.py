@@ -3,8 +3,9 @@
 In: a true rig, and what a guided procedure still lacks. Out: frames of targets, bars and tips.
 
 Read `_scenes` (targets at known points, a waved probe, a bar, nests), `_motions` (how they move),
-`_calibrating` (what the cameras see of them), `_calibrating_source` (as a source of frames), `_pivot_scenes`, `_tip_scenes`,
-`_verifying`, and `_resting_spots` (averaged spots without the frames, for many runs).
+`_calibrating` (what the cameras see of them), `_calibrating_source` (as a source of frames),
+`_pivot_scenes`, `_tip_scenes`, `_verifying`, and `_resting_spots` (averaged spots without the
+frames, for many runs).
 `_made_records` and `_made_probe_records` are what comes of it, for whoever needs only records.
 It knows the procedures that it serves; they do not know it.
 """

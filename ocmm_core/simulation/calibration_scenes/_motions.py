@@ -1,4 +1,4 @@
-"""How bodies move through the scenes of a calibration: segments of rests and ways, and a hand's tremor."""
+"""How bodies move through the scenes of a calibration: rests, ways, and a hand's tremor."""
 
 from __future__ import annotations
 

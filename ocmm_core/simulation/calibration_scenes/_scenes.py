@@ -1,4 +1,4 @@
-"""What is shown while the virtual rig is calibrated, in words: targets, a waved probe, a bar, nests."""
+"""What the virtual rig shows while it is calibrated: targets, a waved probe, a bar, nests."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from ocmm_core.simulation.calibration_scenes._pivot_scenes import (
 from ocmm_core.simulation.calibration_scenes._tip_scenes import TouchWithTip
 
 STREAM = 32
+"""The first of the numbers that tell what is drawn of one seed here from what is elsewhere."""
 
 
 class FrameMove(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
