@@ -48,6 +48,7 @@ from benchmarks.soak_books import (
     once_in_operation,
     words,
 )
+from benchmarks.soak_observer import Observer, observed
 from ocmm_core.acquisition.frames import read_status
 from ocmm_core.camera import load_rig
 from ocmm_core.composition import (
@@ -84,6 +85,7 @@ SEED = 7
 FREEZE_S, FREEZE_EVERY_S = 2.0, 10.0
 START_S = 60.0
 FOLLOWS_FRAMES = 2000
+FRAME_PERIOD_NS = 125_000
 
 _HOST, _NEAR, _FAR, _CAMERAS = "host0", "near0", "far0", "cameras0"
 _INSIDE, _MODULE = "--inside", "benchmarks.soak"
@@ -157,6 +159,7 @@ def _with_window(
     app = make_application()
     station = build_station(request).station
     ring = mapped_ring()
+    observer = Observer(None, FRAME_PERIOD_NS)
     bridge = StationBridge(station)
     window = MainWindow(bridge, NoticeCentre())
     window.resize(1920, 1080)
@@ -177,6 +180,7 @@ def _with_window(
     def begin() -> None:
         pids.update(window=os.getpid(), bus=bus_pid())
         cable.order(rules)
+        observer.clear()
         first.update(counters(read_status(ring)))
         moments.append(time.monotonic())
         sampling.start()
@@ -207,12 +211,13 @@ def _with_window(
     freezing.setInterval(round(1000 * FREEZE_EVERY_S))
     freezing.timeout.connect(stand_still)
     once_in_operation(station, ring, START_S, wait_until_it_follows, window.close)
-    try:
-        bridge.start()
-        app.exec()
-    finally:
-        bridge.close()
-        station.close()
+    with observed(observer):
+        try:
+            bridge.start()
+            app.exec()
+        finally:
+            bridge.close()
+            station.close()
     cable.order(())
     report = decode_report(ring.report())
     status = read_status(ring)
@@ -222,6 +227,7 @@ def _with_window(
     return Outcome(
         moments[1] - moments[0], counters(status), first, report,
         cable.exchanged, len(cable.spoilt), cable.answers, cable.dropped, freezes, usage,
+        observer.frames, observer.gaps, observer.stale,
     )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from PySide6.QtCore import QTimer
 
 from ocmm_core.acquisition.frames import AcquisitionStatus, FrameRing
+from ocmm_core.acquisition.recording import HISTORY_S
 from ocmm_core.fieldbus.report import BusPhase, BusReport, Histogram, decode_report
 from ocmm_core.simulation.bus import LineLog, LineOrder, LineRule
 from ocmm_core.station import MeasuringStation
@@ -31,6 +32,8 @@ GROWTH_MIB_AN_HOUR = 1.0
 STEADY_S = 600.0
 WARM_UP_S = 10.0
 """Until here code is compiled, pages are touched and the window is laid out."""
+_FILLED_S = HISTORY_S + 5.0
+"""The window keeps the frames of so long; until then its memory grows on purpose."""
 _LONG_S = 2.0 * STEADY_S
 _PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2**20
 
@@ -60,6 +63,14 @@ class Usage(msgspec.Struct):
         line = np.polyfit([self.times[at] for at in kept], [self.mib[at] for at in kept], 1)
         return float(line[0] * duration_s)
 
+    def words(self) -> str:
+        """Return what it held at the start and after each quarter."""
+        picked = [self.mib[round(at * (len(self.mib) - 1) / 4)] for at in range(5)]
+        return (
+            f"MiB {' '.join(f'{one:.1f}' for one in picked)}; "
+            f"threads {self.threads[0]} to {self.threads[-1]}"
+        )
+
 
 class Outcome(msgspec.Struct):
     """What one run brought.
@@ -80,6 +91,9 @@ class Outcome(msgspec.Struct):
         How often the window stood still.
     usage
         By process.
+    frames, gaps, stale
+        What the station took out of the ring: frames, exposures missing between them, and frames
+        that are no later than the one before.
     """
 
     seconds: float
@@ -92,6 +106,9 @@ class Outcome(msgspec.Struct):
     dropped: int
     freezes: int
     usage: dict[str, Usage]
+    frames: int
+    gaps: int
+    stale: int
 
     def during(self, name: str) -> int:
         """Return how much a counter rose during the run."""
@@ -226,11 +243,16 @@ def judge(name: str, seen: Outcome) -> list[Row]:
             share <= limit),
         Row("frames that the ring lost", f"{seen.during('overrun')}", "= 0",
             seen.during("overrun") == 0),
+        # What is missing at the reader is what the books call lost, to the frame.
+        Row("exposures missing at reader", f"{seen.gaps} of {seen.frames}", "<= lost + ring's",
+            seen.gaps <= lost + seen.during("overrun") and seen.frames > 0),
+        Row("frames stale or repeated", f"{seen.stale} of {seen.frames}", "= 0", not seen.stale),
     ]  # fmt: skip
     for process, held in seen.usage.items():
         is_long = seen.seconds >= _LONG_S
         what = f"MiB an hour after {STEADY_S:.0f} s" if is_long else "MiB in 10 minutes"
-        grown = held.growth_mib(STEADY_S, 3600.0) if is_long else held.growth_mib(0.0, 600.0)
+        begin_s = STEADY_S if is_long else _FILLED_S if process == "window" else 0.0
+        grown = held.growth_mib(begin_s, 3600.0 if is_long else 600.0)
         allowed = GROWTH_MIB_AN_HOUR if is_long else GROWTH_MIB[process]
         rows.append(
             Row(f"{process}: {what}", f"{grown:+.2f}", f"<= {allowed:.0f}", grown <= allowed)
@@ -254,6 +276,7 @@ def words(seen: Outcome) -> list[str]:
         f"cable: {seen.exchanged} cycles, {seen.answers} answers, {seen.dropped} of them dropped "
         f"in {seen.spoilt} cycles; the window stood still {seen.freezes} times",
         f"frames in the run: {seen.during('frames')}, lost {seen.during('frames_lost')}",
+        *(f"{process}: {held.words()}" for process, held in seen.usage.items()),
         f"cycle begins late   {text_of(report.lateness)}",
         f"answer takes        {text_of(report.round_trip)}",
     ]

@@ -246,6 +246,11 @@ def test_the_history_is_bounded_in_time_and_memory_and_can_be_replayed(tmp_path:
     assert 29.9 < kept.seconds < 30.3
     small = history(42.0, most_bytes=1 << 20)
     assert small.size_bytes <= 1 << 20
+    whole = np.concatenate([one.counter for one in kept.blocks()])
+    newest = np.concatenate([one.counter for one in small.blocks()])
+    assert np.array_equal(whole, np.arange(whole[0], 42 * 800))
+    assert np.array_equal(newest, whole[-len(newest) :])
+    assert small.size_bytes > 1 << 19
     path = tmp_path / "last.ocmr"
     assert kept.write(path) == sum(map(len, kept.blocks()))
     source = ReplaySource(path)
@@ -256,6 +261,27 @@ def test_the_history_is_bounded_in_time_and_memory_and_can_be_replayed(tmp_path:
         first
     ) > len(kept.blocks()[0])
     source.close()
+
+
+def test_the_history_forgets_what_is_old_what_another_clock_saw_and_all_at_the_end() -> None:
+    kept = history(10.0)
+    count = sum(map(len, kept.blocks()))
+    # Frames were lost: there is room for older ones, but they are too old.
+    kept.append(block(35 * 800, 80, 800.0))
+    assert kept.seconds < 30.001
+    assert kept.blocks()[0].counter[0] > 0
+    assert sum(map(len, kept.blocks())) < count
+    kept.append(block(800, 80, 800.0))
+    assert np.array_equal(kept.blocks()[0].counter, np.arange(800, 880))
+    # A block longer than all that may be kept leaves its newest frames.
+    small = history(1.0, most_bytes=280 * 50)
+    small.append(block(10_000, 333, 800.0))
+    assert np.array_equal(small.blocks()[0].counter, np.arange(10_283, 10_333))
+    kept.clear()
+    kept.append(block(5000, 80, 800.0))
+    assert not kept.blocks()
+    assert not kept.seconds
+    assert not kept.size_bytes
 
 
 def test_a_bus_clock_that_is_set_anew_starts_another_history() -> None:
