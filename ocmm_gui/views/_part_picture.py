@@ -12,11 +12,17 @@ from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.part_model import PartModel
 from ocmm_core.rendering import NO_FACE, Colours, RenderMode
 from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, literal, text_font, tr
-from ocmm_gui.views._orbit_view import OrbitView
-from ocmm_gui.views._part_scene import PartDrawing
-from ocmm_gui.views._scene import Item, Orbit, Tag
-from ocmm_gui.views._scene_layer import KeptScene, SceneLayer, StillScene
-from ocmm_gui.views._scene_painter import ScenePainter
+from ocmm_gui.scene import (
+    Item,
+    KeptScene,
+    Orbit,
+    OrbitView,
+    PartDrawing,
+    SceneLayer,
+    ScenePainter,
+    StillScene,
+    Tag,
+)
 
 _START = Orbit(np.zeros(3), np.radians(-35.0), np.radians(30.0), 50.0, np.array([0.0, 0.0, 1.0]))
 _IN_PLACE = RigidTransform.identity()
@@ -79,11 +85,6 @@ class PartPicture(OrbitView):
     def highlight(self, marked: Mapping[int, str]) -> None:
         """Show faces in other colours, ``#rrggbb`` by their place in the model, and no others."""
         self._marked = dict(marked)
-        self.update()
-
-    def show_items(self, items: tuple[Item, ...]) -> None:
-        """Show marks in the frame of the model, as far as the part does not hide them."""
-        self._items = items
         self.update()
 
     def say(self, words: str) -> None:

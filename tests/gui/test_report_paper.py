@@ -16,7 +16,7 @@ from ocmm_core.export.report import ReportData, paper_facts, report_number
 from ocmm_core.export.template import SECTIONS, Particulars, load_paper
 from ocmm_gui.reports import _pdf as pdf
 from ocmm_gui.reports._part_picture import placed_words
-from ocmm_gui.views import Tag
+from ocmm_gui.scene import Tag
 from tests.core.export.sample_report import sample_report
 from tests.gui.pdf_texts import texts
 

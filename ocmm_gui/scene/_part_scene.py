@@ -27,7 +27,7 @@ from ocmm_core.rendering import (
     with_closed,
 )
 from ocmm_gui.kit import Theme
-from ocmm_gui.views._scene import Orbit
+from ocmm_gui.scene._scene import Orbit
 
 MOVING_TRIANGLES = 50_000
 """While the view moves no more of them are painted: some 10 ms."""

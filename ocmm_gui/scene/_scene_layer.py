@@ -18,9 +18,9 @@ from PySide6.QtCore import QObject, QRectF, QSize, QTimer, Signal
 from PySide6.QtGui import QColor, QFont, QImage, QPainter
 
 from ocmm_core.rendering import Bundle, Canvas, RenderMode, blend_flat, draw_bundles
-from ocmm_gui.views._part_scene import PartScene
-from ocmm_gui.views._scene import Face, Item, Lines, Orbit
-from ocmm_gui.views._scene_painter import Depth, ScenePainter
+from ocmm_gui.scene._part_scene import PartScene
+from ocmm_gui.scene._scene import Face, Item, Lines, Orbit
+from ocmm_gui.scene._scene_painter import Depth, ScenePainter
 
 _SLICE_S = 0.012
 """As long as a frame of a screen that is refreshed 80 times a second."""

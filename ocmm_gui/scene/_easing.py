@@ -6,7 +6,7 @@ from time import perf_counter
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from ocmm_gui.views._scene import Orbit
+from ocmm_gui.scene._scene import Orbit
 
 EASE_S = 0.4
 _FRAME_MS = 25

@@ -8,7 +8,7 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent, QResizeEvent, QWheelEvent
 
 from ocmm_core.geometry import Float
 from ocmm_gui.kit import Painted
-from ocmm_gui.views._scene import Orbit
+from ocmm_gui.scene._scene import Orbit
 
 _KEY_TURN = np.radians(10.0)
 _STILL_MS = 140

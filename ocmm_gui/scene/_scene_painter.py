@@ -14,8 +14,8 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygon
 
 from ocmm_core.geometry import Float
 from ocmm_core.rendering import Canvas
-from ocmm_gui.views._labels import leader, place_labels
-from ocmm_gui.views._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag
+from ocmm_gui.scene._labels import leader, place_labels
+from ocmm_gui.scene._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag
 
 _PIECE_PX = 5.0
 _MOST_PIECES = 400
