@@ -13,15 +13,12 @@ from ocmm_core.part_model import PartModel
 from ocmm_core.rendering import NO_FACE, Colours, RenderMode
 from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, literal, text_font, tr
 from ocmm_gui.scene import (
-    Item,
     KeptScene,
     Orbit,
     OrbitView,
     PartDrawing,
     SceneLayer,
-    ScenePainter,
     StillScene,
-    Tag,
 )
 
 _START = Orbit(np.zeros(3), np.radians(-35.0), np.radians(30.0), 50.0, np.array([0.0, 0.0, 1.0]))
@@ -60,7 +57,6 @@ class PartPicture(OrbitView):
         self._marked: dict[int, str] = {}
         self._colours: Colours | None = None
         self._mode = RenderMode.SHADED
-        self._items: tuple[Item, ...] = ()
         self._words = ""
         self._still = KeptScene()
         self._face = NO_FACE
@@ -161,10 +157,6 @@ class PartPicture(OrbitView):
         seen = self._layer.picture(self._still_scene(inside), font)
         painter.drawImage(inside.topLeft(), seen.image)
         line = QRectF(inside.left() + 10, inside.bottom() - 26, inside.width() - 20, 22)
-        taken = [line.translated(-inside.topLeft())] if self._words else []
-        tags = tuple(item for item in self._items if isinstance(item, Tag))
-        words = ScenePainter(tags, self._orbit, inside, font, theme.panel, taken=taken)
-        words.paint(painter)
         painter.setFont(text_font(13))
         painter.setPen(QColor(theme.muted))
         painter.drawText(line, Qt.AlignmentFlag.AlignLeft, self._words)
@@ -184,10 +176,9 @@ class PartPicture(OrbitView):
         )  # fmt: skip
 
         def make() -> StillScene:
-            items = tuple(item for item in self._items if not isinstance(item, Tag))
-            return StillScene(items, self._orbit, size, ratio, self._theme.panel, part)
+            return StillScene((), self._orbit, size, ratio, self._theme.panel, part)
 
-        return self._still.made((part, self._orbit, self._items), (size, ratio), make)
+        return self._still.made((part, self._orbit), (size, ratio), make)
 
     def _moved(self, orbit: Orbit) -> None:
         self._fits = self._fits and orbit.radius == self._orbit.radius
