@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from ocmm_core.archive.outbox import ArchivePlace, HandOver, hand_over
 from ocmm_core.archive.questions import QUESTIONS, ArchiveAnswer, Asked, parts
 from ocmm_core.archive.stores import open_archive
-from ocmm_gui.kit import Tell, later
+from ocmm_gui.kit import later
+from ocmm_gui.work import Tell
 
 
 @dataclass(frozen=True, slots=True)

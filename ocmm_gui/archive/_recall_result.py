@@ -15,7 +15,6 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     FitText,
-    Teller,
     Theme,
     later,
     mark_colour,
@@ -23,6 +22,7 @@ from ocmm_gui.kit import (
     tr,
 )
 from ocmm_gui.reports import drawing, pdf_bytes
+from ocmm_gui.work import Teller
 
 _MOST_LINES = 3
 """Of jobs that were not judged: the table below needs the room."""

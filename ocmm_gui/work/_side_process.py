@@ -26,7 +26,7 @@ from ocmm_core.failure import contained
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import keep_folder, scratch_path
 from ocmm_core.processes import end_with_parent, process_context
-from ocmm_gui.kit._texts import tr
+from ocmm_gui.kit import tr
 
 _LOOK_MS = 50
 _END_S = 1.0

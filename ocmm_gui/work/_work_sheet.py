@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ocmm_gui.kit._actions import ActionInfo
-from ocmm_gui.kit._sheet import Sheet
-from ocmm_gui.kit._side_process import SideProcess, Work
-from ocmm_gui.kit._texts import tr
-from ocmm_gui.kit._work_line import WorkLine
+from ocmm_gui.kit import ActionInfo, Sheet, tr
+from ocmm_gui.work._side_process import SideProcess, Work
+from ocmm_gui.work._work_line import WorkLine
 
 
 class WorkSheet(Sheet):

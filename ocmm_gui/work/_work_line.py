@@ -5,8 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QProgressBar
 
-from ocmm_gui.kit._texts import PlainLabel, tr
-from ocmm_gui.kit._theme import text_font
+from ocmm_gui.kit import PlainLabel, text_font, tr
 
 _BAR_PX = 220
 _PARTS = 1000
