@@ -5,9 +5,10 @@ notices.
 
 Read `_texts` (how sentences are translated), `_language` (which languages there are), `_numbers`
 (how numbers, lengths and dates are written), `_theme` (three themes from one table), `_messages`
-(sentences), `_marks` (a shape for each outcome), `_actions` (every key as one table) and `_shortcuts`, `_sheet`
-(pages that Esc closes), `_parts`, `_narrow` (words that stay whole) and `_painted`. Questions without dialogs: `_answer_panel`,
-`_path_panel`, `_reason_panel`. `_notify` says what went wrong, `_sound` is heard.
+(sentences), `_marks` (a shape for each outcome), `_actions` (every key as one table) with
+`_shortcuts` (as words, changed, on buttons), `_sheet` (pages that Esc closes), `_parts`, `_narrow`
+(words that stay whole) and `_painted`. Questions without dialogs: `_answer_panel`, `_path_panel`,
+`_reason_panel`. `_notify` says what went wrong, `_sound` is heard. Long work is the room `work`.
 It is the first room of the window and must not know any screen or the station.
 """
 

@@ -9,6 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QPushButton, QWidget
 
+from ocmm_gui.kit._actions import ACTIONS, ActionInfo, Mode
 from ocmm_gui.kit._narrow import NarrowButton
 from ocmm_gui.kit._texts import later, literal, tr
 
