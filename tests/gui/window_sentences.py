@@ -63,7 +63,7 @@ _KNOWN = {
     "window/_acceptance.py": {"INTERIM": "name of a procedure"},
     "window/_running_job.py": {"The window": "part of an error"},
     "window/_preload.py": {"*": "names of classes"},
-    "plan_editor/_field_text.py": {"*": "parts of an error"},
+    "plan_editor/form/_field_text.py": {"*": "parts of an error"},
     "wizards/_driver.py": {"*": "parts of errors"},
     "wizards/_camera_sessions.py": {"Length bar document": "part of an error"},
     "wizards/_probe_sessions.py": {"the document of the sphere": "part of an error"},
