@@ -233,9 +233,12 @@ def _load_server() -> None:
 
     It begins here, where `tests` is found: a test may work in another folder.
     """
-    first = multiprocessing.get_context("forkserver").Process(target=os.getpid)
+    # What cannot be loaded is passed over in silence, and each process would load all by itself.
+    asked = "import sys; sys.exit('tests.kept_modules' not in sys.modules)"
+    first = multiprocessing.get_context("forkserver").Process(target=exec, args=(asked,))
     first.start()
     first.join()
+    assert first.exitcode == 0, "the server of processes has not loaded what they need"
     first.close()
 
 
