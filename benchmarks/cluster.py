@@ -40,7 +40,7 @@ from benchmarks.cluster_processes import (  # noqa: E402
 from benchmarks.recall_scenes import TruePart, World, base_points  # noqa: E402
 from ocmm_core.calibration.records import seal  # noqa: E402
 from ocmm_core.cluster import run_tasks  # noqa: E402
-from ocmm_core.inspection.archive import KeptPlaces, recall  # noqa: E402
+from ocmm_core.inspection.recall import KeptPlaces, recall  # noqa: E402
 
 LARGEST_SHARE, LARGEST_OVERHEAD = 0.6, 0.1
 _TURN, _SHIFT = np.array([2e-4, 1e-4, -2e-4]), np.array([0.1, 0.1, 0.1])

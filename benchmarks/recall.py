@@ -39,13 +39,8 @@ from benchmarks.recall_scenes import (  # noqa: E402 - as above
     base_points,
 )
 from ocmm_core.geometry import Float  # noqa: E402 - as above
-from ocmm_core.inspection.archive import (  # noqa: E402 - as above  # noqa: E402 - as above
-    KeptPlaces,
-    Outcome,
-    RecalledCharacteristic,
-    RecalledJob,
-    recall,
-)
+from ocmm_core.inspection.archive import Outcome, RecalledCharacteristic, RecalledJob  # noqa: E402 - as above
+from ocmm_core.inspection.recall import KeptPlaces, recall  # noqa: E402 - as above
 from ocmm_core.measuring import MeasuredPoint  # noqa: E402 - as above
 from ocmm_core.tolerances.decisions import Verdict  # noqa: E402 - as above
 

@@ -106,6 +106,17 @@ def load_document(path: Path | str, kind: type[T], schema: str) -> T:
         ) from error
 
 
+def may_be_there(path: Path) -> bool:
+    """Return whether a file is there, or nobody may know: whoever reads it is told why not.
+
+    A folder that lets nobody look into it is asked what is in it, and answers with an OSError.
+    """
+    try:
+        return path.is_file()
+    except OSError:
+        return True
+
+
 def read_bytes(path: Path, most: int = LARGEST_FILE) -> bytes:
     """Return the content of ``path``; at most ``most`` bytes are read.
 

@@ -2,6 +2,8 @@
 
 Compiled for the very processor that is there, a clone on one with AVX-512 added up in another order
 than the package did, and than the computer beside it: the last bit of a number differed.
+
+What was compiled is kept beside its source, and two processes may write there at once.
 """
 
 from __future__ import annotations
@@ -18,6 +20,8 @@ AVX2, GENERIC = "haswell", "generic"
 KINDS = (AVX2, GENERIC)
 _NEEDED = frozenset({"avx", "avx2", "bmi", "bmi2", "f16c", "fma", "movbe", "popcnt", "lzcnt"})
 _NAME = "NUMBA_CPU_NAME"
+_KEPT = "ocmm.compiled/1"
+"""Stands before what is kept of a function; numba's own begins otherwise."""
 
 
 def kind_of(features: Iterable[str]) -> str:
@@ -58,7 +62,59 @@ def njit(**options: object) -> Callable[[F], F]:
     import numba
 
     decorate: Callable[[F], F] = numba.njit(**options)
-    return decorate
+
+    def decorate_kept(function: F) -> F:
+        dispatcher: Any = decorate(function)
+        if options.get("cache") and hasattr(dispatcher._cache._cache_file, "load"):  # noqa: SLF001
+            # The package has its loops in a library, and keeps none.
+            dispatcher._cache._cache_file = _KeptCode(dispatcher._cache._cache_file)  # noqa: SLF001
+        made: F = dispatcher
+        return made
+
+    return decorate_kept
+
+
+class _KeptCode:
+    """What numba keeps of a function on the disk, given out only as what it was compiled for.
+
+    Numba writes an index, which says in which file the code for which types is, and then that file,
+    by a number that is free. Between both, and where two processes compile the same function for
+    different types at once, the index names a file with other code: of other types, or of an older
+    source. It would be run all the same: it reads what it was given as something else, so that
+    numbers are wrong or the process ends. So each file says here what is in it.
+
+    Parameters
+    ----------
+    file
+        `numba.core.caching.IndexDataCacheFile` of the function.
+    """
+
+    def __init__(self, file: Any) -> None:
+        self._file = file
+
+    @property
+    def _source_stamp(self) -> object:
+        """Return by what numba sees that the source changed; `ocmm_core.camera.compiled` adds."""
+        return self._file._source_stamp  # noqa: SLF001
+
+    @_source_stamp.setter
+    def _source_stamp(self, stamp: object) -> None:
+        self._file._source_stamp = stamp  # noqa: SLF001
+
+    def flush(self) -> None:
+        """Forget what is kept."""
+        self._file.flush()
+
+    def save(self, key: object, data: object) -> None:
+        """Keep what was compiled for the types in ``key``."""
+        self._file.save(key, (_KEPT, self._source_stamp, key, data))
+
+    def load(self, key: object) -> Any:
+        """Return what was compiled for a key; None where it is not kept, so that it is compiled."""
+        found = self._file.load(key)
+        if found is None or tuple(found[:3]) != (_KEPT, self._source_stamp, key):
+            return None
+        return found[3]
 
 
 @cache

@@ -6,7 +6,6 @@ a limit. The test statistics that noise alone produces are in the tests of this 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -233,9 +232,3 @@ def thickness(bottom: Points3, top: Points3, radius: float) -> Float:
         distances = -distances
     result: Float = distances - 2.0 * radius
     return result
-
-
-def largest(errors: Sequence[float] | Float) -> float:
-    """Return the error of the largest amount, with its sign."""
-    values = np.asarray(errors, dtype=np.float64)
-    return float(values[int(np.argmax(np.abs(values)))])

@@ -43,7 +43,7 @@ def measure_parts(
     )
     from ocmm_core.composition import Origin, build_station, origin_of, true_values
     from ocmm_core.export import DEFAULT_FORMAT, chosen_formats
-    from ocmm_core.export.report import load_paper, template_in_use
+    from ocmm_core.export.template import load_paper, template_in_use
     from ocmm_core.inspection.archive import next_serial
 
     # Before a job is begun: a name that is none, or a template that cannot be used.

@@ -2,11 +2,12 @@
 
 In: a job as it is evaluated. Out: files of a report, read back and compared before they count.
 
-Read `_registry` first: all formats, and the one way to write them. `report` holds the data of a
-report and its text, JSON, workbook and PolyWorks files; `qif` holds QIF 3.0, `aqdef` Q-DAS.
-`_report_seal` signs what is written, `_completeness` asks before a report of an unfinished job is
-made, `_files` writes several files as one, `_batch_table` the statistics of a batch. `certificate`
-makes papers about the machine. `_audit` tells an auditor what is intact.
+Read `_registry` first: all formats, and the one way to write them. `template` says whose paper it
+is, `report` holds the data of a report and its text, JSON, workbook and PolyWorks files; `qif`
+holds QIF 3.0, `aqdef` Q-DAS. `_report_seal` signs what is written, `_completeness` asks before a
+report of an unfinished job is made, `_files` writes several files as one, `_batch_table` the
+statistics of a batch. `certificate` makes papers about the machine. `_audit` tells an auditor what
+is intact.
 It must not know a station or a screen. The PDF is drawn in `ocmm_gui.reports`.
 """
 

@@ -1,14 +1,9 @@
 """The nearest point of trimmed faces, exactly, and when it is none to measure with.
 
 Boxes around flat pieces of the surface say how near each piece can be (`_patches`). From the most
-promising one Newton's method goes to a foot; every piece whose box is not farther than that foot
-and a rival's margin is tried, too, so that a nearer place of another face, or of the other side of
-a fold, is not missed. What is left out is farther by proof.
-
-At a foot the arm of the point is square to both tangents. Newton's step is that of half the square
-of the distance; where its matrix is not positive definite (beyond a centre of curvature) the
-products of the tangents take its place, steps that do not come nearer are shortened, and a side of
-the surface holds what would leave it.
+promising one Newton's method goes to a foot (`_foot`); every piece whose box is not farther than
+that foot and a rival's margin is tried, too, so that a nearer place of another face, or of the
+other side of a fold, is not missed. What is left out is farther by proof.
 """
 
 from __future__ import annotations
@@ -20,14 +15,13 @@ import numpy as np
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int, Points3
+from ocmm_core.part_model._foot import Bool, feet_from
 from ocmm_core.part_model._part_model import ModelFace
 from ocmm_core.part_model._patches import Patches, patches_of
 from ocmm_core.part_model._spline import (
     BezierSurface,
-    Derivatives,
     bezier_surface,
     curvatures_at,
-    derivatives_at,
     normals_at,
 )
 from ocmm_core.part_model._trimming import Trimming, trimming_of
@@ -39,17 +33,9 @@ EDGE_MM = 0.05
 STRETCH = 0.1
 """Least part of a shift along the surface that arrives at the foot, seen from the point."""
 
-_STEPS = 60
-_SETTLED = 1e-9
-"""Step of a foot, as part of the size of the surface, after which it stays.
-
-What is left of Newton's step is its square, and a distance answers to the square of that.
-"""
 _SAME = 1e-4
 """mm: feet that are nearer to each other are one."""
 _CHUNK = 512
-
-Bool = np.ndarray[tuple[int], np.dtype[np.bool_]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -185,7 +171,7 @@ def followed_feet(points: Points3, faces: Sequence[SearchedFace], before: Feet) 
         rows = np.flatnonzero(before.faces == i)
         if not len(rows):
             continue
-        at, feet = _newton(face.surface, points[rows], before.parameters[rows])
+        at, feet = feet_from(face.surface, points[rows], before.parameters[rows])
         normals = normals_at(face.surface, at) * (1.0 if face.outward else -1.0)
         found["parameters"][rows], found["feet"][rows], found["normals"][rows] = at, feet, normals
         found["distances"][rows] = np.einsum("ni,ni->n", points[rows] - feet, normals)
@@ -321,7 +307,7 @@ def _place_near(face: SearchedFace, place: Float) -> Float:
     bounds = patches.at_least(np.broadcast_to(place, (len(all_), 3)), all_)
     start = np.argmin(bounds)
     middle = 0.5 * (patches.low[start] + patches.high[start])
-    found: Float = _newton(face.surface, place[None], middle[None])[0][0]
+    found: Float = feet_from(face.surface, place[None], middle[None])[0][0]
     return found
 
 
@@ -374,7 +360,7 @@ def _to_feet(points: Points3, number: int, face: SearchedFace, rows: Int, patche
     if not len(rows):
         return _none()
     start = 0.5 * (face.patches.low[patches] + face.patches.high[patches])
-    parameters, places = _newton(face.surface, points[rows], start)
+    parameters, places = feet_from(face.surface, points[rows], start)
     distances = np.linalg.norm(places - points[rows], axis=1)
     inside = face.trimming.holds(_nudged(face.surface, parameters))
     return _Found(
@@ -397,101 +383,3 @@ def _none() -> _Found:
         np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, 2)),
         np.zeros((0, 3)), np.zeros(0),
     )  # fmt: skip
-
-
-def _newton(surface: BezierSurface, points: Points3, start: Float) -> tuple[Float, Float]:
-    """Return parameters (m, 2) and places (m, 3) of feet near a start (m, 2)."""
-    low, high = surface.low, surface.high
-    span = high - low
-    parameters = start.copy()
-    now = derivatives_at(surface, parameters)
-    squares = np.sum((now.at - points) ** 2, axis=1)
-    places = now.at.copy()
-    moving = np.arange(len(points))
-    damping = np.zeros(len(points))
-    for _ in range(_STEPS):
-        if not len(moving):
-            break
-        own = parameters[moving]
-        step = _step(now, points[moving], own, damping[moving], surface)
-        # No step leaves a quarter of the range: where tangents are short, Newton would jump.
-        longest = np.max(np.abs(step) / (0.25 * span), axis=1)
-        step = step / np.maximum(longest, 1.0)[:, None]
-        ahead = _within(surface, own + step)
-        then = derivatives_at(surface, ahead)
-        square = np.sum((then.at - points[moving]) ** 2, axis=1)
-        moved = np.linalg.norm(then.at - now.at, axis=1)
-        done = moved <= _SETTLED * max(surface.size, 1.0)
-        # Rounding of the squares hides steps of some nanometres.
-        better = square <= squares[moving] * (1.0 + 1e-13) + 1e-26
-        tiny = np.max(np.abs(step) / span, axis=1) < 1e-12
-        rows = moving[better]
-        parameters[rows], squares[rows], places[rows] = (
-            ahead[better], square[better], then.at[better]
-        )  # fmt: skip
-        damping[rows] = np.where(damping[rows] < 1e-3, 0.0, 0.1 * damping[rows])
-        worse = moving[~better]
-        damping[worse] = np.maximum(4.0 * damping[worse], 1e-2)
-        keep = ~(done & better) & ~tiny
-        now = _chosen(then, now, better, keep)
-        moving = moving[keep]
-    return parameters, places
-
-
-def _chosen(then: Derivatives, now: Derivatives, better: Bool, keep: Bool) -> Derivatives:
-    pick = better[:, None]
-    return Derivatives(
-        *(
-            np.where(pick, getattr(then, name), getattr(now, name))[keep]
-            for name in ("at", "u", "v", "uu", "uv", "vv")
-        )
-    )
-
-
-def _step(
-    now: Derivatives, points: Points3, parameters: Float, damping: Float, surface: BezierSurface
-) -> Float:
-    arms = now.at - points
-    gradient = np.stack([np.sum(arms * now.u, axis=1), np.sum(arms * now.v, axis=1)], axis=1)
-    uu, uv, vv = (
-        np.sum(first * second, axis=1)
-        for first, second in ((now.u, now.u), (now.u, now.v), (now.v, now.v))
-    )
-    a = uu + np.sum(arms * now.uu, axis=1)
-    b = uv + np.sum(arms * now.uv, axis=1)
-    c = vv + np.sum(arms * now.vv, axis=1)
-    trusted = (a > 0.05 * uu) & (c > 0.05 * vv) & (a * c - b * b > 0.01 * (uu * vv - uv * uv))
-    a, b, c = np.where(trusted, a, uu), np.where(trusted, b, uv), np.where(trusted, c, vv)
-    tiny = 1e-300 + 1e-14 * (a + c)
-    a, c = a * (1.0 + damping) + tiny, c * (1.0 + damping) + tiny
-    # What a side of the surface holds moves along it only.
-    for axis in range(2):
-        if surface.closed[axis]:
-            continue
-        at, g = parameters[:, axis], gradient[:, axis]
-        held = ((at <= surface.low[axis]) & (g > 0.0)) | ((at >= surface.high[axis]) & (g < 0.0))
-        gradient[held, axis] = 0.0
-        b = np.where(held, 0.0, b)
-    determinant = a * c - b * b
-    safe = np.where(determinant > 0.0, determinant, a * c)
-    off = np.where(determinant > 0.0, b, 0.0)
-    step: Float = -np.stack(
-        [
-            (c * gradient[:, 0] - off * gradient[:, 1]) / safe,
-            (a * gradient[:, 1] - off * gradient[:, 0]) / safe,
-        ],
-        axis=1,
-    )
-    return step
-
-
-def _within(surface: BezierSurface, parameters: Float) -> Float:
-    low, high = surface.low, surface.high
-    found = parameters.copy()
-    for axis, closed in enumerate(surface.closed):
-        if closed:
-            span = high[axis] - low[axis]
-            found[:, axis] = low[axis] + np.mod(found[:, axis] - low[axis], span)
-        else:
-            found[:, axis] = np.clip(found[:, axis], low[axis], high[axis])
-    return found

@@ -10,7 +10,8 @@ from ocmm_core.archive.records import MarkRow
 from ocmm_core.archive.stores import Archive, time_of
 from ocmm_core.calibration.records import seal
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.archive import Outcome, RecalledJob, RecallRecord, headline
+from ocmm_core.inspection.archive import Outcome, RecalledJob, RecallRecord
+from ocmm_core.inspection.recall import headline
 
 
 def decide_archived(

@@ -22,15 +22,13 @@ from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive import (
     SCHEMA,
     SUFFIX,
-    DoubtedJob,
-    Doubting,
     Outcome,
     RecalledCharacteristic,
     RecalledJob,
     RecalledValue,
     RecallRecord,
-    recall_doubted,
 )
+from ocmm_core.inspection.recall import DoubtedJob, Doubting, recall_doubted
 
 Tell = Callable[[str, float], None]
 

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from ocmm_core.errors import MeasuringError
 from ocmm_core.export import DEFAULT_FORMAT, write_report
-from ocmm_core.export.report import Instrument, Profile, ReportData, paper_of, report_data
+from ocmm_core.export.report import Instrument, Profile, ReportData, report_data
+from ocmm_core.export.template import paper_of
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.station._instruments import Instruments
 from ocmm_core.station._open_job import CurrentJob, OpenJob

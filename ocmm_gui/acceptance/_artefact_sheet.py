@@ -25,10 +25,7 @@ from ocmm_gui.kit import (
     AnswerPanel,
     NumberTable,
     PathPanel,
-    Teller,
     Theme,
-    Worker,
-    WorkSheet,
     day_words,
     later,
     localised,
@@ -37,6 +34,7 @@ from ocmm_gui.kit import (
     tr,
     tr_all,
 )
+from ocmm_gui.work import Teller, Worker, WorkSheet
 
 T = TypeVar("T")
 _Register = tuple[tuple[ArtefactEntry, ...], dict[str, tuple[tuple[str, str], ...]]]

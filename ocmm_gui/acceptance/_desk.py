@@ -27,7 +27,7 @@ from ocmm_gui.acceptance._start_page import AcceptanceStart
 from ocmm_gui.acceptance._start_parts import limits_text
 from ocmm_gui.acceptance._touch_picture import position_contents
 from ocmm_gui.acceptance._verdict_page import AcceptanceVerdictPage
-from ocmm_gui.kit import Worker, later, localised, said, tr
+from ocmm_gui.kit import later, localised, said, tr
 from ocmm_gui.wizards import DirectCalculation, GuidedStack, Runner, WizardDriver, temperature
 from ocmm_gui.wizards.parts import (
     VERDICT_ENDS,
@@ -38,6 +38,7 @@ from ocmm_gui.wizards.parts import (
     Tap,
     WizardTexts,
 )
+from ocmm_gui.work import Worker
 
 INTERIM = "INTERIM"
 """Id of the procedure of the interim check."""

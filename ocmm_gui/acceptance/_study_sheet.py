@@ -35,7 +35,6 @@ from ocmm_gui.kit import (
     NumberTable,
     PathPanel,
     Theme,
-    WorkSheet,
     mark_colour,
     panel,
     said,
@@ -45,6 +44,7 @@ from ocmm_gui.kit import (
     tr_all,
 )
 from ocmm_gui.wizards.parts import PlotTabs
+from ocmm_gui.work import WorkSheet
 
 
 class StudySheet(WorkSheet):

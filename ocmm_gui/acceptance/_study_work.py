@@ -17,7 +17,8 @@ from ocmm_core.studies import (
     study_jobs,
     type1_study,
 )
-from ocmm_gui.kit import Teller, later
+from ocmm_gui.kit import later
+from ocmm_gui.work import Teller
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,6 @@ from ocmm_core.failure import contained
 from ocmm_gui.charts import InterimPlot
 from ocmm_gui.kit import (
     NumberTable,
-    Worker,
     later,
     panel,
     said,
@@ -26,6 +25,7 @@ from ocmm_gui.kit import (
     tr,
     tr_all,
 )
+from ocmm_gui.work import Worker
 
 _COLUMNS = (
     (later("Verdict"), later("Of the whole test")),

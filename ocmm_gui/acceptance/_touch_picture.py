@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from ocmm_core.acceptance import AcceptanceView, PlannedPosition
 from ocmm_core.geometry import Float, unit
 from ocmm_gui.kit import SCENE_LEAST, Painted, Theme, text_font, tr
-from ocmm_gui.views import Dots, Item, Lines, Tag
+from ocmm_gui.scene import Dots, Item, Lines, Tag
 from ocmm_gui.wizards.parts import BarPlace, Contents, bars
 
 _UP = np.array([0.0, 0.0, 1.0])

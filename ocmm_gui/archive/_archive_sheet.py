@@ -20,16 +20,8 @@ from ocmm_gui.archive._labelled import labelled
 from ocmm_gui.archive._recall_panel import RecallPanel
 from ocmm_gui.archive._sheet_texts import FIELDS, KEYS, TITLES, read_day
 from ocmm_gui.charts import TrendChart
-from ocmm_gui.kit import (
-    ChoiceBox,
-    FormField,
-    PathPanel,
-    Theme,
-    WorkSheet,
-    form_field,
-    sentence_label,
-    tr,
-)
+from ocmm_gui.kit import ChoiceBox, FormField, PathPanel, Theme, form_field, sentence_label, tr
+from ocmm_gui.work import WorkSheet
 
 _MOST_NOTES = 5
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 from ocmm_core.archive.outbox import ArchivePlace, HandOver, hand_over
 from ocmm_core.archive.questions import QUESTIONS, ArchiveAnswer, Asked, parts
 from ocmm_core.archive.stores import open_archive
-from ocmm_gui.kit import Tell, later
+from ocmm_gui.kit import later
+from ocmm_gui.work import Tell
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +62,3 @@ class Asking:
             found = next((one for one in QUESTIONS if one.name == self.question), None)
             answer = None if found is None else found.ask(archive, self.asked)
             return Answered(answer, archive.place, known, standing)
-
-
-def standing_of(folder: Path) -> HandOver:
-    """Return how the hand-over stands, without asking the archive."""
-    return hand_over(folder)

@@ -8,20 +8,13 @@ from pathlib import Path
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.export import write_together
-from ocmm_core.inspection.archive import (
-    RecallRecord,
-    checked,
-    decided,
-    headline,
-    not_judged,
-    totals,
-)
+from ocmm_core.inspection.archive import RecallRecord
+from ocmm_core.inspection.recall import checked, decided, headline, not_judged, totals
 from ocmm_gui.archive._recall_table import RecallTable, mark_of
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     FitText,
-    Teller,
     Theme,
     later,
     mark_colour,
@@ -29,6 +22,7 @@ from ocmm_gui.kit import (
     tr,
 )
 from ocmm_gui.reports import drawing, pdf_bytes
+from ocmm_gui.work import Teller
 
 _MOST_LINES = 3
 """Of jobs that were not judged: the table below needs the room."""

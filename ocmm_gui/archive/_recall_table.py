@@ -4,15 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ocmm_core.inspection.archive import (
-    COLUMNS,
-    Outcome,
-    RecallRecord,
-    job_line,
-    rests_on,
-    row,
-    worst_first,
-)
+from ocmm_core.inspection.archive import Outcome, RecallRecord
+from ocmm_core.inspection.recall import COLUMNS, job_line, rests_on, row, worst_first
 from ocmm_gui.kit import (
     ColouredRow,
     DataTable,

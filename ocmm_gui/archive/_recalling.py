@@ -8,7 +8,8 @@ from datetime import UTC, datetime
 from ocmm_core.archive.stores import open_archive
 from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.recalls import ArchiveFinding, ShopPlaces, decide_archived, recall_archive
-from ocmm_gui.kit import Teller, later
+from ocmm_gui.kit import later
+from ocmm_gui.work import Teller
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from ocmm_core.errors import MeasuringError
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.station import MeasuringStation
-from ocmm_gui.kit import Failed, Worker
+from ocmm_gui.work import Failed, Worker
 
 _T = TypeVar("_T")
 

@@ -13,7 +13,8 @@ from ocmm_core.measuring import METHODS
 from ocmm_core.station import MeasuringStation
 from ocmm_core.surroundings import TypedRoom
 from ocmm_gui.bridge._commands import CommandQueue, ShownJob
-from ocmm_gui.kit import Failed, active_feature
+from ocmm_gui.kit import active_feature
+from ocmm_gui.work import Failed
 
 
 class JobCommands:

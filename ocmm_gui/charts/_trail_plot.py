@@ -13,7 +13,8 @@ from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3
 from ocmm_gui.charts._plot import Plot
 from ocmm_gui.kit import text_font, tr
-from ocmm_gui.views import Dots, Item, Lines, Tag, paint_scene, seen_from, upright
+from ocmm_gui.scene import Dots, Item, Lines, Tag, paint_scene
+from ocmm_gui.views import seen_from, upright
 
 _MOST_POSES = 1200
 """More cannot be told apart."""

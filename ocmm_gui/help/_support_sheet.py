@@ -29,7 +29,6 @@ from ocmm_gui.kit import (
     ActionInfo,
     PathPanel,
     Sheet,
-    Worker,
     caption,
     later,
     literal,
@@ -39,6 +38,7 @@ from ocmm_gui.kit import (
     text_font,
     tr,
 )
+from ocmm_gui.work import Worker
 
 _KEYS = (
     ActionInfo("write", later("Write"), later("Write the support bundle to a file"), ("F8",)),

@@ -27,13 +27,13 @@ from ocmm_gui.home._setting_row import HIGH_PX
 from ocmm_gui.kit import (
     NarrowButton,
     PlainLabel,
-    Worker,
     form_field,
     literal,
     sentence_label,
     text_font,
     tr,
 )
+from ocmm_gui.work import Worker
 
 _PATH = Qt.ItemDataRole.UserRole
 _MOST = 500

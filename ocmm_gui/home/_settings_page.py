@@ -228,7 +228,7 @@ class SettingsPage(Sheet):
 
     def _use_head(self) -> None:
         # What reads templates is loaded for it alone.
-        from ocmm_core.export.report import use_head
+        from ocmm_core.export.template import use_head
 
         use_head(self.loaded.settings, self._store.user.path.parent)
 

@@ -32,7 +32,6 @@ from ocmm_gui.kit import (
     THEMES,
     Banner,
     NoticeCentre,
-    Worker,
     apply_theme,
     dress,
     dress_application,
@@ -41,6 +40,7 @@ from ocmm_gui.kit import (
     tr,
     usable_keys,
 )
+from ocmm_gui.work import Worker
 
 if TYPE_CHECKING:
     from ocmm_core.composition import StationState

@@ -11,7 +11,8 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings import Settings
-from ocmm_gui.kit import PlainLabel, SideProcess, Teller, later, said, sentence_label, tr, use_role
+from ocmm_gui.kit import PlainLabel, later, said, sentence_label, tr, use_role
+from ocmm_gui.work import SideProcess, Teller
 
 _LEAST_PX, _MOST_PX = 300, 1240
 _A4 = 297.0 / 210.0

@@ -5,10 +5,10 @@ notices.
 
 Read `_texts` (how sentences are translated), `_language` (which languages there are), `_numbers`
 (how numbers, lengths and dates are written), `_theme` (three themes from one table), `_messages`
-(sentences), `_marks` (a shape for each outcome), `_actions` (every key as one table), `_sheet`
-(pages that Esc closes), `_parts`, `_narrow` (words that stay whole) and `_painted`. Long work:
-`_side_process`, `_worker`, `_work_line`, `_work_sheet`. Questions without dialogs: `_answer_panel`,
-`_path_panel`, `_reason_panel`. `_notify` says what went wrong, `_sound` is heard.
+(sentences), `_marks` (a shape for each outcome), `_actions` (every key as one table) with
+`_shortcuts` (as words, changed, on buttons), `_sheet` (pages that Esc closes), `_parts`, `_narrow`
+(words that stay whole) and `_painted`. Questions without dialogs: `_answer_panel`, `_path_panel`,
+`_reason_panel`. `_notify` says what went wrong, `_sound` is heard. Long work is the room `work`.
 It is the first room of the window and must not know any screen or the station.
 """
 
@@ -19,25 +19,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_gui.kit._actions import (
-        ACTIONS,
-        FINISH_KEYS,
-        SHORT,
-        TAKE_KEYS,
-        UNDO_KEYS,
-        ActionInfo,
-        Debounced,
-        Mode,
-        bind_actions,
-        conflict_of,
-        key_words,
-        make_actions,
-        make_button,
-        shortcuts_of,
-        show_mode,
-        usable_keys,
-        use_shortcuts,
-    )
+    from ocmm_gui.kit._actions import ACTIONS, FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, ActionInfo, Mode
     from ocmm_gui.kit._answer_panel import AnswerPanel
     from ocmm_gui.kit._fit_text import FitText
     from ocmm_gui.kit._language import (
@@ -123,7 +105,19 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._path_panel import OwnKeysField, PathPanel, dropped_file, list_step
     from ocmm_gui.kit._reason_panel import ReasonPanel
     from ocmm_gui.kit._sheet import ChoiceBox, FormField, Sheet, caption, form_field
-    from ocmm_gui.kit._side_process import SideProcess, Tell, Teller, Work
+    from ocmm_gui.kit._shortcuts import (
+        SHORT,
+        Debounced,
+        bind_actions,
+        conflict_of,
+        key_words,
+        make_actions,
+        make_button,
+        shortcuts_of,
+        show_mode,
+        usable_keys,
+        use_shortcuts,
+    )
     from ocmm_gui.kit._sound import USUAL_VOLUME, Approach, Sound, SoundPlayer, verdict_sound
     from ocmm_gui.kit._texts import (
         PlainLabel,
@@ -155,54 +149,46 @@ if TYPE_CHECKING:
         wrapped_pixels,
     )
     from ocmm_gui.kit._verification_messages import session_of
-    from ocmm_gui.kit._work_line import WorkLine
-    from ocmm_gui.kit._work_sheet import WorkSheet
-    from ocmm_gui.kit._worker import Failed, Worker
 else:
     __getattr__ = door(
         __name__,
-        _actions=(
-            "ACTIONS ActionInfo Debounced FINISH_KEYS Mode TAKE_KEYS UNDO_KEYS bind_actions "
-            "SHORT conflict_of key_words make_actions make_button shortcuts_of show_mode "
-            "usable_keys use_shortcuts"
-        ),
+        _actions="ACTIONS FINISH_KEYS TAKE_KEYS UNDO_KEYS ActionInfo Mode",
         _answer_panel="AnswerPanel",
         _fit_text="FitText",
         _language="LANGUAGES chosen_language language_file language_in_use use_language",
         _marks="Mark feature_mark mark_colour paint_mark status_mark verdict_mark",
         _messages=(
             "DASHES PAUSED active_feature approach_words basis_words characteristics_of "
-            "counted_line distance_words feature_title form_words has_failed header_words is_held "
-            "kind_value "
-            "led_name limit_words millimetres mode_words named_quantity next_step outlier_count "
-            "outlier_words "
-            "progress_word quantity reference_led_name reference_words seen_cameras seen_targets "
-            "shape_word slot_names step_text trouble verdict_line"
+            "counted_line distance_words feature_title form_words has_failed header_words "
+            "is_held kind_value led_name limit_words millimetres mode_words named_quantity "
+            "next_step outlier_count outlier_words progress_word quantity reference_led_name "
+            "reference_words seen_cameras seen_targets shape_word slot_names step_text trouble "
+            "verdict_line"
         ),
         _narrow="HintField NarrowButton NarrowItems fits is_longer",
         _notify="Banner ErrorHooks Level Notice NoticeCentre",
         _numbers=(
-            "INCH_MM NumberStyle day_words field_length length_number length_of_field length_words "
-            "localised numbers_in_use plain_number split_unit style_of time_words to_mm unit_word "
-            "use_numbers"
+            "INCH_MM NumberStyle day_words field_length length_number length_of_field "
+            "length_words localised numbers_in_use plain_number split_unit style_of time_words "
+            "to_mm unit_word use_numbers"
         ),
-        _painted="Painted SCENE_LEAST SCENE_SIZE",
+        _painted="SCENE_LEAST SCENE_SIZE Painted",
         _parts="ColouredRow DataTable NumberTable panel sentence_label stacked value_label",
         _path_panel="OwnKeysField PathPanel dropped_file list_step",
         _reason_panel="ReasonPanel",
         _sheet="ChoiceBox FormField Sheet caption form_field",
-        _side_process="SideProcess Tell Teller Work",
-        _sound="Approach Sound SoundPlayer USUAL_VOLUME verdict_sound",
-        _texts=("PlainLabel later literal said said_word tr tr_all with_unit"),
+        _shortcuts=(
+            "SHORT Debounced bind_actions conflict_of key_words make_actions make_button "
+            "shortcuts_of show_mode usable_keys use_shortcuts"
+        ),
+        _sound="USUAL_VOLUME Approach Sound SoundPlayer verdict_sound",
+        _texts="PlainLabel later literal said said_word tr tr_all with_unit",
         _theme=(
-            "CAP_HEIGHT DEFAULT_THEME THEMES Theme Themed WRAPPED apply_theme digit_font dress "
+            "CAP_HEIGHT DEFAULT_THEME THEMES WRAPPED Theme Themed apply_theme digit_font dress "
             "dress_application far_type fitted status_colour text_font use_role verdict_colour "
             "wrapped_pixels"
         ),
         _verification_messages="session_of",
-        _work_line="WorkLine",
-        _work_sheet="WorkSheet",
-        _worker="Failed Worker",
     )
 
 __all__ = [
@@ -231,7 +217,6 @@ __all__ = [
     "DataTable",
     "Debounced",
     "ErrorHooks",
-    "Failed",
     "FitText",
     "FormField",
     "HintField",
@@ -250,17 +235,10 @@ __all__ = [
     "PlainLabel",
     "ReasonPanel",
     "Sheet",
-    "SideProcess",
     "Sound",
     "SoundPlayer",
-    "Tell",
-    "Teller",
     "Theme",
     "Themed",
-    "Work",
-    "WorkLine",
-    "WorkSheet",
-    "Worker",
     "active_feature",
     "apply_theme",
     "approach_words",

@@ -9,8 +9,8 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QFileDialog, QFrame, QHBoxLayout
 
 from ocmm_core.settings import RecentPlaces
-from ocmm_gui.kit._actions import is_never_typed
 from ocmm_gui.kit._narrow import HintField, NarrowButton
+from ocmm_gui.kit._shortcuts import is_never_typed
 from ocmm_gui.kit._texts import PlainLabel, tr
 
 

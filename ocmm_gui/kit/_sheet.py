@@ -26,9 +26,10 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_core.errors import OcmmError
-from ocmm_gui.kit._actions import ActionInfo, key_words, make_button
+from ocmm_gui.kit._actions import ActionInfo
 from ocmm_gui.kit._parts import sentence_label
 from ocmm_gui.kit._path_panel import OwnKeysField
+from ocmm_gui.kit._shortcuts import key_words, make_button
 from ocmm_gui.kit._texts import PlainLabel, later, literal, tr
 from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, text_font
 

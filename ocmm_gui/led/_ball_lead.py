@@ -6,7 +6,7 @@ import numpy as np
 from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
 
-from ocmm_gui.views import OrbitView
+from ocmm_gui.scene import OrbitView
 
 _LEAN = float(np.radians(5.0))
 _WHEEL_MM = 1.5

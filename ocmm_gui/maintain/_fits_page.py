@@ -32,8 +32,6 @@ from ocmm_gui.kit import (
     NarrowButton,
     NumberTable,
     OwnKeysField,
-    SideProcess,
-    Tell,
     Theme,
     digit_font,
     later,
@@ -44,6 +42,7 @@ from ocmm_gui.kit import (
     text_font,
     tr,
 )
+from ocmm_gui.work import SideProcess, Tell
 
 _ASK = later(
     "Select a folder of certified reference pairs (NAME.ds with NAME.fit) and the convention "

@@ -41,8 +41,6 @@ from ocmm_gui.kit import (
     NarrowButton,
     OwnKeysField,
     PlainLabel,
-    SideProcess,
-    Tell,
     Theme,
     later,
     literal,
@@ -55,6 +53,7 @@ from ocmm_gui.kit import (
     tr,
     tr_all,
 )
+from ocmm_gui.work import SideProcess, Tell
 
 _ASK = later("Press Examine. It takes a few seconds; measuring continues meanwhile.")
 _BUSY = later("Examining. Numbers and maps below are from the previous run.")

@@ -8,22 +8,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.archive import (
-    KeptPlaces,
-    RecallRecord,
-    decide,
-    recall,
-)
+from ocmm_core.inspection.archive import RecallRecord
+from ocmm_core.inspection.recall import KeptPlaces, decide, recall
 from ocmm_gui.archive import RecallResult, WritingRecall
-from ocmm_gui.kit import (
-    ActionInfo,
-    PathPanel,
-    Teller,
-    Theme,
-    WorkSheet,
-    later,
-    tr,
-)
+from ocmm_gui.kit import ActionInfo, PathPanel, Theme, later, tr
+from ocmm_gui.work import Teller, WorkSheet
 
 _KEYS = (
     ActionInfo(

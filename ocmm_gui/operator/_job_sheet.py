@@ -23,8 +23,6 @@ from ocmm_gui.kit import (
     PathPanel,
     PlainLabel,
     Sheet,
-    Worker,
-    WorkLine,
     caption,
     form_field,
     later,
@@ -36,6 +34,7 @@ from ocmm_gui.kit import (
     time_words,
     tr,
 )
+from ocmm_gui.work import Worker, WorkLine
 
 _KEYS = (
     ActionInfo(

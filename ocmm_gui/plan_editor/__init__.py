@@ -3,8 +3,7 @@
 In: a plan, keys, tables, STEP files, a job to teach from. Out: a plan that is checked and saved.
 
 Read `_plan_sheet` (the editor), `_draft` (the plan that is written, with its past), `_plan_items`
-and `_item_form` (the list, and the form of one item) with `_form_lines`, which makes the fields
-from the types of the core. `_field_text` and `_field_labels` are what stands beside them.
+(the list); the form of one item is the room `form`.
 `_plan_keys`, `_plan_changes` and `_plan_parts` are its keys, what they do, and its parts.
 `_from_models` is all that comes from a model or a table: `_importing` reads, `_model_choice` and
 `_face_choice` are chosen in (both a `_part_choice`), `_tolerance_account` is agreed to.

@@ -40,8 +40,9 @@ from ocmm_core.inspection.step import (
     usual_request,
 )
 from ocmm_core.tracking import ProbeBody
-from ocmm_gui.kit import Worker, WorkLine, said, tr
+from ocmm_gui.kit import said, tr
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, ItemKey
+from ocmm_gui.work import Worker, WorkLine
 
 InUse: TypeAlias = tuple[Rig, ProbeBody]
 """The cameras and the probe that the station measures with."""

@@ -12,8 +12,8 @@ from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.plan import HEAD_FIELDS, Plan
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.kit import PathPanel, panel, tr
-from ocmm_gui.plan_editor._item_form import ItemForm
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD
+from ocmm_gui.plan_editor.form import ItemForm
 
 
 def item_forms() -> dict[str, ItemForm]:

@@ -16,7 +16,6 @@ from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._drawn import drawn_of
 from ocmm_gui.plan_editor._from_models import FromModels
 from ocmm_gui.plan_editor._importing import InUse, what_is_missing
-from ocmm_gui.plan_editor._item_form import ItemForm
 from ocmm_gui.plan_editor._plan_changes import (
     PlanChange,
     moved,
@@ -33,6 +32,7 @@ from ocmm_gui.plan_editor._plan_keys import KEYS
 from ocmm_gui.plan_editor._plan_parts import item_forms, lay_out, path_panels
 from ocmm_gui.plan_editor._proposals import fresh_plan
 from ocmm_gui.plan_editor._teaching import Teaching
+from ocmm_gui.plan_editor.form import ItemForm
 from ocmm_gui.views import StepPicture
 
 _END_S = 1.0

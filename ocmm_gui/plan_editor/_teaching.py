@@ -12,7 +12,8 @@ from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import checked_features
 from ocmm_core.inspection.plan import Plan, taught_plan
 from ocmm_core.measuring import reported_points
-from ocmm_gui.kit import SideProcess, Tell, later, tr
+from ocmm_gui.kit import later, tr
+from ocmm_gui.work import SideProcess, Tell
 
 
 class Teaching(QProgressBar):

@@ -14,12 +14,12 @@ from PySide6.QtGui import QColor, QPainter, QPen
 
 from ocmm_core import __version__
 from ocmm_core.export import write_together
-from ocmm_core.export.report import Paper, PaperLengths, load_paper, template_in_use
+from ocmm_core.export.template import Paper, PaperLengths, load_paper, template_in_use
 from ocmm_core.inspection.archive import Comparison, Trend, compare_files
 from ocmm_core.inspection.evaluation import SIMULATED, SIMULATED_LINE
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.wording import ENGLISH, Speech
-from ocmm_gui.kit import Teller, later
+from ocmm_gui.kit import later
 from ocmm_gui.reports._canvas import (
     INK,
     SMALL,
@@ -35,6 +35,7 @@ from ocmm_gui.reports._drawing import draw, drawing
 from ocmm_gui.reports._paper_end import paint_signatures
 from ocmm_gui.reports._paper_head import paper_letterhead
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
+from ocmm_gui.work import Teller
 
 COLUMNS = (
     Column("Characteristic", 450.0),

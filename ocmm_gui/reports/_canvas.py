@@ -13,7 +13,7 @@ from functools import lru_cache
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 
-from ocmm_core.export.report import PaperLengths
+from ocmm_core.export.template import PaperLengths
 from ocmm_core.wording import Speech
 from ocmm_gui.kit import THEMES, text_font
 

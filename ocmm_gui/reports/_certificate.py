@@ -27,13 +27,8 @@ from ocmm_core.export.certificate import (
     rule_said,
     write_certificates,
 )
-from ocmm_core.export.report import (
-    NOT_STATED,
-    PaperLengths,
-    Particulars,
-    load_paper,
-    template_in_use,
-)
+from ocmm_core.export.report import NOT_STATED
+from ocmm_core.export.template import PaperLengths, Particulars, load_paper, template_in_use
 from ocmm_core.wording import Speech
 from ocmm_gui.reports._canvas import (
     INK,

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from ocmm_core.export.certificate import Certificate, CertificateValue
-from ocmm_core.export.report import PaperLengths
+from ocmm_core.export.template import PaperLengths
 from ocmm_core.wording import Speech
 from ocmm_gui.reports._canvas import STRONG, Canvas, Column, PageField
 

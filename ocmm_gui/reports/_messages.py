@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator
 
-from ocmm_core.export.report import Element, PaperLengths, ReportData, ReportedResult
+from ocmm_core.export.report import Element, ReportData, ReportedResult
+from ocmm_core.export.template import PaperLengths
 from ocmm_core.inspection.evaluation import FeatureView
 from ocmm_core.wording import Speech
 from ocmm_gui.kit import numbers_in_use, style_of, use_numbers

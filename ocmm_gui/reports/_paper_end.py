@@ -1,14 +1,26 @@
-"""The end of a report: what it relates to, who signs it, and that nothing comes after."""
+"""The end of a report: its records, what it relates to, who signs it, that nothing comes after."""
 
 from __future__ import annotations
 
 from functools import partial
 
-from PySide6.QtCore import QRectF
-from PySide6.QtGui import QColor, QPainter, QPen
+import segno
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen
 
 from ocmm_core.export.report import ReportData, report_number, statements
-from ocmm_gui.reports._canvas import INK, SMALL, WIDTH, Canvas, Style, paint_text
+from ocmm_core.seals import shown_key
+from ocmm_core.wording import Speech
+from ocmm_gui.reports._canvas import (
+    BODY,
+    INK,
+    LEFT,
+    SMALL,
+    WIDTH,
+    Canvas,
+    Style,
+    paint_text,
+)
 
 _LINES = 200.0
 """Room to sign in, with the words below."""
@@ -41,3 +53,82 @@ def paint_signatures(painter: QPainter, box: QRectF, *, words: list[str]) -> Non
         painter.setPen(QPen(QColor(INK.text), 2.0))
         painter.drawLine(int(left), int(y), int(right), int(y))
         paint_text(painter, QRectF(left, y + 8.0, right - left, 50.0), signer, SMALL)
+
+
+_CODE_SIDE = 300.0
+"""30 mm: half a millimetre a module, which any telephone reads."""
+
+
+_CODE_WORDS = (
+    "This code holds the head of the job file and its signature.\n"
+    "ocmm audit verify JOB --line TEXT says whether a file is the one that was reported."
+)
+
+
+def records(canvas: Canvas, data: ReportData) -> None:
+    """Write the complete hashes, and the code that proves the job file."""
+    canvas.heading("Records", 240.0)
+    head, say = data.head, canvas.speech.say
+    hashes = (
+        ("Job", f"{data.job} ({head.job_uuid})"),
+        ("Cameras", say(data.calibration.note or data.calibration.label)),
+        ("Probe and tip", say(data.probe.note or data.probe.label)),
+        ("Reference body", data.reference.note),
+        ("Plan, SHA-256", head.plan_identity),
+        ("Cameras, SHA-256", head.rig_identity),
+        ("Probe, SHA-256", head.probe_identity),
+        ("Measured with", f"OCMM {head.software_version}"),
+        ("Reported with", f"OCMM {data.written_by}"),
+    )
+    for name, value in hashes:
+        if value:
+            _fact(canvas, name, value, SMALL)
+    _seal(canvas, data)
+
+
+def _seal(canvas: Canvas, data: ReportData) -> None:
+    """Write to which step of the job the report goes, with the code that proves the file by it."""
+    seal = data.seal
+    if seal is None:
+        return
+    _fact(canvas, "Job at step", f"{seal.steps}: {seal.head}", SMALL)
+    _fact(
+        canvas,
+        "Signed with key",
+        shown_key(seal.state.fingerprint) or canvas.speech.say("not signed"),
+        SMALL,
+    )
+    if seal.line:
+        canvas.skip(16.0)
+        canvas.draw(_CODE_SIDE, partial(_paint_code, line=seal.line, speech=canvas.speech))
+
+
+def _paint_code(painter: QPainter, box: QRectF, *, line: str, speech: Speech) -> None:
+    rows = [bytes(row) for row in segno.make(line, micro=False, error="m").matrix]
+    side = _CODE_SIDE / len(rows)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QColor(INK.text))
+    # One path: squares that are painted one by one leave hairlines between them.
+    path = QPainterPath()
+    path.setFillRule(Qt.FillRule.WindingFill)
+    for y, row in enumerate(rows):
+        for x, dark in enumerate(row):
+            if dark:
+                path.addRect(box.left() + x * side, box.top() + y * side, side, side)
+    painter.drawPath(path)
+    words = QRectF(box.left() + _CODE_SIDE + 40.0, box.top(), 1200.0, 110.0)
+    paint_text(
+        painter, words,
+        speech.say(_CODE_WORDS),
+        SMALL,
+    )  # fmt: skip
+
+
+def _fact(canvas: Canvas, name: str, value: str, style: Style = BODY) -> None:
+    y, pages = canvas.y, len(canvas.pages)
+    canvas.text(value, style, left=LEFT + 360.0)
+    if len(canvas.pages) > pages:
+        y = canvas.y - 46.0
+    box = QRectF(LEFT, y, 350.0, 60.0)
+    muted, words = Style(style.size, colour=INK.muted), canvas.speech.word(name)
+    canvas.pages[-1].append(lambda painter: paint_text(painter, box, words, muted))

@@ -10,7 +10,8 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QImage, QPainter
 
 from ocmm_core.errors import InputError
-from ocmm_core.export.report import NOT_STATED, Paper, PaperFact, ReportData, paper_facts
+from ocmm_core.export.report import NOT_STATED, PaperFact, ReportData, paper_facts
+from ocmm_core.export.template import Paper
 from ocmm_gui.reports._canvas import (
     INK,
     LEFT,

@@ -17,16 +17,8 @@ from ocmm_core.rendering import RenderMode
 from ocmm_gui.kit import text_font
 from ocmm_gui.reports._canvas import INK, SMALL, WIDTH, Canvas, Style, paint_text
 from ocmm_gui.reports._deviation_scale import deviation_scale
-from ocmm_gui.views import (
-    Orbit,
-    StillScene,
-    Tag,
-    deviation_part,
-    deviations_of,
-    job_items,
-    paint_scene,
-    painted_still,
-)
+from ocmm_gui.scene import Orbit, StillScene, Tag, paint_scene, painted_still
+from ocmm_gui.views import deviation_part, deviations_of, job_items
 
 _BOLDER = 2.2
 _SHARPER = 3.0

@@ -9,16 +9,17 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter
 
 from ocmm_core.export import EXPORTERS, PDF, require_complete, write_report
-from ocmm_core.export.report import ReportData, Section, one_line, polyworks_profile, report_number
+from ocmm_core.export.report import ReportData, one_line, polyworks_profile, report_number
+from ocmm_core.export.template import Section
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_gui.reports._canvas import INK, LEFT, PAGE, WIDTH, Canvas, Style, paint_text
 from ocmm_gui.reports._messages import lengths_of, numbers_of, speech_of
-from ocmm_gui.reports._paper_end import closing
+from ocmm_gui.reports._paper_end import closing, records
 from ocmm_gui.reports._paper_head import head_facts, letterhead
 from ocmm_gui.reports._part_picture import picture
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 from ocmm_gui.reports._plots import deviations
-from ocmm_gui.reports._sections import basis, features, records, title, verdicts, why_not
+from ocmm_gui.reports._sections import basis, features, title, verdicts, why_not
 
 _LONGEST_TITLE, _LONGEST_NUMBER = 200, 60
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from ocmm_core.calibration.records import load, record_hash, seal
 from ocmm_core.export import write_together
-from ocmm_core.inspection.archive import (
+from ocmm_core.inspection.archive import Outcome, RecallRecord
+from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
+from ocmm_core.inspection.recall import (
     COLUMNS,
-    Outcome,
-    RecallRecord,
     checked,
     decided,
     headline,
@@ -22,7 +22,6 @@ from ocmm_core.inspection.archive import (
     totals,
     worst_first,
 )
-from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_gui.reports._canvas import (
     BODY,
     HEADING,

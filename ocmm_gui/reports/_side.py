@@ -17,19 +17,14 @@ from ocmm_core.export import (
     write_report,
 )
 from ocmm_core.export.certificate import Certificate, certificate_of_folder, write_certificates
-from ocmm_core.export.report import (
-    Particulars,
-    ReportData,
-    headed_paper,
-    load_paper,
-    specimen_report,
-    template_in_use,
-)
+from ocmm_core.export.report import ReportData, specimen_report
+from ocmm_core.export.template import Particulars, headed_paper, load_paper, template_in_use
 from ocmm_core.settings import Settings
-from ocmm_gui.kit import Teller, later
+from ocmm_gui.kit import later
 from ocmm_gui.reports._certificate import certificate_pdf
 from ocmm_gui.reports._drawing import drawing
 from ocmm_gui.reports._pdf import lay_out, page_picture, pdf_file
+from ocmm_gui.work import Teller
 
 _MOST_LINES = 400
 """A cloud of points is shown by its beginning."""

@@ -19,7 +19,6 @@ from ocmm_gui.kit import (
     Mark,
     NumberTable,
     Sheet,
-    SideProcess,
     Theme,
     digit_font,
     later,
@@ -36,6 +35,7 @@ from ocmm_gui.kit import (
     with_unit,
 )
 from ocmm_gui.results._drill import alignment_of_file
+from ocmm_gui.work import SideProcess
 
 _KEYS = (
     ActionInfo("again", later("Recalculate"), later("With the points taken so far"), ("F6",)),

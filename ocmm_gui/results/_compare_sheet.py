@@ -18,9 +18,7 @@ from ocmm_gui.kit import (
     ActionInfo,
     DataTable,
     PathPanel,
-    Tell,
     Theme,
-    WorkSheet,
     caption,
     digit_font,
     form_field,
@@ -35,6 +33,7 @@ from ocmm_gui.kit import (
     with_unit,
 )
 from ocmm_gui.reports import BatchPrinting
+from ocmm_gui.work import Tell, WorkSheet
 
 _KEYS = (
     ActionInfo("folder", later("Choose a folder"), later("Compare the jobs in a folder"), ("F7",)),

@@ -11,22 +11,17 @@ from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.rendering import RenderMode
 from ocmm_core.tolerances.decisions import NO_DEVIATIONS
 from ocmm_gui.kit import Theme, text_font, tr
-from ocmm_gui.views import (
-    SCALE_PX,
+from ocmm_gui.scene import (
     Item,
     KeptScene,
     Orbit,
     OrbitView,
-    PlacedScene,
     SceneLayer,
     StillScene,
     Tag,
-    deviations_of,
-    job_items,
-    paint_scale,
     paint_scene,
-    scale_words,
 )
+from ocmm_gui.views import SCALE_PX, PlacedScene, deviations_of, job_items, paint_scale, scale_words
 
 _START = np.radians(38.0)
 _UP = np.array([0.0, 0.0, 1.0])

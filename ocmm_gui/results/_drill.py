@@ -20,8 +20,9 @@ from ocmm_core.inspection.evaluation import (
 )
 from ocmm_core.tolerances.monte_carlo import MonteCarloOptions, MonteCarloValue, simulate
 from ocmm_core.tolerances.uncertainty import Budget
-from ocmm_gui.kit import Tell, later
+from ocmm_gui.kit import later
 from ocmm_gui.views import upright
+from ocmm_gui.work import Tell
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,8 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.causes import Explanation, points_words
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_gui.kit import Theme, text_font, tr
-from ocmm_gui.views import Diamonds, Item, Orbit, OrbitView, Tag, job_items, paint_scene
+from ocmm_gui.scene import Diamonds, Item, Orbit, OrbitView, Tag, paint_scene
+from ocmm_gui.views import job_items
 
 _START = np.radians(38.0)
 _UP = np.array([0.0, 0.0, 1.0])

@@ -9,8 +9,9 @@ from pathlib import Path
 from ocmm_core.export.report import ReportData
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import Failed, header_words, said, tr
+from ocmm_gui.kit import header_words, said, tr
 from ocmm_gui.results._opening import OpenedJob
+from ocmm_gui.work import Failed
 
 Ask = Callable[[Callable[[ReportData], None], Failed], None]
 """Asks for a report; one of both is told, at once or later, on the window's thread."""

@@ -9,7 +9,7 @@ from PySide6.QtCore import QFileSystemWatcher, Signal
 from PySide6.QtWidgets import QFormLayout, QWidget
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.export.report import (
+from ocmm_core.export.template import (
     Paper,
     Particulars,
     given_with,

@@ -23,8 +23,6 @@ from ocmm_gui.kit import (
     ActionInfo,
     AnswerPanel,
     Sheet,
-    SideProcess,
-    WorkLine,
     caption,
     digit_font,
     form_field,
@@ -37,6 +35,7 @@ from ocmm_gui.reports import FormatText, PagePicture, PagePreview, Previewing
 from ocmm_gui.results._job_source import JobSource
 from ocmm_gui.results._paper_form import PaperForm
 from ocmm_gui.results._report_writer import ReportWriter
+from ocmm_gui.work import SideProcess, WorkLine
 
 _KEYS = (
     ActionInfo("mark", later("Mark"), later("Select or clear this format"), ("F6", "Space")),

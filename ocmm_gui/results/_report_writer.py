@@ -9,10 +9,12 @@ from PySide6.QtCore import QObject, Signal
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.export import missing_of, missing_words
-from ocmm_core.export.report import Paper, ReportData, paper_of
-from ocmm_gui.kit import NoticeCentre, SideProcess, tr
+from ocmm_core.export.report import ReportData
+from ocmm_core.export.template import Paper, paper_of
+from ocmm_gui.kit import NoticeCentre, tr
 from ocmm_gui.reports import Writing
 from ocmm_gui.results._job_source import JobSource
+from ocmm_gui.work import SideProcess
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,6 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     FitText,
-    SideProcess,
     Theme,
     later,
     literal,
@@ -34,6 +33,7 @@ from ocmm_gui.kit import (
 from ocmm_gui.results._budget_view import BudgetBars, BudgetTable
 from ocmm_gui.results._drill import Budgets, budgets_of_file, trials_of_file
 from ocmm_gui.results._job_source import JobSource
+from ocmm_gui.work import SideProcess
 
 _NONE = Budgets({}, {})
 _ROOMY_PX = 760

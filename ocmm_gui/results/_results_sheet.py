@@ -20,9 +20,7 @@ from ocmm_gui.kit import (
     FitText,
     PathPanel,
     Sheet,
-    SideProcess,
     Theme,
-    WorkLine,
     counted_line,
     later,
     tr,
@@ -35,6 +33,7 @@ from ocmm_gui.results._job_source import JobSource
 from ocmm_gui.results._opening import OpenedJob, opened_job
 from ocmm_gui.results._result_detail import ResultDetail
 from ocmm_gui.results._result_table import ResultTable
+from ocmm_gui.work import SideProcess, WorkLine
 
 _KEYS = (
     ActionInfo(

@@ -3,14 +3,12 @@
 In: spots with their labels, poses, points, features. Out: painted widgets; no graphics card is
 needed.
 
-Read `_scene` (a small 3-D scene, and how it is projected), `_labels` (where its words stand),
-`_scene_painter` (QPainter draws it), `_shapes` (wire shapes in mm, world frame), `_contents` (what
-is shown), `_deviations` (whiskers of touched places, and their scale), `_deviation_surface` (their
-colours on the part); `_part_scene` (the nominal
-part), `_placed` (where it is), `_scene_layer` (what stands still); `_orbit_view` (what turns),
-`_easing` (calmly), `_following` (where the eye has to be), `_rig_sides`, `_view_dress` (what stands
-round a scene); `_part_picture` (the part by itself), `_point_view` (the 3-D view), `_camera_view`
-(spots of each camera), `_step_picture` (the picture of a step).
+Read `_shapes` (wire shapes in mm, world frame), `_contents` (what is shown of a job) with
+`_nominal_items`, `_deviations` (whiskers of touched places, and their scale), `_deviation_surface`
+(their colours on the part), `_placed` (where the part is), `_following` (where the eye has to be),
+`_rig_sides`, `_view_dress` (what stands round a scene); `_part_picture` (the part by itself),
+`_point_view` (the 3-D view), `_camera_view` (spots of each camera), `_step_picture` (the picture of
+a step). The 3-D scene itself is the room `scene`.
 It must not know the station or the bridge: it is given what it draws.
 """
 
@@ -34,33 +32,25 @@ if TYPE_CHECKING:
         reach_words,
         scale_words,
     )
-    from ocmm_gui.views._orbit_view import OrbitView
     from ocmm_gui.views._part_picture import PartPicture
     from ocmm_gui.views._placed import PlacedScene
     from ocmm_gui.views._point_view import PointView
     from ocmm_gui.views._rig_sides import seen_from, upright
-    from ocmm_gui.views._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag
-    from ocmm_gui.views._scene_layer import KeptScene, SceneLayer, StillScene, painted_still
-    from ocmm_gui.views._scene_painter import paint_scene
     from ocmm_gui.views._step_picture import StepPicture, read_picture
 else:
     __getattr__ = door(
         __name__,
         _camera_view="CameraViews",
         _contents="job_items",
+        _deviation_surface="deviation_part",
         _deviations=(
             "SCALE_PX deviation_colour deviation_items deviations_of paint_scale reach_words "
             "scale_words"
         ),
-        _deviation_surface="deviation_part",
-        _orbit_view="OrbitView",
         _part_picture="PartPicture",
         _placed="PlacedScene",
         _point_view="PointView",
         _rig_sides="seen_from upright",
-        _scene="Diamonds Dots Face Item Lines Orbit Tag",
-        _scene_layer="KeptScene SceneLayer StillScene painted_still",
-        _scene_painter="paint_scene",
         _shapes="shapes",
         _step_picture="StepPicture read_picture",
     )
@@ -68,29 +58,16 @@ else:
 __all__ = [
     "SCALE_PX",
     "CameraViews",
-    "Diamonds",
-    "Dots",
-    "Face",
-    "Item",
-    "KeptScene",
-    "Lines",
-    "Orbit",
-    "OrbitView",
     "PartPicture",
     "PlacedScene",
     "PointView",
-    "SceneLayer",
     "StepPicture",
-    "StillScene",
-    "Tag",
     "deviation_colour",
     "deviation_items",
     "deviation_part",
     "deviations_of",
     "job_items",
     "paint_scale",
-    "paint_scene",
-    "painted_still",
     "reach_words",
     "read_picture",
     "scale_words",

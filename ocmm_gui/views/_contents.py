@@ -19,10 +19,10 @@ from ocmm_core.inspection.evaluation import (
 from ocmm_core.tolerances.decisions import NO_DEVIATIONS
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import Theme, led_name, reference_led_name, tr, verdict_colour
+from ocmm_gui.scene import Dots, Face, Item, Lines, Orbit, Tag
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._deviations import deviation_items, deviations_of
 from ocmm_gui.views._nominal_items import planned_items
-from ocmm_gui.views._scene import Dots, Face, Item, Lines, Orbit, Tag
 
 _ARROW_MM = 9.0
 _STEM_MM = 25.0

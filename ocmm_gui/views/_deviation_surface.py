@@ -28,8 +28,8 @@ from ocmm_core.rendering import (
 )
 from ocmm_core.tolerances.decisions import DeviationClass, DeviationPicture
 from ocmm_gui.kit import Theme
+from ocmm_gui.scene import PartScene, edge_colour, part_colour
 from ocmm_gui.views._deviations import limit_colour, surface_colour
-from ocmm_gui.views._part_scene import PartScene, edge_colour, part_colour
 
 
 @dataclass(frozen=True, slots=True, eq=False)

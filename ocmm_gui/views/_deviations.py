@@ -21,8 +21,7 @@ from ocmm_core.tolerances.decisions import (
     deviation_picture,
 )
 from ocmm_gui.kit import Theme, fitted, is_longer, later, length_number, length_words, text_font, tr
-from ocmm_gui.views._part_scene import blended
-from ocmm_gui.views._scene import Diamonds, Dots, Item, Lines, Tag
+from ocmm_gui.scene import Diamonds, Dots, Item, Lines, Tag, blended
 
 _LEAST_PX = 9
 _BLUES = ("#0a4fb4", "#7db4ff")

@@ -10,7 +10,7 @@ import numpy as np
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import Target
 from ocmm_core.rendering import choose_side
-from ocmm_gui.views._scene import Orbit
+from ocmm_gui.scene import Orbit
 
 _MARGIN = 1.18
 _CHASE = 1.4

@@ -13,8 +13,8 @@ from ocmm_core.features.shapes import (
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import PlannedFeature
 from ocmm_gui.kit import Theme
+from ocmm_gui.scene import Dots, Face, Item, Lines, Tag
 from ocmm_gui.views import _shapes as shapes
-from ocmm_gui.views._scene import Dots, Face, Item, Lines, Tag
 
 _PLAIN_MM = 20.0
 """Half the size of a drawn plane or line whose size the plan does not say."""

@@ -12,11 +12,14 @@ from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.part_model import PartModel
 from ocmm_core.rendering import NO_FACE, Colours, RenderMode
 from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, literal, text_font, tr
-from ocmm_gui.views._orbit_view import OrbitView
-from ocmm_gui.views._part_scene import PartDrawing
-from ocmm_gui.views._scene import Item, Orbit, Tag
-from ocmm_gui.views._scene_layer import KeptScene, SceneLayer, StillScene
-from ocmm_gui.views._scene_painter import ScenePainter
+from ocmm_gui.scene import (
+    KeptScene,
+    Orbit,
+    OrbitView,
+    PartDrawing,
+    SceneLayer,
+    StillScene,
+)
 
 _START = Orbit(np.zeros(3), np.radians(-35.0), np.radians(30.0), 50.0, np.array([0.0, 0.0, 1.0]))
 _IN_PLACE = RigidTransform.identity()
@@ -54,7 +57,6 @@ class PartPicture(OrbitView):
         self._marked: dict[int, str] = {}
         self._colours: Colours | None = None
         self._mode = RenderMode.SHADED
-        self._items: tuple[Item, ...] = ()
         self._words = ""
         self._still = KeptScene()
         self._face = NO_FACE
@@ -79,11 +81,6 @@ class PartPicture(OrbitView):
     def highlight(self, marked: Mapping[int, str]) -> None:
         """Show faces in other colours, ``#rrggbb`` by their place in the model, and no others."""
         self._marked = dict(marked)
-        self.update()
-
-    def show_items(self, items: tuple[Item, ...]) -> None:
-        """Show marks in the frame of the model, as far as the part does not hide them."""
-        self._items = items
         self.update()
 
     def say(self, words: str) -> None:
@@ -160,10 +157,6 @@ class PartPicture(OrbitView):
         seen = self._layer.picture(self._still_scene(inside), font)
         painter.drawImage(inside.topLeft(), seen.image)
         line = QRectF(inside.left() + 10, inside.bottom() - 26, inside.width() - 20, 22)
-        taken = [line.translated(-inside.topLeft())] if self._words else []
-        tags = tuple(item for item in self._items if isinstance(item, Tag))
-        words = ScenePainter(tags, self._orbit, inside, font, theme.panel, taken=taken)
-        words.paint(painter)
         painter.setFont(text_font(13))
         painter.setPen(QColor(theme.muted))
         painter.drawText(line, Qt.AlignmentFlag.AlignLeft, self._words)
@@ -183,10 +176,9 @@ class PartPicture(OrbitView):
         )  # fmt: skip
 
         def make() -> StillScene:
-            items = tuple(item for item in self._items if not isinstance(item, Tag))
-            return StillScene(items, self._orbit, size, ratio, self._theme.panel, part)
+            return StillScene((), self._orbit, size, ratio, self._theme.panel, part)
 
-        return self._still.made((part, self._orbit, self._items), (size, ratio), make)
+        return self._still.made((part, self._orbit), (size, ratio), make)
 
     def _moved(self, orbit: Orbit) -> None:
         self._fits = self._fits and orbit.radius == self._orbit.radius

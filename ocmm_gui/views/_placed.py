@@ -21,15 +21,9 @@ from ocmm_core.rendering import (
 )
 from ocmm_core.tolerances.decisions import DeviationPicture
 from ocmm_gui.kit import Theme
+from ocmm_gui.scene import MOVING_TRIANGLES, PartDrawing, PartScene, blended, part_colour
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._deviation_surface import FieldRequest, field_colours, field_request, make_field
-from ocmm_gui.views._part_scene import (
-    MOVING_TRIANGLES,
-    PartDrawing,
-    PartScene,
-    blended,
-    part_colour,
-)
 
 _ACTIVE_SHARE = 0.55
 """Faces of the feature that is measured have so much of the colour of what is marked."""

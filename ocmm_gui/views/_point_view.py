@@ -15,6 +15,18 @@ from ocmm_core.part_model import PlacedPart
 from ocmm_core.rendering import RenderMode
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import Theme, text_font, tr
+from ocmm_gui.scene import (
+    Easing,
+    Item,
+    KeptScene,
+    Lines,
+    Orbit,
+    OrbitView,
+    SceneLayer,
+    ScenePainter,
+    StillScene,
+    Tag,
+)
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import (
     JobDrawing,
@@ -28,14 +40,9 @@ from ocmm_gui.views._contents import (
     target_items,
 )
 from ocmm_gui.views._deviations import paint_scale, scale_place
-from ocmm_gui.views._easing import Easing
 from ocmm_gui.views._following import Work, following, side_for
-from ocmm_gui.views._orbit_view import OrbitView
 from ocmm_gui.views._placed import PlacedScene
 from ocmm_gui.views._rig_sides import mean_distance, seen_from, upright
-from ocmm_gui.views._scene import Item, Lines, Orbit, Tag
-from ocmm_gui.views._scene_layer import KeptScene, SceneLayer, StillScene
-from ocmm_gui.views._scene_painter import ScenePainter
 from ocmm_gui.views._view_dress import (
     OVERVIEW_ASPECT,
     Overview,

@@ -6,7 +6,7 @@ import numpy as np
 
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
-from ocmm_gui.views._scene import Orbit
+from ocmm_gui.scene import Orbit
 
 
 def upright(rig: Rig) -> Float:

@@ -10,9 +10,8 @@ from PySide6.QtGui import QImage, QImageReader, QPaintEvent
 
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_gui.kit import Painted, literal, shape_word, text_font, tr
+from ocmm_gui.scene import Orbit, paint_scene
 from ocmm_gui.views._nominal_items import nominal_items
-from ocmm_gui.views._scene import Orbit
-from ocmm_gui.views._scene_painter import paint_scene
 
 _LARGEST_PX = 4000
 """A picture with a longer side is read at a smaller scale."""

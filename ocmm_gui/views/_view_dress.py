@@ -9,11 +9,10 @@ from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_gui.kit import Theme, fitted, is_longer, text_font, tr, wrapped_pixels
+from ocmm_gui.scene import Dots, Lines, Orbit, Tag, paint_scene
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import grid_step
 from ocmm_gui.views._deviations import SCALE_PX
-from ocmm_gui.views._scene import Dots, Lines, Orbit, Tag
-from ocmm_gui.views._scene_painter import paint_scene
 
 OVERVIEW_ASPECT = 1.25
 _LEAST_PX = 10

@@ -12,17 +12,9 @@ from PySide6.QtGui import QAction
 from ocmm_core.errors import OcmmError
 from ocmm_core.export import DEFAULT_FORMAT, FORMATS
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import (
-    SHORT,
-    AnswerPanel,
-    NoticeCentre,
-    PathPanel,
-    WorkLine,
-    later,
-    literal,
-    tr,
-)
+from ocmm_gui.kit import SHORT, AnswerPanel, NoticeCentre, PathPanel, later, literal, tr
 from ocmm_gui.results import JobSource, ReportWriter, Written
+from ocmm_gui.work import WorkLine
 
 _SHORT = {
     "polyworks": later("PolyWorks"), "qif": later("QIF"), "dfq": later("Q-DAS"),

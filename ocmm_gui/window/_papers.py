@@ -6,8 +6,9 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from ocmm_gui.kit import NoticeCentre, PathPanel, SideProcess, WorkLine, tr
+from ocmm_gui.kit import NoticeCentre, PathPanel, tr
 from ocmm_gui.reports import CertificateWriting
+from ocmm_gui.work import SideProcess, WorkLine
 
 
 class Papers(QObject):

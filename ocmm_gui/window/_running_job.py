@@ -16,7 +16,6 @@ from ocmm_gui.kit import (
     Notice,
     NoticeCentre,
     Sound,
-    WorkLine,
     reference_words,
     said,
     said_word,
@@ -36,6 +35,7 @@ from ocmm_gui.operator import (
 from ocmm_gui.window._maintenance import Maintenance
 from ocmm_gui.window._pages import Pages
 from ocmm_gui.window._sheets import Sheets
+from ocmm_gui.work import WorkLine
 
 _PART = "The window"
 

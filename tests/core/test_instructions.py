@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import ast
+import importlib.util
 import os
 import re
 import subprocess
 import sys
+from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -63,3 +66,43 @@ def test_nobody_takes_the_decorator_of_numba_itself() -> None:
         if imported.search(path.read_text(encoding="utf-8"))
     }
     assert users == {"ocmm_core/instructions.py"}
+
+
+def test_code_that_another_process_kept_for_other_types_is_not_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two compile at once: both write the file that was free, each with the code for its types."""
+    source = tmp_path / "halves.py"
+    source.write_text(
+        "from ocmm_core.instructions import njit\n"
+        "@njit(cache=True)\n"
+        "def half(number):\n"
+        "    return number // 2\n"
+    )
+    kept = tmp_path / "__pycache__"
+
+    def process() -> ModuleType:
+        spec = importlib.util.spec_from_file_location("halves", source)
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        # Where numba looks for what the code belongs to.
+        monkeypatch.setitem(sys.modules, "halves", module)
+        spec.loader.exec_module(module)
+        return module
+
+    assert process().half(7) == 3
+    (index,) = kept.glob("*.nbi")
+    for_integers = index.read_bytes()
+    index.unlink()
+    assert process().half(7.0) == 3.0
+    # The index that one wrote, and the code that the other one wrote after it.
+    index.write_bytes(for_integers)
+    third = process()
+    found = third.half(7)
+    assert (found, type(found)) == (3, int)
+    assert sum(third.half.stats.cache_misses.values()) == 1
+    # Compiled anew it is kept, and is found as what it is.
+    fourth = process()
+    assert fourth.half(7) == 3
+    assert sum(fourth.half.stats.cache_hits.values()) == 1

@@ -22,7 +22,7 @@ from ocmm_core.export.certificate import (
     CertificateValue,
     dcc_bytes,
 )
-from ocmm_core.export.report import plain_paper
+from ocmm_core.export.template import plain_paper
 from ocmm_core.studies import load_study, study_of, type1_study
 from ocmm_gui.acceptance import ArtefactSheet, StudySheet
 from ocmm_gui.acceptance._study_work import StudyProgress, TypeOne

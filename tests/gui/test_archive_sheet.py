@@ -13,7 +13,8 @@ from ocmm_core.archive.outbox import ArchivePlace, Outbox
 from ocmm_core.archive.questions import QUESTIONS
 from ocmm_core.archive.stores import open_archive
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.archive import Outcome, headline
+from ocmm_core.inspection.archive import Outcome
+from ocmm_core.inspection.recall import headline
 from ocmm_gui.archive import ArchiveSheet
 from tests.core.archive.made_jobs import START, made_delivery
 from tests.core.inspection.test_recall import LARGE, SHIFT, TURN

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.export.report import plain_paper
+from ocmm_core.export.template import plain_paper
 from ocmm_core.inspection.archive import Comparison
 from ocmm_gui.reports import _batch as pages
 from ocmm_gui.results import CompareSheet

@@ -18,7 +18,7 @@ from ocmm_core.export.certificate import (
     certificate_of_folder,
     dcc_bytes,
 )
-from ocmm_core.export.report import plain_paper
+from ocmm_core.export.template import plain_paper
 from ocmm_gui.reports import _certificate as pages
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.gui.pdf_texts import texts

@@ -22,12 +22,9 @@ from ocmm_core.tracking import load_probe
 from ocmm_gui.kit import THEMES
 from ocmm_gui.reports._pdf import lay_out
 from ocmm_gui.results._deviation_view import DeviationView
+from ocmm_gui.scene import Diamonds, Dots, Lines, Tag
 from ocmm_gui.views import (
-    Diamonds,
-    Dots,
-    Lines,
     PointView,
-    Tag,
     deviation_colour,
     deviation_items,
     deviations_of,

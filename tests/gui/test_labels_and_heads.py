@@ -14,7 +14,7 @@ from ocmm_core.calibration.records import CalibrationStatus
 from ocmm_core.export import FORMATS
 from ocmm_gui.archive._recall_table import RecallTable
 from ocmm_gui.kit import THEMES, DataTable, apply_theme, said, said_word, use_language
-from ocmm_gui.views._labels import place_labels
+from ocmm_gui.scene._labels import place_labels
 
 BOUNDS = QRectF(0.0, 0.0, 400.0, 300.0)
 SIZE = (40.0, 14.0)

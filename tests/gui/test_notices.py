@@ -19,7 +19,7 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.errors import InputError, StorageError
 from ocmm_gui.app import main
 from ocmm_gui.kit import Banner, Debounced, ErrorHooks, NoticeCentre, PathPanel, Sound, SoundPlayer
-from ocmm_gui.kit._actions import DEBOUNCE_S
+from ocmm_gui.kit._shortcuts import DEBOUNCE_S
 from ocmm_gui.kit._sound import RATE_HZ, tone_wav
 from tests.host import HANG_MS
 

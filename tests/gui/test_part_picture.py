@@ -14,8 +14,8 @@ from ocmm_core.geometry import RigidTransform
 from ocmm_core.part_model import PartModel
 from ocmm_core.rendering import NO_FACE, RenderMode
 from ocmm_gui.kit import THEMES
+from ocmm_gui.scene._part_scene import MOVING_TRIANGLES, PartDrawing
 from ocmm_gui.views import PartPicture
-from ocmm_gui.views._part_scene import MOVING_TRIANGLES, PartDrawing
 from tests.made_parts import PartMaker
 
 TOP = 5

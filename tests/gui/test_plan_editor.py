@@ -17,8 +17,8 @@ from ocmm_core.inspection.plan import EnvironmentLimits, load_plan
 from ocmm_core.tolerances.kinds import KINDS
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.plan_editor import PlanSheet
-from ocmm_gui.plan_editor._form_lines import FieldKind, form_lines
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, item_of
+from ocmm_gui.plan_editor.form._form_lines import FieldKind, form_lines
 from tests.host import HANG_MS
 
 BORE = "BORE_A"

@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.export.report import Particulars, given_with, keep_given, template_in_use
+from ocmm_core.export.template import Particulars, given_with, keep_given, template_in_use
 from ocmm_gui.results import JobSource, ReportWriter
 from tests.gui.conftest import OpenWindow
 

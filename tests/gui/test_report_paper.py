@@ -12,17 +12,11 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QImage
 
 from ocmm_core.errors import InputError
-from ocmm_core.export.report import (
-    SECTIONS,
-    Particulars,
-    ReportData,
-    load_paper,
-    paper_facts,
-    report_number,
-)
+from ocmm_core.export.report import ReportData, paper_facts, report_number
+from ocmm_core.export.template import SECTIONS, Particulars, load_paper
 from ocmm_gui.reports import _pdf as pdf
 from ocmm_gui.reports._part_picture import placed_words
-from ocmm_gui.views import Tag
+from ocmm_gui.scene import Tag
 from tests.core.export.sample_report import sample_report
 from tests.gui.pdf_texts import texts
 

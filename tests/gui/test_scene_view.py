@@ -10,8 +10,9 @@ from ocmm_core.documents import resource
 from ocmm_core.features.elements import nominal_distances
 from ocmm_core.features.shapes import Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float
-from ocmm_gui.views import Orbit, upright
+from ocmm_gui.scene import Orbit
 from ocmm_gui.views import _shapes as shapes
+from ocmm_gui.views import upright
 
 UP = np.array([0.0, 0.0, 1.0])
 EXACT = 1e-9  # mm and px: rounding of a few products of numbers below 1e4

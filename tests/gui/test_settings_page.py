@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QAbstractButton, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.documents import resource
-from ocmm_core.export.report import load_paper, standard_template, template_in_use
+from ocmm_core.export.template import load_paper, standard_template, template_in_use
 from ocmm_core.settings import SETTINGS, Kind, SettingsFile, SettingsStore, Value
 from ocmm_gui.home import SettingsPage
 from ocmm_gui.kit import ACTIONS, usable_keys

@@ -12,7 +12,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.errors import OcmmError
-from ocmm_gui.kit import SideProcess, Teller
+from ocmm_gui.work import SideProcess, Teller
 from tests.host import BUSY
 
 pytestmark = pytest.mark.usefixtures("fresh_sides")

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.documents import read_text
-from ocmm_core.export.report import standard_template
+from ocmm_core.export.template import standard_template
 from ocmm_core.settings import SettingsFile, SettingsStore
 from ocmm_gui.home import SettingsPage
 from ocmm_gui.reports import PagePicture, PagePreview

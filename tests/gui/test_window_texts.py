@@ -28,8 +28,8 @@ from docs.make_texts import LUPDATE, extract
 from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.features.measured import Convention
 from ocmm_core.features.shapes import Shape
-from ocmm_core.inspection.archive import COLUMNS
 from ocmm_core.inspection.evaluation import NO_REAL_PART, job_states
+from ocmm_core.inspection.recall import COLUMNS
 from ocmm_core.station import NO_BUS, NO_BUS_REMEDY
 from ocmm_core.tolerances.decisions import PartWord, Verdict
 from ocmm_gui.kit import ACTIONS, FitText, Mode, later, shape_word, tr, tr_all

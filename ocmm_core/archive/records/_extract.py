@@ -28,7 +28,7 @@ from ocmm_core.inspection.archive import (
     StoredDocuments,
     content_of_job,
     content_to_look_at,
-    copy_of_job,
+    copy_of_content,
     reopen_alone,
     why_not_counted,
 )
@@ -64,7 +64,7 @@ def snapshot(path: Path) -> bytes:
     if not log and is_current(file):
         with content_to_look_at(path, file):
             return file
-    with copy_of_job(path) as copy:
+    with copy_of_content(path.name, file, log) as copy:
         with JobFile.open(copy, scratch=True):
             pass  # takes the log of the copy into its file
         return copy.read_bytes()

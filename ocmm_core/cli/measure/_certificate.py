@@ -68,7 +68,7 @@ def make(
     certificate only where a procedure names an accreditation.
     """
     from ocmm_core.export.certificate import certificate_of_folder, write_certificate
-    from ocmm_core.export.report import Particulars, load_paper, template_in_use
+    from ocmm_core.export.template import Particulars, load_paper, template_in_use
 
     given = Particulars(customer=customer, place=place, humidity=humidity, pressure=pressure)
     sheet = load_paper(template or template_in_use(), given)

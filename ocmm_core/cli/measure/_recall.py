@@ -91,7 +91,8 @@ def recall_command(
     not written to. Ends with 0 where all verdicts hold, else with 1.
     """
     from ocmm_core.calibration.records import default_folder
-    from ocmm_core.inspection.archive import KeptPlaces, Outcome, decide, recall
+    from ocmm_core.inspection.archive import Outcome
+    from ocmm_core.inspection.recall import KeptPlaces, decide, recall
 
     console = make_console()
     folder = calibrations if calibrations is not None else default_folder()
@@ -115,7 +116,7 @@ def _let_fall(
     since: datetime | None,
     who: str,
 ) -> None:
-    from ocmm_core.inspection.archive import artefact_wrong
+    from ocmm_core.inspection.recall import artefact_wrong
 
     if artefact is None or since is None or not who:
         raise InputError(
@@ -156,7 +157,7 @@ def write_recall(
 
 def show_recall(console: Console, record: RecallRecord) -> None:
     """Print what a recall found."""
-    from ocmm_core.inspection.archive import (
+    from ocmm_core.inspection.recall import (
         COLUMNS,
         decided,
         headline,

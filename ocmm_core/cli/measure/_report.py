@@ -146,12 +146,12 @@ def report_command(
         require_complete,
         write_report,
     )
-    from ocmm_core.export.report import (
+    from ocmm_core.export.report import load_profile
+    from ocmm_core.export.template import (
         Particulars,
         keep_given,
         keep_template,
         load_paper,
-        load_profile,
         paper_of,
         surroundings,
         template_in_use,

@@ -88,7 +88,7 @@ def set_command(
     store = SettingsStore.of_this_user()
     _tell(store.change({key: given}, Scope.STATION if station else None))
     if spec.section == "report":
-        from ocmm_core.export.report import use_head
+        from ocmm_core.export.template import use_head
 
         use_head(store.load().settings, store.user.path.parent)
     make_console(soft_wrap=True).print(

@@ -9,7 +9,7 @@ from typing import Literal, TypeVar
 
 from ocmm_core.acceptance import RoomAir
 from ocmm_core.calibration.records import PRACTICE, ArtefactUse, is_practice
-from ocmm_core.export.report import Paper
+from ocmm_core.export.template import Paper
 from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS
 
 T = TypeVar("T")

@@ -5,13 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ocmm_core.export.certificate._content import STATUS_WORDS, Certificate, CertificateRun
-from ocmm_core.export.report import (
-    NOT_STATED,
-    PaperFact,
-    PaperLengths,
-    one_line,
-    surroundings,
-)
+from ocmm_core.export.report import NOT_STATED, PaperFact, one_line
+from ocmm_core.export.template import PaperLengths, surroundings
 from ocmm_core.surroundings import HUMIDITY, PRESSURE
 from ocmm_core.wording import Speech
 

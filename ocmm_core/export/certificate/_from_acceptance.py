@@ -18,7 +18,7 @@ from ocmm_core.export.certificate._content import (
     Conformity,
     once,
 )
-from ocmm_core.export.report import Paper
+from ocmm_core.export.template import Paper
 
 _SAME = 1e-9
 _MM = "\\milli\\metre"

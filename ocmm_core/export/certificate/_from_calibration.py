@@ -29,7 +29,7 @@ from ocmm_core.export.certificate._content import (
     once,
 )
 from ocmm_core.export.certificate._run import calibration_in, verification_run
-from ocmm_core.export.report import Paper
+from ocmm_core.export.template import Paper
 from ocmm_core.fieldbus.described import doubts_by_name
 from ocmm_core.geometry import Float
 

@@ -29,7 +29,7 @@ from ocmm_core.export.certificate._from_acceptance import (
 )
 from ocmm_core.export.certificate._from_calibration import certificate_of_calibration
 from ocmm_core.export.certificate._run import calibration_in, lines_of, verification_run
-from ocmm_core.export.report import Paper
+from ocmm_core.export.template import Paper
 from ocmm_core.fieldbus.described import doubts_by_name
 
 _NUMBER_DIGITS = 16

@@ -5,12 +5,9 @@ In: an evaluated job and a profile. Out: one frozen `ReportData`, and bytes of f
 Read `_report_data` (all that a report can say) and `_exporter` (what every format can do).
 `_head`, `_elements`, `_tables` and `_names` are shared by the formats: `_polyworks`, `_delimited`,
 `_json_file` with `_json_schema`, `_xlsx` with `_xlsx_reader`. `_profile` says how text files are
-written.
-`_paper_lengths` is the unit of a paper,
-`_template` is whose paper it is and what no job knows (`_headed`: with the head of the settings),
-`_paper_facts` what a test report must say of itself, with what was read off in the room
-(`_surroundings`); `_papers` keeps both for every route to a report. `_specimen` shows a template
-without a job. Every format has a reader of its own. It must not know the registry, QIF or Q-DAS.
+written, `_paper_facts` what a test report must say of itself; `_specimen` shows a template without
+a job. Whose paper it is says the room `template`. Every format has a reader of its own.
+It must not know the registry, QIF or Q-DAS.
 """
 
 from __future__ import annotations
@@ -24,7 +21,6 @@ if TYPE_CHECKING:
     from ocmm_core.export.report._elements import Element
     from ocmm_core.export.report._exporter import Exporter, ReportFormat
     from ocmm_core.export.report._head import head_table
-    from ocmm_core.export.report._headed import headed_paper, use_head
     from ocmm_core.export.report._json_file import JSON
     from ocmm_core.export.report._json_schema import ReportFile, read_report
     from ocmm_core.export.report._names import (
@@ -45,15 +41,6 @@ if TYPE_CHECKING:
         report_number,
         statements,
     )
-    from ocmm_core.export.report._paper_lengths import PaperLengths
-    from ocmm_core.export.report._papers import (
-        given_with,
-        keep_given,
-        keep_template,
-        paper_of,
-        station_template,
-        template_in_use,
-    )
     from ocmm_core.export.report._polyworks import POLYWORKS
     from ocmm_core.export.report._profile import Profile, load_profile, polyworks_profile
     from ocmm_core.export.report._report_data import (
@@ -65,7 +52,6 @@ if TYPE_CHECKING:
         report_of_job,
     )
     from ocmm_core.export.report._specimen import specimen_report
-    from ocmm_core.export.report._surroundings import surroundings
     from ocmm_core.export.report._tables import (
         Cell,
         Number,
@@ -74,16 +60,6 @@ if TYPE_CHECKING:
         features_table,
         points_table,
         report_table,
-    )
-    from ocmm_core.export.report._template import (
-        SECTIONS,
-        Paper,
-        Particulars,
-        ReportTemplate,
-        Section,
-        load_paper,
-        plain_paper,
-        standard_template,
     )
     from ocmm_core.export.report._xlsx import XLSX
 else:
@@ -97,24 +73,16 @@ else:
         _json_schema="ReportFile read_report",
         _names="check_file_stem check_name clean_text last_moment one_line spreadsheet_text",
         _paper_facts=(
-            "CLAUSES NOT_STATED PaperFact open_clauses paper_facts plan_deviations report_number "
-            "statements"
+            "CLAUSES NOT_STATED PaperFact open_clauses paper_facts plan_deviations "
+            "report_number statements"
         ),
-        _paper_lengths="PaperLengths",
-        _papers=("given_with keep_given keep_template paper_of station_template template_in_use"),
         _polyworks="POLYWORKS",
         _profile="Profile load_profile polyworks_profile",
         _report_data=(
             "Instrument ReportData ReportedFeature ReportedResult report_data report_of_job"
         ),
         _specimen="specimen_report",
-        _surroundings="surroundings",
         _tables="Cell Number Table Units features_table points_table report_table",
-        _headed="headed_paper use_head",
-        _template=(
-            "SECTIONS Paper Particulars ReportTemplate Section load_paper plain_paper "
-            "standard_template"
-        ),
         _xlsx="XLSX",
     )
 
@@ -123,44 +91,31 @@ __all__ = [
     "JSON",
     "NOT_STATED",
     "POLYWORKS",
-    "SECTIONS",
     "XLSX",
     "Cell",
     "Element",
     "Exporter",
     "Instrument",
     "Number",
-    "Paper",
     "PaperFact",
-    "PaperLengths",
-    "Particulars",
     "Profile",
     "ReportData",
     "ReportFile",
     "ReportFormat",
-    "ReportTemplate",
     "ReportedFeature",
     "ReportedResult",
-    "Section",
     "Table",
     "Units",
     "check_file_stem",
     "check_name",
     "clean_text",
     "features_table",
-    "given_with",
     "head_table",
-    "headed_paper",
-    "keep_given",
-    "keep_template",
     "last_moment",
-    "load_paper",
     "load_profile",
     "one_line",
     "open_clauses",
     "paper_facts",
-    "paper_of",
-    "plain_paper",
     "plan_deviations",
     "points_table",
     "polyworks_profile",
@@ -172,10 +127,5 @@ __all__ = [
     "same_number",
     "specimen_report",
     "spreadsheet_text",
-    "standard_template",
     "statements",
-    "station_template",
-    "surroundings",
-    "template_in_use",
-    "use_head",
 ]

@@ -14,10 +14,8 @@ from typing import Literal
 import msgspec
 
 from ocmm_core.export.report._names import one_line
-from ocmm_core.export.report._paper_lengths import PaperLengths
 from ocmm_core.export.report._report_data import ReportData
-from ocmm_core.export.report._surroundings import surroundings
-from ocmm_core.export.report._template import RELATES_ONLY, WHOLE_ONLY
+from ocmm_core.export.template import RELATES_ONLY, WHOLE_ONLY, PaperLengths, surroundings
 from ocmm_core.inspection.evaluation import SIMULATED_LINE
 from ocmm_core.tolerances.decisions import U_WORDS
 

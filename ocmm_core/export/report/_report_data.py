@@ -12,7 +12,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.export.report._elements import Element as Element
 from ocmm_core.export.report._elements import element_of_fit, element_of_nominal
 from ocmm_core.export.report._names import check_file_stem, last_moment
-from ocmm_core.export.report._template import Paper, plain_paper
+from ocmm_core.export.template import Paper, plain_paper
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import RigidTransform
 from ocmm_core.inspection.archive import ReopenedJob

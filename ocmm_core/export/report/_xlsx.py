@@ -26,7 +26,6 @@ from lxml import etree
 from ocmm_core.export.report._exporter import Exporter
 from ocmm_core.export.report._head import head_table
 from ocmm_core.export.report._names import clean_text
-from ocmm_core.export.report._paper_lengths import PaperLengths
 from ocmm_core.export.report._profile import Profile
 from ocmm_core.export.report._report_data import ReportData
 from ocmm_core.export.report._tables import (
@@ -40,6 +39,7 @@ from ocmm_core.export.report._tables import (
 )
 from ocmm_core.export.report._xlsx_reader import read_workbook
 from ocmm_core.export.report._xlsx_words import said, said_line, said_table
+from ocmm_core.export.template import PaperLengths
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_core.wording import Speech
 

@@ -53,7 +53,7 @@ def copy_of_job(path: Path) -> Iterator[Path]:
         copied.
     """
     file, log = content_of_job(path)
-    with _copied(path.name, file, log) as copy:
+    with copy_of_content(path.name, file, log) as copy:
         yield copy
 
 
@@ -79,7 +79,7 @@ def content_to_look_at(path: Path, file: bytes, log: bytes = b"") -> Iterator[Jo
             yield job
         return
     # What a log has more, and what an older version lacks, SQLite brings together in a file.
-    with _copied(path.name, file, log) as copy:
+    with copy_of_content(path.name, file, log) as copy:
         try:
             with JobFile.open(copy, scratch=True) as job:
                 yield job
@@ -88,8 +88,14 @@ def content_to_look_at(path: Path, file: bytes, log: bytes = b"") -> Iterator[Jo
 
 
 @contextlib.contextmanager
-def _copied(name: str, file: bytes, log: bytes) -> Iterator[Path]:
-    """Give a file of these bytes with its log, removed again at the end."""
+def copy_of_content(name: str, file: bytes, log: bytes) -> Iterator[Path]:
+    """Give a job file of these bytes with its log, removed again at the end.
+
+    Raises
+    ------
+    StorageError
+        There is no room for it.
+    """
     with contextlib.ExitStack() as stack:
         try:
             folder = stack.enter_context(scratch_folder("job"))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core.documents import read_bytes
+from ocmm_core.documents import may_be_there, read_bytes
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.plan._file_beside import FileKind
 from ocmm_core.inspection.plan._part_cache import cached_part, keep_part
@@ -103,7 +103,7 @@ def carry_model(plan: Plan, old: Path, new: Path) -> None:
     if plan.model is None:
         return
     source, target = old / plan.model.file, new / plan.model.file
-    if source.is_file() and not target.exists():
+    if may_be_there(source) and not target.exists():
         _MODEL.write(target, read_bytes(source))
 
 
@@ -128,7 +128,7 @@ def part_of_plan(
         return PartOfPlan()
     path = folder / plan.model.file
     try:
-        if not _may_be_there(path):
+        if not may_be_there(path):
             raise _not_shown(
                 "plan.model_missing",
                 f"{path}: the CAD model of the plan is not there",
@@ -147,14 +147,6 @@ def part_of_plan(
     except OcmmError as error:
         return PartOfPlan(None, error)
     return PartOfPlan(part)
-
-
-def _may_be_there(path: Path) -> bool:
-    """Return whether a file is there, or nobody may know: why not is told where it is read."""
-    try:
-        return path.is_file()
-    except OSError:
-        return True
 
 
 def _not_shown(code: str, what: str, remedy: str) -> InputError:

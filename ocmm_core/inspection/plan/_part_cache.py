@@ -13,6 +13,7 @@ from pathlib import Path
 
 import platformdirs
 
+from ocmm_core.documents import may_be_there
 from ocmm_core.errors import OcmmError
 from ocmm_core.part_model import MODEL_ENDING, PartModel, read_model_file, write_model_file
 
@@ -32,14 +33,10 @@ def cached_part(folder: Path, sha256: str) -> PartModel | None:
     """
     for place in _places(folder):
         path = place / f"{sha256}{MODEL_ENDING}"
-        try:
-            if not path.is_file():
-                continue
-            part = read_model_file(path)
-        except OSError as error:
-            # The folder is somebody else's, who lets nobody look into it.
-            _log.info("%s: parts cannot be looked for here (%s)", place, error)
+        if not may_be_there(path):
             continue
+        try:
+            part = read_model_file(path)
         except OcmmError as error:
             _log.warning("%s is made anew: %s", path, error.what)
             continue

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core.documents import read_bytes
+from ocmm_core.documents import may_be_there, read_bytes
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan._edit import replace_item
 from ocmm_core.inspection.plan._file_beside import FileKind
@@ -64,7 +64,7 @@ def without_file(plan: Plan, folder: Path | None) -> list[str]:
     return [
         item.name
         for item in plan.features
-        if item.picture and (folder is None or not (folder / item.picture).is_file())
+        if item.picture and (folder is None or not may_be_there(folder / item.picture))
     ]
 
 
@@ -78,7 +78,7 @@ def carry_pictures(plan: Plan, old: Path, new: Path) -> None:
     """
     for name in dict.fromkeys(item.picture for item in plan.features if item.picture):
         source, target = old / name, new / name
-        if source.is_file() and not target.exists():
+        if may_be_there(source) and not target.exists():
             _PICTURE.write(target, read_bytes(source))
 
 

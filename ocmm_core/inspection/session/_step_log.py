@@ -14,8 +14,7 @@ from ocmm_core.errors import MeasuringError
 from ocmm_core.inspection.evaluation import STANDING_EVENT, Progress, progress_of
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._job_points import FLIPPED, Change, JobPoints
-from ocmm_core.inspection.session._undo import UndoStep
-from ocmm_core.inspection.session._undo_events import Way, deed_event, deeds_from
+from ocmm_core.inspection.session._undo import UndoStep, Way, deed_event, deeds_from
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobFile
 from ocmm_core.tracking import TipSensitivity

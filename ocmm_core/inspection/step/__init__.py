@@ -4,13 +4,11 @@ In: a STEP file, the ball, and if wanted probe, cameras and placement. Out: feat
 on the trimmed faces, and what is none, with the reason; the part itself, as mesh and faces.
 
 Read `_model` (what is asked for, and what comes back), `_request` (by which probe and cameras),
-`_choice` (what is taken), `_asking` and `_worker` (the process that reads, from both sides),
-`_library`, `_document` (the file as the library has it), `_raw_faces` (faces as numbers), `_joined`
-(which faces are one surface, where a ball can touch it), `_placed` (which places are targets),
-`_names` (what they are called), `_solid_mesh` (what a probe could run into), `_surface_splines`,
-`_part` (the part), `_free_forms` and `_profiled` (free-form faces, from both sides), `_face_order`
-(which faces tolerances are of), `_chosen_reach` (what is asked of large models later), `_answer`
-(what the process tells). It must not know plans.
+`_choice` (what is taken), `_asking` and `_worker` (the process that reads, from both sides). In
+that process the room `brep` turns the file into numbers, `_joined` says which faces are one surface
+and where a ball can touch it, `_placed` which places are targets (`_place_kernel`), `_names` what
+they are called. `_free_forms` and `_profiled` are free-form faces, from both sides, `_chosen_reach`
+is what is asked of large models later, `_answer` what the process tells. It must not know plans.
 """
 
 from __future__ import annotations
@@ -49,10 +47,10 @@ else:
     __getattr__ = door(
         __name__,
         _asking="READER_MODULES STEP_ENDINGS STEP_SETUP STEP_SIZE_MB has_step",
-        _choice="Choice FREE_FORM Offer chosen offers_of",
+        _choice="FREE_FORM Choice Offer chosen offers_of",
         _chosen_reach="ChosenReach ask_for_chosen",
-        _model="LeftOut Reached StepModel USUAL_BALL_MM read_model read_part",
-        _profiled="FreeForm NOT_EXACT",
+        _model="USUAL_BALL_MM LeftOut Reached StepModel read_model read_part",
+        _profiled="NOT_EXACT FreeForm",
         _request="StepRequest setting_for setting_of up_of usual_request",
     )
 

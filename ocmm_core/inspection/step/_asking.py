@@ -17,8 +17,9 @@ from ocmm_core.blas import use_one_thread
 from ocmm_core.documents import decode_json, read_bytes
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.host import HOST
-from ocmm_core.inspection.step._answer import LESS, StepAnswer
+from ocmm_core.inspection.step._answer import StepAnswer
 from ocmm_core.inspection.step._worker import Wanted, read_step
+from ocmm_core.inspection.step.brep import LESS
 from ocmm_core.part_model import LARGEST_MODEL, PartModel, model_from_bytes
 from ocmm_core.processes import process_context
 

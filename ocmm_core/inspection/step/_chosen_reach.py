@@ -13,13 +13,13 @@ import numpy as np
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.reach import Reach, Setting, make_obstacle
-from ocmm_core.inspection.step._answer import StepFace, Triple
 from ocmm_core.inspection.step._asking import given_up_error
 from ocmm_core.inspection.step._choice import Offer
 from ocmm_core.inspection.step._joined import bore_axes
 from ocmm_core.inspection.step._model import LeftOut, StepModel
 from ocmm_core.inspection.step._placed import bore_axis, normals_of, reached_places, taken_of
 from ocmm_core.inspection.step._profiled import FreeForm
+from ocmm_core.inspection.step.brep import StepFace, Triple
 from ocmm_core.part_model import PartModel
 
 LIMIT_S = 60.0

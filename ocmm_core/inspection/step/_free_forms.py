@@ -17,12 +17,10 @@ import numpy as np
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.reach import Reach
-from ocmm_core.inspection.step._answer import StepFreeForm, Triple
-from ocmm_core.inspection.step._document import StepDocument
+from ocmm_core.inspection.step._answer import StepFreeForm
 from ocmm_core.inspection.step._joined import EDGE_MM
-from ocmm_core.inspection.step._library import static
-from ocmm_core.inspection.step._part import model_face
 from ocmm_core.inspection.step._placed import LEAST, WANTED, reached_places
+from ocmm_core.inspection.step.brep import StepDocument, Triple, model_face, static
 from ocmm_core.part_model import (
     FARTHEST_MM,
     ModelFace,

@@ -18,9 +18,9 @@ from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.reach import Reach
 from ocmm_core.inspection.step import _place_kernel as kernel
-from ocmm_core.inspection.step._answer import OPEN, StepFace, StepSurface
+from ocmm_core.inspection.step._answer import OPEN, StepSurface
 from ocmm_core.inspection.step._placed import Placed, Wish, bore_axis, in_order, placed_each
-from ocmm_core.inspection.step._raw_faces import RawFace, Rim, stretches_of
+from ocmm_core.inspection.step.brep import RawFace, Rim, StepFace, stretches_of
 
 _SAME_MM, _SAME_RAD = 1e-4, 1e-6
 _LEAST_TURN = np.radians(170.0)

@@ -13,12 +13,13 @@ import numpy as np
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.pmi import Pmi
 from ocmm_core.inspection.reach import Setting
-from ocmm_core.inspection.step._answer import OPEN, StepAnswer, StepFace, StepSurface, Triple
+from ocmm_core.inspection.step._answer import OPEN, StepAnswer, StepSurface
 from ocmm_core.inspection.step._asking import REMEDY, Asking, ask, step_error
 from ocmm_core.inspection.step._names import feature_names
 from ocmm_core.inspection.step._profiled import NOT_EXACT, FreeForm, free_forms_of
 from ocmm_core.inspection.step._request import StepRequest, setting_of
 from ocmm_core.inspection.step._worker import Wanted
+from ocmm_core.inspection.step.brep import StepFace, Triple
 from ocmm_core.part_model import PartModel
 
 USUAL_BALL_MM = 6.0

@@ -7,7 +7,6 @@ would be that of its calls.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
@@ -140,31 +139,6 @@ def gaps_about(point: Float, axis: Float, places: Float) -> Float:
     for i in range(n):
         gaps[i] = angles[i + 1] - angles[i] if i + 1 < n else angles[0] + 2.0 * np.pi - angles[i]
     return gaps
-
-
-@compiled()
-def inside(us: Float, vs: Float, loops: Float, found: NDArray[np.bool_]) -> None:
-    """Fill in which pairs of ``us`` (r,) and ``vs`` (c,), both rising, lie inside closed loops.
-
-    ``loops`` (m, 2, 2): stretches. ``found`` (r, c) is all false before. A ray from a pair towards
-    greater u crosses the loops an odd number of times where it is inside. Each crossing is noted at
-    the last pair before it, and at last all that lie before a note are turned over: the time grows
-    with places and crossings, not with both together.
-    """
-    for k in range(len(loops)):
-        u0, v0, u1, v1 = loops[k, 0, 0], loops[k, 0, 1], loops[k, 1, 0], loops[k, 1, 1]
-        # Half open, so that a corner on the ray is crossed once.
-        low, high = min(v0, v1), max(v0, v1)
-        slope = 0.0 if v1 == v0 else (u1 - u0) / (v1 - v0)
-        for j in range(np.searchsorted(vs, low), len(vs)):
-            if vs[j] >= high:
-                break
-            before = np.searchsorted(us, u0 + slope * (vs[j] - v0)) - 1
-            if before >= 0:
-                found[before, j] = not found[before, j]
-    for i in range(len(us) - 2, -1, -1):
-        for j in range(len(vs)):
-            found[i, j] = found[i, j] != found[i + 1, j]
 
 
 @compiled()

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.reach import Places, Reach, Reached
 from ocmm_core.inspection.step import _place_kernel as kernel
-from ocmm_core.inspection.step._answer import StepFace
+from ocmm_core.inspection.step.brep import StepFace
 
 WANTED, LEAST = 20, 10
 """Places of a free form: they tell nothing of each other, so there are more of them."""

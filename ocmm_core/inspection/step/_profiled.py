@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.step._answer import StepFreeForm, Triple
+from ocmm_core.inspection.step._answer import StepFreeForm
 from ocmm_core.inspection.step._names import feature_names
+from ocmm_core.inspection.step.brep import Triple
 from ocmm_core.part_model import NominalFace
 
 NOT_EXACT = ("construction geometry", "tessellated")

@@ -12,7 +12,7 @@ from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.reach import TILT_DEG, Placement, Setting
-from ocmm_core.inspection.step._answer import Triple
+from ocmm_core.inspection.step.brep import Triple
 from ocmm_core.tracking import ProbeBody, load_probe
 
 

@@ -22,19 +22,21 @@ from ocmm_core.errors import InputError
 from ocmm_core.failure import contained
 from ocmm_core.host import HOST
 from ocmm_core.inspection.reach import Reach, Setting, make_obstacle
-from ocmm_core.inspection.step._answer import LESS, StepAnswer, StepFreeForm, StepSurface
-from ocmm_core.inspection.step._document import StepDocument, read_document
-from ocmm_core.inspection.step._face_order import tolerances_of
+from ocmm_core.inspection.step._answer import StepAnswer, StepFreeForm, StepSurface
 from ocmm_core.inspection.step._free_forms import free_form_rooms, free_forms_of
 from ocmm_core.inspection.step._joined import bore_axes, rooms_of, surfaces_of
-from ocmm_core.inspection.step._mesh_aside import MeshAside
-from ocmm_core.inspection.step._part import part_of
-from ocmm_core.inspection.step._raw_faces import (
+from ocmm_core.inspection.step.brep import (
+    LESS,
+    MeshAside,
     RawFace,
+    StepDocument,
     UnusableModelError,
     as_numbers,
     faces_of,
     faces_with_surface,
+    part_of,
+    read_document,
+    tolerances_of,
 )
 from ocmm_core.part_model import model_to_bytes
 

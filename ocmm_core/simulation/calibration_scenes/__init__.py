@@ -2,9 +2,10 @@
 
 In: a true rig, and what a guided procedure still lacks. Out: frames of targets, bars and tips.
 
-Read `_calibrating` (targets at known points, a waved probe, a bar, nests) and
-`_calibrating_source` (the scenes as a source of frames), `_pivot_scenes`, `_tip_scenes`,
-`_verifying`, and `_resting_spots` (averaged spots without the frames, for many runs).
+Read `_scenes` (targets at known points, a waved probe, a bar, nests), `_motions` (how they move),
+`_calibrating` (what the cameras see of them), `_calibrating_source` (as a source of frames),
+`_pivot_scenes`, `_tip_scenes`, `_verifying`, and `_resting_spots` (averaged spots without the
+frames, for many runs).
 `_made_records` and `_made_probe_records` are what comes of it, for whoever needs only records.
 It knows the procedures that it serves; they do not know it.
 """
@@ -17,16 +18,8 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.simulation.calibration_scenes._calibrating import (
-        WAY_S,
         CalibratingScript,
         CalibrationScenesRig,
-        FrameMove,
-        FreeMotionScene,
-        Scene,
-        ShowBar,
-        TargetScene,
-        TouchSeats,
-        TouchSphere,
     )
     from ocmm_core.simulation.calibration_scenes._calibrating_source import CalibratingSource
     from ocmm_core.simulation.calibration_scenes._made_probe_records import (
@@ -39,11 +32,21 @@ if TYPE_CHECKING:
         made_camera_record,
         made_verification,
     )
+    from ocmm_core.simulation.calibration_scenes._motions import WAY_S
     from ocmm_core.simulation.calibration_scenes._pivot_scenes import ScriptedJump, SweepProbe
     from ocmm_core.simulation.calibration_scenes._resting_spots import (
         Holds,
         VirtualRests,
         places_of_bar,
+    )
+    from ocmm_core.simulation.calibration_scenes._scenes import (
+        FrameMove,
+        FreeMotionScene,
+        Scene,
+        ShowBar,
+        TargetScene,
+        TouchSeats,
+        TouchSphere,
     )
     from ocmm_core.simulation.calibration_scenes._tip_scenes import TipFault, TouchWithTip
     from ocmm_core.simulation.calibration_scenes._verifying import (
@@ -56,15 +59,14 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _calibrating=(
-            "CalibratingScript CalibrationScenesRig FrameMove FreeMotionScene Scene ShowBar "
-            "TargetScene TouchSeats TouchSphere WAY_S"
-        ),
+        _calibrating="CalibratingScript CalibrationScenesRig",
         _calibrating_source="CalibratingSource",
         _made_probe_records="made_probe_record made_tip_check made_tip_record",
         _made_records="RECORDS_MADE made_camera_record made_verification",
+        _motions="WAY_S",
         _pivot_scenes="ScriptedJump SweepProbe",
         _resting_spots="Holds VirtualRests places_of_bar",
+        _scenes="FrameMove FreeMotionScene Scene ShowBar TargetScene TouchSeats TouchSphere",
         _tip_scenes="TipFault TouchWithTip",
         _verifying="FRAMES SEATS nudge stand_of verify_at_once",
     )

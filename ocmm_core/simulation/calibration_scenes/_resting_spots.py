@@ -14,7 +14,7 @@ import numpy as np
 
 from ocmm_core.camera import CameraModel, Rig, on_sensor, project
 from ocmm_core.geometry import Float, rotation_from_vector, unit
-from ocmm_core.simulation.calibration_scenes._calibrating import best_seen
+from ocmm_core.simulation.calibration_scenes._motions import best_seen
 from ocmm_core.simulation.scene import WorldOptions, draw_world
 from ocmm_core.tracking import ProbeBody
 

@@ -28,7 +28,6 @@ from ocmm_gui.kit import (
     NarrowButton,
     PathPanel,
     PlainLabel,
-    SideProcess,
     Theme,
     later,
     led_name,
@@ -43,6 +42,7 @@ from ocmm_gui.kit import (
 )
 from ocmm_gui.wizards.pages._definition_form import DefinitionForm, LedTable
 from ocmm_gui.wizards.parts import ProbePicture
+from ocmm_gui.work import SideProcess
 
 SETTLE_MS = 500
 """So long after the last key the definition is examined."""

@@ -12,7 +12,8 @@ from ocmm_core.calibration.guided import KnownPoint, LinePlan, VolumeCoverage
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, Theme, text_font, tr
-from ocmm_gui.views import Dots, Face, Item, Lines, Orbit, Tag, paint_scene, shapes, upright
+from ocmm_gui.scene import Dots, Face, Item, Lines, Orbit, Tag, paint_scene
+from ocmm_gui.views import shapes, upright
 
 _ASIDE, _ABOVE = np.radians(28.0), np.radians(24.0)
 _CAMERA_REACH = 0.3

@@ -8,7 +8,7 @@ from PySide6.QtGui import QPaintEvent
 
 from ocmm_core.geometry import Float, Points3
 from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, led_name, text_font, tr
-from ocmm_gui.views import Dots, Item, Lines, Orbit, Tag, paint_scene
+from ocmm_gui.scene import Dots, Item, Lines, Orbit, Tag, paint_scene
 
 _RAY_MM = 25.0
 _AZIMUTH, _ELEVATION = np.radians(60.0), np.radians(20.0)

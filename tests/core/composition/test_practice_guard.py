@@ -31,7 +31,7 @@ from ocmm_core.composition.practice import PRACTICE_TIP, Practice, practice_fold
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.export import certificate
-from ocmm_core.export.report import plain_paper
+from ocmm_core.export.template import plain_paper
 
 NOW = datetime(2026, 11, 26, 8, 0, tzinfo=UTC)
 _REAL, _VIRTUAL = "ethercat:eth0", "simulated"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ocmm_core.export.report import Paper, Particulars, load_paper
+from ocmm_core.export.template import Paper, Particulars, load_paper
 
 TEMPLATE = """
 schema = "ocmm.report-template/1"

@@ -38,7 +38,8 @@ from ocmm_core.export.certificate import (
     write_certificates,
 )
 from ocmm_core.export.certificate._artefact import Expansion
-from ocmm_core.export.report import NOT_STATED, plain_paper
+from ocmm_core.export.report import NOT_STATED
+from ocmm_core.export.template import plain_paper
 from ocmm_core.seals import KeyFolder, SealWord
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.core.calibration.made_records import make_record, make_verification

@@ -11,7 +11,7 @@ from lxml import etree
 from ocmm_core.acceptance import AcceptanceRecord, RoomAir, Verdict, save_record
 from ocmm_core.errors import InputError
 from ocmm_core.export.certificate import certificate_facts, certificate_of_folder, dcc_bytes
-from ocmm_core.export.report import plain_paper
+from ocmm_core.export.template import plain_paper
 from tests.core.acceptance.acceptance_site import Machine, begin
 
 Q = "{https://ptb.de/dcc}"

@@ -31,7 +31,7 @@ from ocmm_core.export.certificate import (
     read_dcc,
     write_certificate,
 )
-from ocmm_core.export.report import plain_paper
+from ocmm_core.export.template import plain_paper
 from ocmm_core.seals import KeyFolder, SealWord
 from tests.core.calibration.made_records import MADE, make_record, make_verification
 from tests.core.export.certificate_site import lab

@@ -14,7 +14,8 @@ from lxml import etree
 from ocmm_core.errors import InputError
 from ocmm_core.export import EXPORTERS
 from ocmm_core.export.certificate import dcc_bytes, read_dcc
-from ocmm_core.export.report import Particulars, ReportData, paper_of, plain_paper
+from ocmm_core.export.report import ReportData
+from ocmm_core.export.template import Particulars, paper_of, plain_paper
 from ocmm_core.features.shapes import NominalFeature, Shape, element
 from ocmm_core.tolerances.decisions import Verdict
 from tests.core.calibration.made_records import MADE, make_record

@@ -12,15 +12,13 @@ from ocmm_core.errors import InputError
 from ocmm_core.export.report import (
     CLAUSES,
     NOT_STATED,
-    Particulars,
     ReportData,
-    load_paper,
     open_clauses,
     paper_facts,
     plan_deviations,
     report_number,
-    standard_template,
 )
+from ocmm_core.export.template import Particulars, load_paper, standard_template
 from ocmm_core.measuring import Climate
 from tests.core.export.sample_report import HEAD, sample_report, sample_view
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from ocmm_core.errors import InputError, OcmmError, StorageError
-from ocmm_core.export.report import (
+from ocmm_core.export.template import (
     Particulars,
     given_with,
     keep_given,

@@ -10,15 +10,12 @@ import pytest
 
 from ocmm_core.acceptance import RoomAir
 from ocmm_core.errors import InputError
-from ocmm_core.export.report import (
-    NOT_STATED,
+from ocmm_core.export.report import NOT_STATED, ReportData, open_clauses, paper_facts
+from ocmm_core.export.template import (
     Particulars,
-    ReportData,
     given_with,
     keep_given,
     load_paper,
-    open_clauses,
-    paper_facts,
     standard_template,
     surroundings,
 )

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from ocmm_core.errors import InputError
-from ocmm_core.export.report import Particulars, headed_paper, keep_given, load_paper
+from ocmm_core.export.template import Particulars, headed_paper, keep_given, load_paper
 from ocmm_core.settings import SettingsFile, SettingsStore
 
 TEMPLATE = """schema = "ocmm.report-template/1"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ocmm_core.inspection.step._library import static
+from ocmm_core.inspection.step.brep._library import static
 from tests.core.inspection.step_models import Make, bent_pocket, block
 from tests.core.inspection.step_models import _moved as moved
 from tests.core.inspection.step_models import _rod as rod

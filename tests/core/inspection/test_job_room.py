@@ -11,13 +11,8 @@ from typer.testing import CliRunner
 
 from ocmm_core.cli import app
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.export.report import (
-    Particulars,
-    load_paper,
-    paper_facts,
-    report_of_job,
-    standard_template,
-)
+from ocmm_core.export.report import paper_facts, report_of_job
+from ocmm_core.export.template import Particulars, load_paper, standard_template
 from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import (

@@ -13,9 +13,9 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.host import HOST
 from ocmm_core.inspection.step import _place_kernel as kernel
-from ocmm_core.inspection.step import _surface_kernel as surface_kernel
 from ocmm_core.inspection.step import read_model
 from ocmm_core.inspection.step._placed import spread_rows
+from ocmm_core.inspection.step.brep import _surface_kernel as surface_kernel
 from tests.core.inspection.step_models import block, hill, written
 from tests.host import HANG_S, needs_package
 
@@ -69,7 +69,7 @@ def test_places_on_surfaces_are_those_of_the_library() -> None:
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_Transform
     from OCP.TopoDS import TopoDS
 
-    from ocmm_core.inspection.step._surface_places import surface_numbers
+    from ocmm_core.inspection.step.brep._surface_places import surface_numbers
 
     axes = gp.gp_Ax3(gp.gp_Pnt(1.0, -2.0, 3.0), gp.gp_Dir(1.0, 2.0, 3.0), gp.gp_Dir(0.0, 1.0, 1.0))
     faces = [
@@ -112,9 +112,9 @@ def test_meshes_that_the_library_writes_are_those_it_tells(tmp_path: Path) -> No
     from OCP.BRepLib import BRepLib_ToolTriangulatedShape
 
     from benchmarks.large_models import _moved, _together
-    from ocmm_core.inspection.step import _solid_mesh as mesh
-    from ocmm_core.inspection.step._library import static
-    from ocmm_core.inspection.step._raw_faces import faces_with_surface
+    from ocmm_core.inspection.step.brep import _solid_mesh as mesh
+    from ocmm_core.inspection.step.brep._library import static
+    from ocmm_core.inspection.step.brep._raw_faces import faces_with_surface
 
     # One part that stands twice in an assembly, and another one.
     part = hill()
@@ -161,8 +161,8 @@ def test_parameters_along_edges_are_those_of_the_library() -> None:
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
     from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
-    from ocmm_core.inspection.step._edge_steps import EdgeSteps, parameters_on
-    from ocmm_core.inspection.step._library import explored
+    from ocmm_core.inspection.step.brep._edge_steps import EdgeSteps, parameters_on
+    from ocmm_core.inspection.step.brep._library import explored
 
     axes = gp_Ax2(gp_Pnt(1.0, -2.0, 3.0), gp_Dir(1.0, 2.0, 3.0))
     kinds, asked = set(), EdgeSteps()
@@ -181,7 +181,7 @@ def test_parameters_along_edges_are_those_of_the_library() -> None:
 def test_a_face_with_very_many_holes_is_read_without_comparing_them(tmp_path: Path) -> None:
     needs_package("OCP", "the extra 'step'")
     from benchmarks.large_models import holed_plate
-    from ocmm_core.inspection.step._document import most_outlines
+    from ocmm_core.inspection.step.brep._document import most_outlines
 
     path = written(tmp_path / "holes.stp", holed_plate(15, 16))
     assert most_outlines(path.read_bytes()) == 241
@@ -218,9 +218,9 @@ def test_a_reader_that_has_worked_too_long_is_given_up(tmp_path: Path) -> None:
 
 def test_the_copy_of_the_reader_makes_what_the_reader_itself_makes(tmp_path: Path) -> None:
     needs_package("OCP", "the extra 'step'")
-    from ocmm_core.inspection.step._document import read_document
-    from ocmm_core.inspection.step._mesh_aside import MeshAside
-    from ocmm_core.inspection.step._raw_faces import faces_with_surface
+    from ocmm_core.inspection.step.brep._document import read_document
+    from ocmm_core.inspection.step.brep._mesh_aside import MeshAside
+    from ocmm_core.inspection.step.brep._raw_faces import faces_with_surface
 
     document = read_document(str(written(tmp_path / "hill.stp", hill())), lambda _: None)
     faces, _ = faces_with_surface(document.shape)
@@ -263,7 +263,7 @@ def test_a_face_with_a_thousand_short_edges_is_one_with_targets(tmp_path: Path) 
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
     from OCP.gp import gp_Pnt
 
-    from ocmm_core.inspection.step._document import most_edges
+    from ocmm_core.inspection.step.brep._document import most_edges
 
     # Half of a circle of 30 mm in steps of 0.08 mm, and its chord.
     outline = BRepBuilderAPI_MakePolygon()
@@ -286,10 +286,10 @@ def test_a_mesh_of_flat_faces_is_kept_for_the_part(tmp_path: Path) -> None:
     needs_package("OCP", "the extra 'step'")
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
 
-    from ocmm_core.inspection.step._document import read_document
-    from ocmm_core.inspection.step._part import _kept_deflection
-    from ocmm_core.inspection.step._raw_faces import faces_with_surface
-    from ocmm_core.inspection.step._solid_mesh import make_mesh
+    from ocmm_core.inspection.step.brep._document import read_document
+    from ocmm_core.inspection.step.brep._part import _kept_deflection
+    from ocmm_core.inspection.step.brep._raw_faces import faces_with_surface
+    from ocmm_core.inspection.step.brep._solid_mesh import make_mesh
 
     path = written(tmp_path / "flat.stp", BRepPrimAPI_MakeBox(50.0, 40.0, 30.0).Shape())
     document = read_document(str(path), lambda _: None)

@@ -7,6 +7,7 @@ import pytest
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.step import _place_kernel as kernel
+from ocmm_core.inspection.step.brep._surface_kernel import inside as are_inside
 
 SEED = 6
 FAR_MM = 4.0
@@ -39,7 +40,7 @@ def test_inside_is_where_a_ray_crosses_an_odd_number_of_edges() -> None:
     assert 0.2 < inside.mean() < 0.9
     us, vs = np.unique(grid[:, 0]), np.unique(grid[:, 1])
     found = np.zeros((len(us), len(vs)), dtype=np.bool_)
-    kernel.inside(us, vs, loops, found)
+    are_inside(us, vs, loops, found)
     np.testing.assert_array_equal(found.ravel(), inside)
 
 

@@ -216,7 +216,7 @@ def toleranced(path: Path, shape: Any) -> Path:
     )
     from OCP.XCAFDoc import XCAFDoc_Dimension, XCAFDoc_DocumentTool, XCAFDoc_GeomTolerance
 
-    from ocmm_core.inspection.step._library import explored
+    from ocmm_core.inspection.step.brep._library import explored
 
     document = TDocStd_Document(TCollection_ExtendedString("MDTV-XCAF"))
     shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
@@ -280,9 +280,9 @@ def test_a_text_whose_faces_were_exchanged_gives_nothing(tmp_path: Path) -> None
     assert not model.pmi.fault
     # The reader of the library sees the file; only the text that tolerances are read from lies.
     from ocmm_core.inspection.pmi import read_pmi
-    from ocmm_core.inspection.step._document import read_document
-    from ocmm_core.inspection.step._face_order import _order_of, order_fault
-    from ocmm_core.inspection.step._raw_faces import faces_of, faces_with_surface
+    from ocmm_core.inspection.step.brep._document import read_document
+    from ocmm_core.inspection.step.brep._face_order import _order_of, order_fault
+    from ocmm_core.inspection.step.brep._raw_faces import faces_of, faces_with_surface
 
     document = read_document(str(path), lambda _: None)
     with_surface, _ = faces_with_surface(document.shape)

@@ -16,18 +16,15 @@ from benchmarks.recall_scenes import DIAMETER, TruePart, World, base_points
 from ocmm_core.calibration.records import State, canonical, load, record_hash
 from ocmm_core.cli import app
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.archive import (
+from ocmm_core.inspection.archive import Outcome, RecalledJob, RecallRecord, reopen_job
+from ocmm_core.inspection.recall import (
     KeptPlaces,
-    Outcome,
-    RecalledJob,
-    RecallRecord,
     artefact_wrong,
     decide,
     headline,
     job_line,
     not_judged,
     recall,
-    reopen_job,
 )
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.tolerances.decisions import Verdict

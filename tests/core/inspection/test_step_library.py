@@ -147,7 +147,7 @@ def test_an_edge_is_followed_where_it_bends_in_a_small_part_of_its_parameter(
     tmp_path: Path, record_property: Callable[[str, object], None]
 ) -> None:
     needs_package("OCP", "the extra 'step'")
-    from ocmm_core.inspection.step._raw_faces import read_faces
+    from ocmm_core.inspection.step.brep._raw_faces import read_faces
 
     path = written(tmp_path / "pocket.step", bent_pocket())
     faces, _ = read_faces(str(path), lambda _: None)

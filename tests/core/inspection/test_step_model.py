@@ -16,9 +16,9 @@ from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.evaluation import places_of
 from ocmm_core.inspection.plan import add_feature, load_plan, new_plan, save_plan
 from ocmm_core.inspection.step import read_model
-from ocmm_core.inspection.step._answer import StepFace
 from ocmm_core.inspection.step._joined import EDGE_MM, rooms_of, surfaces_of
-from ocmm_core.inspection.step._raw_faces import RawFace, Rim
+from ocmm_core.inspection.step.brep._raw_faces import RawFace, Rim
+from ocmm_core.inspection.step.brep._step_face import StepFace
 
 BALL_MM = 6.0
 

@@ -9,18 +9,13 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.step import _solid_mesh as mesh
-from ocmm_core.inspection.step import _surface_kernel as kernel
-from ocmm_core.inspection.step._document import read_document
-from ocmm_core.inspection.step._edge_steps import (
-    BEND_RAD,
-    DEFLECTION_MM,
-    EdgeSteps,
-    chords_of,
-)
-from ocmm_core.inspection.step._library import explored, is_turned
-from ocmm_core.inspection.step._raw_faces import faces_of, faces_with_surface, rims_of
-from ocmm_core.inspection.step._surface_splines import surface_of
+from ocmm_core.inspection.step.brep import _solid_mesh as mesh
+from ocmm_core.inspection.step.brep import _surface_kernel as kernel
+from ocmm_core.inspection.step.brep._document import read_document
+from ocmm_core.inspection.step.brep._edge_steps import BEND_RAD, DEFLECTION_MM, EdgeSteps, chords_of
+from ocmm_core.inspection.step.brep._library import explored, is_turned
+from ocmm_core.inspection.step.brep._raw_faces import faces_of, faces_with_surface, rims_of
+from ocmm_core.inspection.step.brep._surface_splines import surface_of
 from ocmm_core.part_model import bezier_surface, places_at
 from tests.core.inspection.odd_step_models import bored, put_by_operator
 from tests.host import needs_package

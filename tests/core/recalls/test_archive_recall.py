@@ -17,13 +17,8 @@ from ocmm_core.calibration.records import seal
 from ocmm_core.cli import app
 from ocmm_core.cluster import Site
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.archive import (
-    KeptPlaces,
-    Outcome,
-    RecallRecord,
-    recall,
-    reopen_job,
-)
+from ocmm_core.inspection.archive import Outcome, RecallRecord, reopen_job
+from ocmm_core.inspection.recall import KeptPlaces, recall
 from ocmm_core.recalls import ArchiveFinding, ShopPlaces, decide_archived, recall_archive
 from ocmm_core.storage import held_jobs_file
 from ocmm_core.tolerances.decisions import Verdict

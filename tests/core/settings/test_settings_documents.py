@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export import FORMATS
-from ocmm_core.export.report import load_paper, template_in_use, use_head
+from ocmm_core.export.template import load_paper, template_in_use, use_head
 from ocmm_core.settings import (
     SECTIONS,
     SETTINGS,

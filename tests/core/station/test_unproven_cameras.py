@@ -20,7 +20,8 @@ from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.export.certificate import certificate_of_folder
-from ocmm_core.export.report import head_table, plain_paper, report_of_job
+from ocmm_core.export.report import head_table, report_of_job
+from ocmm_core.export.template import plain_paper
 from ocmm_core.fieldbus.described import doubts_by_name, doubts_of, load_device, resting_doubt_mm
 from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import JobHeader, state_lines

@@ -1,0 +1,36 @@
+"""What a person read off beside a measurement, a sentence each, from what is given with a report.
+
+What is kept in the job itself stands before it (`_paper_facts.environment`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Set as AbstractSet
+
+from ocmm_core.export.template._template import Particulars
+from ocmm_core.surroundings import QUANTITIES, reading_of
+
+_SAID = {
+    "room": lambda reading: f"Room {reading}.",
+    "humidity": lambda reading: f"Humidity {reading}.",
+    "pressure": lambda reading: f"Air pressure {reading}.",
+}
+"""A sentence of each quantity, by its field."""
+
+
+def surroundings(given: Particulars, known: AbstractSet[str] = frozenset()) -> tuple[str, ...]:
+    """Return what was read off, a sentence each; nothing for what nobody read.
+
+    Parameters
+    ----------
+    known
+        Fields that a record has: what is given for them is passed over.
+
+    Raises
+    ------
+    InputError
+        A field holds no reading, another unit, or a number that is none of a room.
+    """
+    asked = [one for one in QUANTITIES if one.field not in known]
+    read = [(one.field, reading_of(one, getattr(given, one.field))) for one in asked]
+    return tuple(_SAID[field](found.words) for field, found in read if found is not None)

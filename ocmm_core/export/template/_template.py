@@ -1,0 +1,298 @@
+"""The template of a report: whose paper it is, in which order it speaks, and who signs it."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, get_args
+
+import msgspec
+
+from ocmm_core.documents import (
+    LARGEST_DOCUMENT,
+    Document,
+    load_document,
+    read_bytes,
+    read_text,
+    resource,
+)
+from ocmm_core.errors import InputError
+from ocmm_core.export.template._paper_lengths import LengthUnit
+
+SCHEMA = "ocmm.report-template/1"
+
+Section = Literal["results", "why", "deviations", "picture", "features", "basis"]
+SECTIONS: tuple[Section, ...] = get_args(Section)
+"""Parts of the paper that a template orders or leaves out; head and records always stand."""
+
+_NEEDED: tuple[Section, ...] = ("results", "basis")
+"""ISO/IEC 17025 asks for results with their uncertainty: no template leaves them out."""
+
+_LARGEST_LOGO = 2_000_000
+_PICTURES = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
+"""How a PNG and a JPEG begin: nothing else is decoded, and nothing that may refer elsewhere."""
+
+_MOST_LINES = 12
+_LONGEST_LINE = 400
+_MOST_SIGNERS = 3
+
+_TABLE = re.compile(r"\s*\[+([^\]]*)\]")
+_UNKNOWN_FIELD = re.compile(r"unknown field `([^`]*)`")
+_MISSING_FIELD = re.compile(r"missing required field `([^`]*)`")
+_TYPE_WORDS = {
+    "str": "a text", "int": "a whole number", "float": "a number", "bool": "yes or no",
+    "array": "a list", "object": "a table", "null": "nothing",
+}  # fmt: skip
+
+RELATES_ONLY = "The results relate only to the items measured."
+WHOLE_ONLY = "This report may be copied only as a whole, unless the laboratory agrees in writing."
+
+
+class LaboratoryPart(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Who measured: the letterhead.
+
+    Attributes
+    ----------
+    name, address, contact
+        As they are printed.
+    logo
+        PNG or JPEG beside the template; empty for none.
+    accreditation
+        Number under which the laboratory is accredited for what it reports; empty for none.
+    country
+        Two letters (ISO 3166-1), for digital certificates; empty where it is not stated.
+    """
+
+    name: str = ""
+    address: list[str] = msgspec.field(default_factory=list)
+    contact: str = ""
+    logo: str = ""
+    accreditation: str = ""
+    country: str = ""
+
+
+class MachinePart(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The measuring machine as the laboratory calls it: name, serial number, inventory number."""
+
+    name: str = ""
+    serial: str = ""
+    inventory: str = ""
+
+
+class ReportTemplate(Document, frozen=True, kw_only=True):
+    """A template as it is written down.
+
+    Attributes
+    ----------
+    name
+        What people call it.
+    title
+        Over the report.
+    laboratory, machine
+        Whose paper it is, and with what they measure.
+    place
+        Where it is measured, unless a job says otherwise.
+    statements
+        Sentences above the signatures, beside those that every report has.
+    signatures
+        What stands below the lines.
+    sections
+        Which parts the paper has, in their order.
+    language
+        Of the paper. What a program reads (JSON, tables, QIF) stays English.
+    lengths
+        Unit of lengths on the paper and in the workbook; what a program reads stays in mm.
+    """
+
+    name: str
+    language: Literal["en", "de"] = "en"
+    lengths: LengthUnit = "mm"
+    title: str = "Measurement report"
+    laboratory: LaboratoryPart = msgspec.field(default_factory=LaboratoryPart)
+    machine: MachinePart = msgspec.field(default_factory=MachinePart)
+    place: str = ""
+    statements: list[str] = msgspec.field(default_factory=list)
+    signatures: list[str] = msgspec.field(
+        default_factory=lambda: ["Measured by, date", "Authorised by, date"]
+    )
+    sections: list[Section] = msgspec.field(default_factory=lambda: list(SECTIONS))
+
+
+@dataclass(frozen=True, slots=True)
+class Particulars:
+    """What a report says that no job file knows; whoever asks for the report gives it.
+
+    Empty is "not stated" on the paper.
+
+    Attributes
+    ----------
+    number
+        Of the report; empty for one made from job, identity and step.
+    customer, customer_address
+        For whom.
+    order, drawing, revision
+        What was ordered; ``order`` stands in for that of the job where it has none.
+    machine
+        The machine that made the part, for statistics.
+    place
+        Where it was measured; empty for that of the template.
+    received
+        When the item came, and in which condition.
+    room, humidity, pressure
+        Of the air where it was measured, °C, % and hPa: a number, a range, or a number with what it
+        is uncertain by (`surroundings`).
+    deviations
+        From the plan or the method, in sentences, beside those that the job shows itself.
+    remarks
+        Anything else, in sentences.
+    """
+
+    number: str = ""
+    customer: str = ""
+    customer_address: str = ""
+    order: str = ""
+    drawing: str = ""
+    revision: str = ""
+    machine: str = ""
+    place: str = ""
+    received: str = ""
+    room: str = ""
+    humidity: str = ""
+    pressure: str = ""
+    deviations: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Paper:
+    """A template with what it needs from elsewhere.
+
+    Attributes
+    ----------
+    template
+        As it was read.
+    logo
+        Content of the picture; empty without one.
+    given
+        What the job does not know.
+    """
+
+    template: ReportTemplate
+    logo: bytes = b""
+    given: Particulars = field(default_factory=Particulars)
+
+
+def plain_paper() -> Paper:
+    """Return the paper of a report for which nobody chose a template."""
+    return Paper(ReportTemplate(schema=SCHEMA, unit="mm", name="plain"))
+
+
+def standard_template() -> Path:
+    """Return the template that is shipped, to be copied and filled in."""
+    return resource("reports", "standard.toml")
+
+
+def load_paper(path: Path | str, given: Particulars | None = None) -> Paper:
+    """Return the template of the document at ``path`` with its logo.
+
+    Raises
+    ------
+    InputError
+        The document is malformed, leaves out what a report must have, names a section twice, is
+        too long to be printed, or its logo is no PNG or JPEG beside it.
+    """
+    path = Path(path)
+    try:
+        template = load_document(path, ReportTemplate, SCHEMA)
+    except InputError as error:
+        if error.code != "document.field":
+            raise
+        raise _field_error(path, error) from error
+    country = template.laboratory.country
+    if country and not (len(country) == 2 and country.isascii() and country.isupper()):
+        raise _error(path, "laboratory.country", "is no code of two capital letters")
+    missing = [name for name in _NEEDED if name not in template.sections]
+    if missing:
+        raise _error(path, "sections", f"leaves out {', '.join(missing)}, which a report must have")
+    if len(set(template.sections)) != len(template.sections):
+        raise _error(path, "sections", "names a section twice")
+    if not 1 <= len(template.signatures) <= _MOST_SIGNERS:
+        raise _error(path, "signatures", f"has {len(template.signatures)} lines; give 1 to 3")
+    for name, lines in (
+        ("laboratory.address", template.laboratory.address),
+        ("statements", template.statements),
+        ("signatures", template.signatures),
+    ):
+        if len(lines) > _MOST_LINES or any(len(line) > _LONGEST_LINE for line in lines):
+            raise _error(
+                path,
+                name,
+                f"is too long; at most {_MOST_LINES} lines of {_LONGEST_LINE} characters",
+            )
+    return Paper(template, _logo(path, template.laboratory.logo), given or Particulars())
+
+
+def _logo(path: Path, name: str) -> bytes:
+    if not name:
+        return b""
+    # A template from elsewhere must not make the report hold another file of this computer.
+    if Path(name).name != name:
+        raise _error(path, "laboratory.logo", "is not the name of a file beside the template")
+    try:
+        content = read_bytes(path.with_name(name), _LARGEST_LOGO)
+    except InputError as error:
+        raise _error(path, "laboratory.logo", f"cannot be used: {error.what}") from error
+    if not content.startswith(_PICTURES):
+        raise _error(path, "laboratory.logo", "is neither a PNG nor a JPEG")
+    return content
+
+
+def _error(path: Path, field: str, fault: str) -> InputError:
+    return InputError(
+        "report.template",
+        f"{_place(path, field)}: field '{field}' {fault.removesuffix('.')}.",
+        "Correct that field of the template.",
+    )
+
+
+def _field_error(path: Path, error: InputError) -> InputError:
+    """Return what is wrong with the structure, with the line and the field as they are written."""
+    said = error.what.removeprefix(f"{path}: ").removesuffix(".")
+    fault, _, where = said.partition(" - at `$")
+    field = re.sub(r"\[(?:\d+|\.\.\.)\]", "", where.rstrip("`").lstrip("."))
+    unknown = _UNKNOWN_FIELD.search(fault)
+    if unknown is not None:
+        field = ".".join(part for part in (field, unknown.group(1)) if part)
+        return _error(path, field, "is not known")
+    missing = _MISSING_FIELD.search(fault)
+    if missing is not None:
+        field = ".".join(part for part in (field, missing.group(1)) if part)
+        return _error(path, field, "is missing")
+    for word, told in _TYPE_WORDS.items():
+        fault = fault.replace(f"`{word}`", told)
+    return _error(path, field, f"is wrong: {fault[:1].lower()}{fault[1:]}")
+
+
+def _place(path: Path, field: str) -> str:
+    """Return the file, with the line where a field is written; without where it is not there."""
+    table, _, key = field.rpartition(".")
+    now = ""
+    try:
+        lines = read_text(path, LARGEST_DOCUMENT).splitlines()
+    except InputError:
+        return str(path)
+    for number, line in enumerate(lines, 1):
+        heads = _TABLE.match(line)
+        if heads is not None:
+            now = heads.group(1).strip()
+        if (now == table and _assigns(line, key)) or (not now and _assigns(line, field)):
+            return f"{path}, line {number}"
+        if heads is not None and now == field:
+            return f"{path}, line {number}"
+    return str(path)
+
+
+def _assigns(line: str, key: str) -> bool:
+    name, equals, _ = line.partition("=")
+    return bool(equals) and name.strip().strip("\"'") == key

@@ -1,0 +1,65 @@
+"""Recall: jobs computed anew after their calibration was found to be wrong, and what still holds.
+
+In: jobs, the histories of calibrations and tips as they are today. Out: what becomes of every job
+in doubt, and who decided so.
+
+Read `_recall` (the whole of it), `_doubting` (which jobs are in doubt), `_recall_job` (one job
+under two calibrations) with `_recall_fit`, `_recall_judge` (which of both counts),
+`_recall_artefact` and `_recall_messages`. What was decided is `_recall_record` of `archive`, where
+it is asked whenever a job is opened. It must not know an archive of a shop or a running station.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.inspection.recall._doubting import Doubting
+    from ocmm_core.inspection.recall._recall import KeptPlaces, decide, recall, recall_doubted
+    from ocmm_core.inspection.recall._recall_artefact import artefact_wrong
+    from ocmm_core.inspection.recall._recall_job import DoubtedJob
+    from ocmm_core.inspection.recall._recall_messages import (
+        COLUMNS,
+        checked,
+        decided,
+        headline,
+        job_line,
+        not_judged,
+        rests_on,
+        row,
+        totals,
+        worst_first,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _doubting="Doubting",
+        _recall="KeptPlaces decide recall recall_doubted",
+        _recall_artefact="artefact_wrong",
+        _recall_job="DoubtedJob",
+        _recall_messages=(
+            "COLUMNS checked decided headline job_line not_judged rests_on row totals worst_first"
+        ),
+    )
+
+__all__ = [
+    "COLUMNS",
+    "DoubtedJob",
+    "Doubting",
+    "KeptPlaces",
+    "artefact_wrong",
+    "checked",
+    "decide",
+    "decided",
+    "headline",
+    "job_line",
+    "not_judged",
+    "recall",
+    "recall_doubted",
+    "rests_on",
+    "row",
+    "totals",
+    "worst_first",
+]

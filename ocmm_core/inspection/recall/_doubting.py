@@ -1,0 +1,161 @@
+"""Which jobs are in doubt because of their calibration, and what they are computed with anew."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    CameraRecord,
+    default_probe_folder,
+    record_hash,
+    store_folder,
+)
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.inspection.archive import (
+    CameraHistory,
+    KnownOfJob,
+    StoredDocuments,
+    ask_tip,
+    content_to_look_at,
+    first_stored,
+    is_known,
+    job_to_look_at,
+    known_alone,
+    known_here,
+    points_in_doubt,
+)
+from ocmm_core.inspection.recall._recall_job import (
+    DoubtedJob,
+    Later,
+)
+from ocmm_core.seals import KeptKeys
+from ocmm_core.storage import JobFile
+
+
+class Doubting:
+    """Which jobs are in doubt because of their calibration, by the histories of one folder.
+
+    Parameters
+    ----------
+    calibrations, probes
+        As of `KeptPlaces`.
+    now
+        The moment that it is asked for.
+    """
+
+    def __init__(self, calibrations: Path, probes: Path | None, now: datetime) -> None:
+        self._calibrations, self._probes, self._now = calibrations, probes, now
+        self._keys = KeptKeys()
+        self._stores: dict[str, CalibrationStore] = {}
+        self._laters: dict[tuple[str, str], Later] = {}
+
+    def knows(self, rig: str, calibration: str) -> bool:
+        """Return whether the history of a calibration is in this folder."""
+        try:
+            return is_known(self._store(rig).events, calibration)
+        except InputError:
+            return False
+
+    def of_file(self, path: Path) -> DoubtedJob | None:
+        """Return a job of this computer with its points in doubt; None where there are none.
+
+        Raises
+        ------
+        OcmmError
+            The job or the history cannot be read, or the history is not here.
+        """
+        with job_to_look_at(path) as job:
+            return self._of(path, job, lambda store: known_here(
+                job, path, self._probes, self._calibrations, store, self._keys
+            ))  # fmt: skip
+
+    def of_content(self, path: Path, content: bytes) -> DoubtedJob | None:
+        """Return a job of any computer by the bytes of its file; as `of_file`.
+
+        Parameters
+        ----------
+        path
+            What it is called.
+        """
+        with content_to_look_at(path, content) as job:
+            return self._of(path, job, lambda _: replace(
+                known_alone(job, self._keys),
+                tip=ask_tip(
+                    StoredDocuments(path, job.head).probe_records(),
+                    self._probes or default_probe_folder(),
+                ),
+            ))  # fmt: skip
+
+    def _of(
+        self, path: Path, job: JobFile, asked: Callable[[CalibrationStore], KnownOfJob]
+    ) -> DoubtedJob | None:
+        # Whatever an earlier recall has released: the last one decides about all of them.
+        record = StoredDocuments(path, job.head).camera_record()
+        if record is None:
+            return None
+        store, used = self._store(record.rig), job.head.rig_identity
+        events = store.events
+        if not is_known(events, used):
+            # Silence would say that it is not in doubt.
+            raise InputError(
+                "recall.unknown",
+                f"{path}: its calibration {used[:12]} is not in the history of rig "
+                f"'{record.rig}' in {self._calibrations}, so it is unknown here whether it failed.",
+                "Give the calibration folder it was measured with.",
+            )
+        observed = job.observed()
+        doubts = points_in_doubt(events, used, first_stored(observed))
+        why = doubts.open | doubts.failed
+        counts = [one.number for one in observed if not one.annulled]
+        in_doubt = {number: why[number] for number in counts if number in why}
+        if not in_doubt:
+            # A point that was changed is told all the same; of a job in doubt whoever computes it
+            # anew looks at each.
+            job.points()
+            job.annulled()
+            return None
+        key = record.rig, record_hash(record)
+        if key not in self._laters:
+            self._laters[key] = later_than(store, record, self._now)
+        known = asked(store)
+        # A mark of an earlier recall must not keep this one from looking.
+        cameras = CameraHistory(unread=known.cameras.unread)
+        known = replace(known, cameras=cameras, held=())
+        return DoubtedJob(path, self._laters[key], in_doubt, known)
+
+    def _store(self, rig: str) -> CalibrationStore:
+        if rig not in self._stores:
+            self._stores[rig] = CalibrationStore(store_folder(self._calibrations, rig))
+        return self._stores[rig]
+
+
+def later_than(store: CalibrationStore, record: CameraRecord, now: datetime) -> Later:
+    """Return the calibration that jobs of an earlier one are computed with, or why there is none.
+
+    It is the one in force, if it was verified and is of the same cameras.
+    """
+    try:
+        later = store.active()
+        if later is None or store.active_hash == record_hash(record):
+            return Later(None, why_not="No later calibration: calibrate and verify first.")
+        status = store.status(now)
+    except OcmmError as error:
+        return Later(None, why_not=error.what)
+    if not status.state.usable:
+        return Later(
+            None,
+            why_not=f"The active calibration cannot be used: {status.reason} {status.remedy}",
+        )
+    if _cameras(later) != _cameras(record):
+        return Later(None, why_not="The active calibration belongs to other cameras.")
+    # Noise that a calibration left over beyond that of the rig is no sign of a change.
+    scale = max(record.chi2_per_dof, later.chi2_per_dof, 1.0) ** 0.5
+    return Later(later, record_hash(later), scale=scale)
+
+
+def _cameras(record: CameraRecord) -> list[tuple[str, int]]:
+    return [(one.name, one.serial) for one in record.cameras]

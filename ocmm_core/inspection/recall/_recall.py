@@ -1,0 +1,290 @@
+"""Recall: which verdicts of older jobs stand after their calibration was found to be wrong.
+
+Every job whose points the history of its calibration puts in doubt is computed anew from its raw
+spots with the calibration in force now, which was made later (`_recall_job`); what the spots
+exclude decides which of both counts (`_recall_judge`). Job files are only read, in copies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core import __version__
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    load_named,
+    save,
+    store_folder,
+)
+from ocmm_core.cluster import HERE, Site, run_tasks
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.inspection.archive import (
+    SCHEMA,
+    SUFFIX,
+    Outcome,
+    RecalledCharacteristic,
+    RecalledJob,
+    RecallRecord,
+    content_of_job,
+    points_digest,
+)
+from ocmm_core.inspection.recall._doubting import Doubting
+from ocmm_core.inspection.recall._recall_job import (
+    Anew,
+    DoubtedJob,
+    JobFindings,
+    findings_of,
+)
+from ocmm_core.inspection.recall._recall_judge import Cases, cases_of, judgement, recalled, unknown
+
+Tell = Callable[[str, float], None]
+"""Told what is done next, and the share that is done."""
+
+_LOOKING = 0.1
+"""Share of the time that the looking for jobs takes."""
+
+
+@dataclass(frozen=True, slots=True)
+class KeptPlaces:
+    """Where jobs, calibrations and probes are kept on this computer.
+
+    Attributes
+    ----------
+    jobs
+        Folders, looked through with those in them, and job files.
+    calibrations
+        Rig by rig.
+    probes
+        Probe by probe; None is the folder of this user.
+    """
+
+    jobs: tuple[Path, ...]
+    calibrations: Path
+    probes: Path | None = None
+
+
+def recall(
+    places: KeptPlaces,
+    now: datetime,
+    tell: Tell = lambda what, share: None,
+    processes: int | None = None,
+    site: Site = HERE,
+) -> RecallRecord:
+    """Return what becomes of all jobs that are in doubt because of their calibration.
+
+    Nothing is changed by it; `decide` does.
+
+    Parameters
+    ----------
+    processes
+        Of this computer that compute; None for one a core, or this one alone where there are few
+        jobs.
+    site
+        Where is computed without ``processes``; the record is the same.
+
+    Raises
+    ------
+    InputError
+        There is no such folder or file, or no job in it.
+    """
+    paths = _paths(places.jobs)
+    touched, unread = _touched(paths, places, now, tell)
+
+    def told(done: int) -> None:
+        share = _LOOKING + (1.0 - _LOOKING) * done / max(len(touched), 1)
+        tell(f"Recalculated {done} of {len(touched)} jobs", share)
+
+    if processes is not None:
+        site = Site(workers=processes)
+    jobs, failed = recall_doubted(touched, content_of_file, site, told)
+    return RecallRecord(
+        schema=SCHEMA,
+        made_utc=now.isoformat(timespec="microseconds"),
+        made_by="",
+        software=__version__,
+        folders=tuple(str(path) for path in places.jobs),
+        looked_at=len(paths),
+        jobs=jobs,
+        unread=tuple(sorted((*unread, *failed))),
+    )
+
+
+def _paths(jobs: Sequence[Path]) -> list[Path]:
+    found: dict[Path, None] = {}
+    for place in jobs:
+        if place.is_dir():
+            found |= dict.fromkeys(sorted(place.rglob(f"*{SUFFIX}")))
+        elif place.is_file():
+            found[place] = None
+        else:
+            raise InputError(
+                "recall.folder",
+                f"{place}: folder or job file not found.",
+                "Give the folder that contains the jobs.",
+            )
+    if not found:
+        raise InputError(
+            "recall.no_jobs",
+            f"No job in {', '.join(str(place) for place in jobs)}.",
+            "Give the folder that contains the jobs.",
+        )
+    return list(found)
+
+
+def _touched(
+    paths: Sequence[Path], places: KeptPlaces, now: datetime, tell: Tell
+) -> tuple[list[DoubtedJob], list[str]]:
+    """Return the jobs with points in doubt, each with what it is computed with, and faults."""
+    doubting = Doubting(places.calibrations, places.probes, now)
+    touched: list[DoubtedJob] = []
+    unread: list[str] = []
+    for done, path in enumerate(paths):
+        tell(f"Checking {path.name}", _LOOKING * done / len(paths))
+        try:
+            found = doubting.of_file(path)
+            if found is not None:
+                touched.append(found)
+        except InputError as error:
+            unread.append(f"{error.what} {error.remedy}")
+        except OcmmError as error:
+            unread.append(error.what)
+    return touched, unread
+
+
+def recall_doubted(
+    touched: Sequence[DoubtedJob],
+    contents: Callable[[DoubtedJob], tuple[bytes, bytes]],
+    site: Site,
+    told: Callable[[int], None],
+) -> tuple[tuple[RecalledJob, ...], list[str]]:
+    """Return what becomes of jobs in doubt, and why some could not be opened.
+
+    Parameters
+    ----------
+    contents
+        Returns the bytes of a job file and of its log.
+    site
+        Where each job is computed; judged are all of them here, together.
+    told
+        How many are done.
+    """
+    found: list[JobFindings] = []
+    failed: list[str] = []
+    for one in run_tasks(
+        findings_of,
+        touched,
+        lambda job: f"Recalculating {job.path.name}",
+        site=site,
+        contents=contents,
+        told=told,
+    ):
+        if isinstance(one, JobFindings):
+            found.append(one)
+        else:
+            failed.append(one.what)
+    return tuple(_judged(found)), failed
+
+
+def content_of_file(job: DoubtedJob) -> tuple[bytes, bytes]:
+    """Return the bytes of a job file on this computer, and of its log."""
+    return content_of_job(job.path)
+
+
+def _judged(found: Sequence[JobFindings]) -> Iterator[RecalledJob]:
+    """Give the jobs as they are judged, in the order in which they were begun."""
+    ordered = sorted(found, key=lambda job: (job.begun_utc, str(job.path)))
+    groups: dict[tuple[str, str, str], list[tuple[JobFindings, Anew]]] = {}
+    for job in ordered:
+        if job.anew is not None:
+            key = job.rig, job.calibration, job.later_calibration
+            groups.setdefault(key, []).append((job, job.anew))
+    cases: dict[int, Cases] = {}
+    for group in groups.values():
+        cases |= {id(job): case for (job, _), case in zip(group, cases_of(group), strict=True)}
+    for job in ordered:
+        if job.anew is None:
+            yield _as_record(job, unknown(job, job.why_not), job.why_not)
+        else:
+            case = cases[id(job)]
+            yield _as_record(job, recalled(job, job.anew, case), judgement(job, case))
+
+
+def _as_record(
+    job: JobFindings, found: tuple[RecalledCharacteristic, ...], sentence: str
+) -> RecalledJob:
+    kept = {
+        job.points[place].number
+        for one, rests_on in zip(found, job.rests_on, strict=True)
+        if not one.released
+        for place in rests_on
+    }
+    # A point on which nothing rests was not judged.
+    judged = {job.points[place].number for rests_on in job.rests_on for place in rests_on}
+    released = sorted((job.in_doubt.keys() & judged) - kept)
+    return RecalledJob(
+        path=str(job.path),
+        sha256=job.sha256,
+        job_uuid=job.head.job_uuid,
+        part=job.head.part,
+        serial=job.head.serial,
+        created_utc=job.head.created_utc,
+        rig=job.rig,
+        calibration=job.calibration,
+        simulated=job.simulated,
+        in_doubt=tuple(sorted(job.in_doubt)),
+        why=tuple(dict.fromkeys(job.in_doubt.values())),
+        later=job.later_calibration,
+        judgement=sentence,
+        characteristics=found,
+        released=tuple(released),
+        points_sha256=points_digest(job.points, released),
+    )
+
+
+def decide(record: RecallRecord, places: KeptPlaces, who: str, now: datetime) -> RecallRecord:
+    """Let the points whose results hold count again, and return the recall with who decided so.
+
+    It is stored with the calibrations that it is about; wherever their history is asked, it is
+    found.
+
+    Parameters
+    ----------
+    record
+        What `recall` found, as somebody has looked at it.
+
+    Raises
+    ------
+    InputError
+        Nobody is named, or something happened to the calibrations since.
+    StorageError, CalibrationError
+        It cannot be stored.
+    """
+    if not who:
+        raise InputError(
+            "recall.nobody",
+            "No name given for the decision.",
+            "Give the name of the person who decides.",
+        )
+    about = dict.fromkeys((job.rig, job.calibration) for job in record.jobs)
+    stores = {rig: CalibrationStore(store_folder(places.calibrations, rig)) for rig, _ in about}
+    for rig, store in stores.items():
+        if any(one.utc > record.made_utc for one in store.events):
+            raise InputError(
+                "recall.overtaken",
+                f"The calibrations of rig '{rig}' have changed since the recall.",
+                "Run the recall again.",
+            )
+    decided = msgspec.structs.replace(record, made_by=who)
+    found = [one for one in Outcome if record.count(one)]
+    words = ", ".join(f"{record.count(one)} {one.value}" for one in found)
+    for rig, calibration in about:
+        path = save(stores[rig].folder, decided)
+        # What cannot be read back must not be named by the history.
+        load_named(stores[rig].folder, path.stem, RecallRecord)
+        stores[rig].recalled(calibration, path.stem, who, f"Jobs: {words}.", now)
+    return decided

@@ -1,0 +1,276 @@
+"""One job under two calibrations: its own, and the one that was made later.
+
+Both times everything is computed from the raw spots: poses, ball centres, their joint covariance
+with the covariance of the calibration that was used, features, frame and characteristics. Which of
+the two the cameras were like when the job was measured is judged elsewhere (`_recall_judge`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.alignment import Relocation, saved_frame_in
+from ocmm_core.calibration.records import CameraRecord, rig_from_record
+from ocmm_core.camera import Rig
+from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.archive import KnownOfJob, ReopenedJob, reopen_content
+from ocmm_core.inspection.evaluation import (
+    FeatureState,
+    HoldReason,
+    JobStatus,
+    evaluate_job,
+    notes_of,
+)
+from ocmm_core.inspection.recall._recall_fit import Misfit, misfit_of
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.storage import JobHead
+from ocmm_core.tolerances.decisions import CharacteristicResult
+from ocmm_core.tolerances.kinds import needs_part_frame
+from ocmm_core.tracking import TipSensitivity, tip_sensitivities
+
+_OF_CAMERAS = (HoldReason.CALIBRATION, HoldReason.FAILED_CALIBRATION)
+
+
+@dataclass(frozen=True, slots=True)
+class Later:
+    """The calibration that a job is computed with anew.
+
+    Attributes
+    ----------
+    record
+        None where there is none to use.
+    calibration
+        Hash of the record; empty without one.
+    why_not
+        Why there is none; empty where there is one.
+    scale
+        Of the noise of the spots (`_recall_fit.misfit_of`).
+    """
+
+    record: CameraRecord | None
+    calibration: str = ""
+    why_not: str = ""
+    scale: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Anew:
+    """What a job says by a later calibration, and how its spots fit both.
+
+    Attributes
+    ----------
+    own_fit, later_fit
+        Of its own calibration and of the later one.
+    results
+        Of all characteristics by the later one, those in doubt for other reasons as not proven.
+    """
+
+    own_fit: Misfit
+    later_fit: Misfit
+    results: tuple[CharacteristicResult, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class JobFindings:
+    """A job under its own calibration and under a later one.
+
+    Attributes
+    ----------
+    path, sha256
+        The file, and the hash of its content.
+    head, rig, calibration
+        What it says about itself; name of the rig and hash of its calibration.
+    simulated
+        Its points come from a virtual rig.
+    points
+        That count, in the order in which they were taken.
+    begun_utc, ended_utc
+        When the first and the last of them was stored.
+    in_doubt
+        Numbers of the points that the history of the calibration puts in doubt, and why.
+    own
+        Results of all characteristics, those in doubt for other reasons as not proven.
+    anew
+        The same by the later calibration; None where it cannot be computed.
+    in_world
+        For every characteristic whether it is stated in the world of the cameras, which is another
+        one after a new calibration.
+    rests_on
+        For every characteristic the places in ``points`` of those that it rests on.
+    why_not
+        Why nothing can be judged; empty where ``anew`` is there.
+    later_calibration
+        Hash of the later calibration; empty without one.
+    """
+
+    path: Path
+    sha256: str
+    head: JobHead
+    rig: str
+    calibration: str
+    simulated: bool
+    points: tuple[MeasuredPoint, ...]
+    begun_utc: str
+    ended_utc: str
+    in_doubt: Mapping[int, str]
+    own: tuple[CharacteristicResult, ...]
+    anew: Anew | None
+    in_world: tuple[bool, ...]
+    rests_on: tuple[tuple[int, ...], ...]
+    why_not: str
+    later_calibration: str
+
+
+@dataclass(frozen=True, slots=True)
+class DoubtedJob:
+    """A job with points in doubt and what it is computed with; can be sent to another computer.
+
+    Attributes
+    ----------
+    path
+        Of its file, for sentences.
+    later
+        What it is computed with anew.
+    in_doubt
+        Numbers of the points that the history of its calibration puts in doubt, and why.
+    known
+        What is known of it beside its file; of its calibration only whether that can be read,
+        because ``in_doubt`` says the rest.
+    """
+
+    path: Path
+    later: Later
+    in_doubt: Mapping[int, str]
+    known: KnownOfJob
+
+
+def findings_of(doubted: DoubtedJob, file: bytes, log: bytes) -> JobFindings:
+    """Return a job under both calibrations; no file or history of this computer is asked.
+
+    Parameters
+    ----------
+    file, log
+        Bytes of the job file, and of its log, which may be empty.
+
+    Raises
+    ------
+    OcmmError
+        The job cannot be opened, see `reopen_job`.
+    """
+    path, later, in_doubt = doubted.path, doubted.later, doubted.in_doubt
+    job = reopen_content(path, file, log, doubted.known)
+    held = {
+        hold_reason: {} if hold_reason in _OF_CAMERAS else job.held[hold_reason]
+        for hold_reason in HoldReason
+    }
+    status = JobStatus(notes_of(held), "")
+    own = _results(job, job.points, job.sensitivities, job.rig, status)
+    why_not = _hindrance(job) or later.why_not
+    anew: Anew | None = None
+    if not why_not and later.record is not None:
+        try:
+            anew = _anew(job, rig_from_record(later.record), status, later.scale)
+        except OcmmError as error:
+            why_not = f"Cannot be recalculated with the later calibration: {error.what}"
+    places: dict[str, list[int]] = {point.feature: [] for point in job.points}
+    for place, point in enumerate(job.points):
+        places[point.feature].append(place)
+    stored = [job.taken_utc[point.number] for point in job.points]
+    return JobFindings(
+        path=path,
+        sha256=hashlib.sha256(file + log).hexdigest(),
+        head=job.head,
+        rig=job.rig.name,
+        calibration=job.head.rig_identity,
+        simulated=job.view.simulated,
+        points=job.points,
+        begun_utc=min(stored, default=job.head.created_utc),
+        ended_utc=max(stored, default=job.head.created_utc),
+        in_doubt=in_doubt,
+        own=own,
+        anew=anew,
+        in_world=tuple(
+            job.plan.alignment is None and needs_part_frame(item)
+            for item in job.plan.characteristics
+        ),
+        rests_on=tuple(
+            tuple(sorted(i for name in job.plan.rests_on(item) for i in places.get(name, ())))
+            for item in job.plan.characteristics
+        ),
+        why_not=why_not,
+        later_calibration=later.calibration,
+    )
+
+
+def _anew(job: ReopenedJob, rig: Rig, status: JobStatus, scale: float) -> Anew:
+    """Return a job by a later calibration; raise OcmmError where it cannot be computed."""
+    own = misfit_of(job.points, job.rig, job.body, scale)
+    later = misfit_of(job.points, rig, job.body, scale)
+    points, sensitivities = _moved(job, own, later, rig)
+    return Anew(own, later, _results(job, points, sensitivities, rig, status))
+
+
+def _hindrance(job: ReopenedJob) -> str:
+    """Return why a job cannot be computed with other cameras; empty where it can."""
+    others = [*job.faults, *job.differences, *job.cameras.unread, *job.history.unread]
+    if others:
+        fault = others[0]
+        return f"The job file is suspect: {fault}"
+    if job.view.unproven:
+        return job.view.unproven
+    if not job.points:
+        return "The job has no points."
+    if job.options.reference is not None:
+        return "Measured with a reference body whose initial position refers to the old cameras."
+    rule = job.plan.alignment
+    if isinstance(rule, Relocation) or saved_frame_in(rule) is not None:
+        return "Based on a saved frame whose position is unknown to the later calibration."
+    return ""
+
+
+def _results(
+    job: ReopenedJob,
+    points: Sequence[MeasuredPoint],
+    sensitivities: Sequence[TipSensitivity],
+    rig: Rig,
+    status: JobStatus,
+) -> tuple[CharacteristicResult, ...]:
+    done = {one.name for one in job.view.features if one.state is FeatureState.DONE}
+    skipped = {one.name for one in job.view.features if one.state is FeatureState.SKIPPED}
+    found = evaluate_job(
+        job.plan, points, sensitivities, rig, job.body, job.options,
+        frozenset(done), frozenset(skipped),
+    )  # fmt: skip
+    return found.judged(status)
+
+
+def _moved(
+    job: ReopenedJob, own: Misfit, later: Misfit, rig: Rig
+) -> tuple[list[MeasuredPoint], tuple[TipSensitivity, ...]]:
+    """Return the points as a later calibration puts them, with their sensitivities."""
+    sensitivities = tip_sensitivities(
+        np.stack([point.spots for point in job.points]), rig, job.body
+    )
+    points = []
+    for index, (point, found) in enumerate(zip(job.points, sensitivities, strict=True)):
+        turn = (
+            later.poses.rotation_world_from_probe[index]
+            @ own.poses.rotation_world_from_probe[index].T
+        )
+        # The mean tip of the frames is not quite the tip of their mean spots.
+        apart = point.tip_world - job.sensitivities[index].tip_world
+        points.append(
+            replace(
+                point,
+                tip_world=found.tip_world + turn @ apart,
+                random_covariance=turn @ point.random_covariance @ turn.T,
+                direction=turn @ point.direction,
+                rotation_world_from_probe=turn @ point.rotation_world_from_probe,
+            )
+        )
+    return points, sensitivities

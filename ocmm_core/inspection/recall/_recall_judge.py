@@ -1,0 +1,217 @@
+"""What the cameras were like when a job was measured, and what that says of its verdicts.
+
+Between the last good check and the failed one the cameras changed once, at an unknown time. A job
+of that time was measured before, after, or across the change. The spots exclude a case where they
+fit it clearly worse than noise allows, or clearly worse than they fit another case. A verdict holds
+only where it is the same in every case that is not excluded: a movement that no residual can see
+excludes nothing, and then both calibrations must agree.
+
+A job across the change has points of two worlds. Whether the change lies inside a job is asked of
+all jobs together, because it happened once: those before and those after narrow it down.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.archive import Outcome, RecalledCharacteristic, RecalledValue
+from ocmm_core.inspection.recall._recall_job import Anew, JobFindings
+from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
+
+WORSE = 40.0
+"""A case is excluded by another one whose chi-square is smaller by this, correlation taken off: a
+likelihood ratio of exp(20). Noise alone does so in less than one of 10^9 jobs (6.3 sigma)."""
+
+SURPRISE = 6.0
+"""A case is excluded where its chi-square exceeds its degrees of freedom by so many sigma."""
+
+_SAME_VERDICT = {
+    (True, True): "Same verdict with the calibration before and after the change.",
+    (True, False): "Same verdict with the calibration before the change.",
+    (False, True): "Same verdict with the calibration after the change.",
+}
+"""By whether a job may have been measured before the change, and after it; whole sentences, so that
+each can be said in another language."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cases:
+    """What is not excluded about a job of n points.
+
+    Attributes
+    ----------
+    before, after
+        It was measured before the change, or after it.
+    across
+        It changed before the point at one of these places, 1 to n - 1.
+    """
+
+    before: bool
+    after: bool
+    across: tuple[int, ...] = ()
+
+    @property
+    def none(self) -> bool:
+        """Return whether the spots fit neither calibration."""
+        return not (self.before or self.after or self.across)
+
+
+def cases_of(jobs: Sequence[tuple[JobFindings, Anew]]) -> list[Cases]:
+    """Return what is not excluded about each of the jobs of one calibration and a later one.
+
+    Parameters
+    ----------
+    jobs
+        In the order in which they were begun.
+    """
+    courses = [_course(anew) for _, anew in jobs]
+    single = [_by_itself(anew, course) for (_, anew), course in zip(jobs, courses, strict=True)]
+    apart = all(one.ended_utc < two.begun_utc for (one, _), (two, _) in pairwise(jobs))
+    if not apart:
+        # Of jobs that were measured by turns nobody can say which one the change lies in.
+        return single
+    together = _together(courses, single)
+    return [
+        Cases(one.before, one.after, tuple(sorted(set(one.across) & inside)))
+        for one, inside in zip(single, together, strict=True)
+    ]
+
+
+def _course(anew: Anew) -> Float:
+    """Return the chi-square, correlation taken off, of a change before each place, (n + 1,).
+
+    The first is that of a job after the change, the last that of one before it.
+    """
+    course: Float = (anew.own_fit.first + anew.later_fit.last) / anew.own_fit.alike
+    return course
+
+
+def _by_itself(anew: Anew, course: Float) -> Cases:
+    own = anew.own_fit
+    dof = float(own.dof[-1])
+    surprise = (course * own.alike - dof) / np.sqrt(2.0 * max(dof, 1.0) * own.alike)
+    possible = (course <= float(course.min()) + WORSE) & (surprise <= SURPRISE)
+    inner = np.flatnonzero(possible[1:-1]) + 1
+    return Cases(bool(possible[-1]), bool(possible[0]), tuple(int(place) for place in inner))
+
+
+def _together(courses: Sequence[Float], single: Sequence[Cases]) -> list[set[int]]:
+    """Return the places inside each job at which the one change may lie, by all jobs."""
+    # A job that fits neither calibration says nothing about the time of a change from one to both.
+    weights = [0.0 if one.none else 1.0 for one in single]
+    before = np.array([w * course[-1] for w, course in zip(weights, courses, strict=True)])
+    after = np.array([w * course[0] for w, course in zip(weights, courses, strict=True)])
+    elsewhere = [float(before[:at].sum() + after[at + 1 :].sum()) for at in range(len(courses))]
+    least = min(
+        total + w * float(course.min())
+        for total, w, course in zip(elsewhere, weights, courses, strict=True)
+    )
+    return [
+        {int(place) for place in np.flatnonzero(total + w * course <= least + WORSE)}
+        for total, w, course in zip(elsewhere, weights, courses, strict=True)
+    ]
+
+
+def judgement(job: JobFindings, cases: Cases) -> str:
+    """Return what the spots of a job speak for, in a sentence."""
+    if cases.none:
+        return "The spots fit neither calibration: the cameras were in a third state."
+    if cases.across:
+        numbers = [job.points[place].number for place in (cases.across[0] - 1, cases.across[-1])]
+        return (
+            f"The cameras may have changed during this job, between points {numbers[0]} and "
+            f"{numbers[1]}."
+        )
+    if cases.before and cases.after:
+        return "The spots fit both calibrations: before or after the change."
+    if cases.before:
+        return "The spots fit the calibration of the job only: measured before the change."
+    return "The spots fit the later calibration only: measured after the change."
+
+
+def recalled(job: JobFindings, anew: Anew, cases: Cases) -> tuple[RecalledCharacteristic, ...]:
+    """Return what becomes of every characteristic of a job."""
+    return tuple(
+        _recalled(own, later, rests_on, cases, in_world=in_world)
+        for own, later, rests_on, in_world in zip(
+            job.own, anew.results, job.rests_on, job.in_world, strict=True
+        )
+    )
+
+
+def unknown(job: JobFindings, why: str) -> tuple[RecalledCharacteristic, ...]:
+    """Return the characteristics of a job about which nothing can be known."""
+    return tuple(_unknown(own, why) for own in job.own)
+
+
+def _recalled(
+    own: CharacteristicResult,
+    later: CharacteristicResult,
+    rests_on: Sequence[int],
+    cases: Cases,
+    *,
+    in_world: bool,
+) -> RecalledCharacteristic:
+    if cases.none:
+        return _unknown(own, "The spots fit neither calibration.")
+    before, after = cases.before, cases.after
+    for place in cases.across:
+        if not rests_on or max(rests_on) < place:
+            before = True
+        elif min(rests_on) >= place:
+            after = True
+        else:
+            return _unknown(own, "The cameras may have changed between its points.")
+    if after and in_world:
+        return _unknown(own, "Stated in the camera world frame, not the part frame.")
+    if after and (later.measured is None) != (own.measured is None):
+        return _unknown(own, later.note or "No value with the later calibration.")
+    stated = [one for one, possible in ((own, before), (later, after)) if possible]
+    after_value = _value(stated[-1])
+    verdicts = {one.verdict for one in stated}
+    if len(verdicts) > 1:
+        return RecalledCharacteristic(
+            name=own.name, before=_value(own), after=_value(later), outcome=Outcome.UNKNOWN,
+            reason="The spots fit both calibrations, and the verdicts differ.", released=False,
+        )  # fmt: skip
+    if own.verdict not in verdicts:
+        return RecalledCharacteristic(
+            name=own.name, before=_value(own), after=after_value, outcome=Outcome.CHANGES,
+            reason="The spots fit the later calibration only.", released=False,
+        )  # fmt: skip
+    off = max((_off(own, one) for one in stated), default=0.0)
+    released = off <= 1.0
+    reason = _SAME_VERDICT[before, after]
+    if not released:
+        reason += " The value is off by more than its U: use the recalculated one."
+    return RecalledCharacteristic(
+        name=own.name, before=_value(own), after=after_value, outcome=Outcome.HOLDS,
+        reason=reason, released=released,
+    )  # fmt: skip
+
+
+def _unknown(own: CharacteristicResult, why: str) -> RecalledCharacteristic:
+    return RecalledCharacteristic(
+        name=own.name, before=_value(own), after=None, outcome=Outcome.UNKNOWN, reason=why,
+        released=False,
+    )  # fmt: skip
+
+
+def _value(result: CharacteristicResult) -> RecalledValue:
+    return RecalledValue(
+        value=result.measured, expanded=result.uncertainty, verdict=result.verdict.value
+    )
+
+
+def _off(own: CharacteristicResult, other: CharacteristicResult) -> float:
+    """Return how far a value lies from the stated one, in units of the stated U."""
+    if own.measured is None or other.measured is None or not own.uncertainty:
+        return 0.0
+    if own.verdict in (Verdict.NOT_MEASURED, Verdict.PROVISIONAL):
+        return 0.0
+    return abs(other.measured - own.measured) / own.uncertainty

@@ -1,0 +1,67 @@
+"""What a STEP file says of the boundary of its part, in numbers; needs the extra ``step``.
+
+In: a STEP file. Out: faces, each with its surface, its edges and places inside them; the part as
+mesh and splines; which face of the file each of them is.
+
+Read `_document` (the file as the library has it) with `_library` (how that is asked), `_raw_faces`
+(faces in numbers) with `_elementary` (planes, cylinders, cones, spheres, tori) and `_step_face`;
+`_edge_steps` and `_surface_places` ask the library for what `_surface_kernel` computes. `_part` is
+the nominal part, of `_surface_splines` and `_solid_mesh`, which `_mesh_aside` makes beside.
+`_face_order` tells which faces tolerances are of. It must not know balls, probes or targets.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.inspection.step.brep._document import StepDocument, read_document
+    from ocmm_core.inspection.step.brep._face_order import tolerances_of
+    from ocmm_core.inspection.step.brep._library import static
+    from ocmm_core.inspection.step.brep._mesh_aside import MeshAside
+    from ocmm_core.inspection.step.brep._part import model_face, part_of
+    from ocmm_core.inspection.step.brep._raw_faces import (
+        RawFace,
+        Rim,
+        UnusableModelError,
+        as_numbers,
+        faces_of,
+        faces_with_surface,
+        stretches_of,
+    )
+    from ocmm_core.inspection.step.brep._step_face import LESS, StepFace, Triple
+else:
+    __getattr__ = door(
+        __name__,
+        _document="StepDocument read_document",
+        _face_order="tolerances_of",
+        _library="static",
+        _mesh_aside="MeshAside",
+        _part="model_face part_of",
+        _raw_faces=(
+            "RawFace Rim UnusableModelError as_numbers faces_of faces_with_surface stretches_of"
+        ),
+        _step_face="LESS StepFace Triple",
+    )
+
+__all__ = [
+    "LESS",
+    "MeshAside",
+    "RawFace",
+    "Rim",
+    "StepDocument",
+    "StepFace",
+    "Triple",
+    "UnusableModelError",
+    "as_numbers",
+    "faces_of",
+    "faces_with_surface",
+    "model_face",
+    "part_of",
+    "read_document",
+    "static",
+    "stretches_of",
+    "tolerances_of",
+]

@@ -1,0 +1,107 @@
+"""Meshes of a model, made by another processor while this one reads its faces; needs OCP.
+
+A copy of the reading process makes them and sends numbers. Where there is none, or it fails, this
+process makes them when they are asked for, and what is wrong with the model is said here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.step.brep._document import StepDocument
+from ocmm_core.inspection.step.brep._part import part_of
+from ocmm_core.inspection.step.brep._solid_mesh import make_mesh, raw_meshes, triangles_of
+from ocmm_core.part_model import model_to_bytes
+from ocmm_core.processes import Aside
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SolidMesh:
+    """Triangles of all faces.
+
+    Attributes
+    ----------
+    triangles
+        (n, 3, 3), mm.
+    owners
+        (n,): the face of each, from 0.
+    deflection_mm
+        No triangle is farther from its face.
+    """
+
+    triangles: Float
+    owners: NDArray[np.int64]
+    deflection_mm: float
+
+
+class MeshAside:
+    """The meshes of a model, in the order in which they are asked for: that of targets, the part.
+
+    Parameters
+    ----------
+    document
+        The model.
+    faces
+        Its faces with a surface.
+    source
+        Name and hash of the file; None where no part is wanted.
+    limit_s
+        The other process may take so much time of processors.
+    """
+
+    def __init__(
+        self,
+        document: StepDocument,
+        faces: Sequence[Any],
+        source: tuple[str, str] | None,
+        limit_s: float,
+    ) -> None:
+        self._document, self._faces, self._source = document, faces, source
+        self._limit_s = limit_s
+        self._aside = Aside(self._work)
+
+    def mesh(self) -> SolidMesh:
+        """Return the mesh to find targets by."""
+        sent = [self._aside.next(self._limit_s) for _ in range(3)]
+        triangles, owners, deflection = sent
+        if triangles is None or owners is None or deflection is None:
+            return self._made()
+        return SolidMesh(
+            np.frombuffer(triangles).reshape(-1, 3, 3),
+            np.frombuffer(owners, dtype=np.int64),
+            float(np.frombuffer(deflection)[0]),
+        )
+
+    def part(self, doing: Callable[[str], None]) -> bytes:
+        """Return the part that is shown as bytes; none where it was not wanted."""
+        if self._source is None:
+            return b""
+        doing("the part")
+        sent = self._aside.next(self._limit_s)
+        if sent is None:
+            return model_to_bytes(part_of(self._document, self._source, doing))
+        return sent
+
+    def end(self) -> None:
+        """End the other process."""
+        self._aside.end()
+
+    def _made(self) -> SolidMesh:
+        deflection = make_mesh(self._document.shape, self._faces)
+        return SolidMesh(*triangles_of(raw_meshes(self._faces)), deflection)
+
+    def _work(self, send: Callable[[bytes], None]) -> None:
+        """Make and send both, in the other process."""
+        mesh = self._made()
+        send(mesh.triangles.tobytes())
+        send(mesh.owners.tobytes())
+        send(np.array([mesh.deflection_mm]).tobytes())
+        del mesh
+        if self._source is not None:
+            send(model_to_bytes(part_of(self._document, self._source, lambda _: None)))

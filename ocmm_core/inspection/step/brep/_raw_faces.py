@@ -1,0 +1,288 @@
+"""Faces of a STEP file as numbers: their surface, places on them and their edges; needs OCP."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.step.brep import _surface_kernel as kernel
+from ocmm_core.inspection.step.brep._document import read_document
+from ocmm_core.inspection.step.brep._edge_steps import EdgeSteps, curve_numbers, parameters_on
+from ocmm_core.inspection.step.brep._elementary import elementary_face
+from ocmm_core.inspection.step.brep._library import explored, is_turned, kind_of, static
+from ocmm_core.inspection.step.brep._step_face import LESS, StepFace
+from ocmm_core.inspection.step.brep._surface_places import surface_numbers
+from ocmm_core.part_model import MOST_FACES
+
+_DEFLECTION_MM = 0.02
+"""A shorter edge is a tip or a pole."""
+_GAP_MM = 0.1
+"""What careless exporters leave between edges; it moves no target to where nothing is."""
+
+
+class UnusableModelError(ValueError):
+    """A model without a surface that can be probed, and what to do about it."""
+
+    def __init__(self, what: str, remedy: str) -> None:
+        super().__init__(what)
+        self.what, self.remedy = what, remedy
+
+
+@dataclass(frozen=True, slots=True)
+class Rim:
+    """An edge of a face.
+
+    Attributes
+    ----------
+    line
+        (n, 3), mm: points along it.
+    normal
+        (3,): normal out of the material in its middle, on this face.
+    """
+
+    line: Float
+    normal: Float
+
+
+@dataclass(frozen=True, slots=True)
+class RawFace:
+    """A face with what lies inside its edges.
+
+    Attributes
+    ----------
+    face
+        Its surface, as if it were not trimmed.
+    places
+        (n, 3), mm: on the surface and inside the edges.
+    rims
+        Its edges; seams of the surface itself stand twice.
+    number
+        Of the face among those with a surface, from 1.
+    """
+
+    face: StepFace
+    places: Float
+    rims: tuple[Rim, ...]
+    number: int = 0
+
+    @property
+    def is_closed(self) -> bool:
+        """Return whether its edges go round without a gap; what is inside of others is unknown."""
+        ends = np.array([(rim.line[0], rim.line[-1]) for rim in self.rims])
+        return go_round(ends.reshape(-1, 2, 3))
+
+
+def as_numbers(number: Any) -> float:
+    """Return a number of numpy as one of Python."""
+    return float(number)
+
+
+def read_faces(
+    path: str, doing: Callable[[str], None]
+) -> tuple[tuple[RawFace, ...], dict[str, int]]:
+    """Return what `faces_of` does, of a STEP file; ImportError where the extra is not installed."""
+    document = read_document(path, doing)
+    with_surface, others = faces_with_surface(document.shape)
+    faces, more = faces_of(with_surface, doing, document.steps)
+    return faces, dict(others + more)
+
+
+def faces_of(
+    with_surface: Sequence[Any], doing: Callable[[str], None], steps: EdgeSteps
+) -> tuple[tuple[RawFace, ...], Counter[str]]:
+    """Return the faces with a plane, cylinder, cone, sphere or torus, and counts of the others.
+
+    Placements of assemblies are applied; the library turns all units into millimetres.
+
+    Raises
+    ------
+    ValueError
+        A face has a size or place that is no number.
+    """
+    found: list[RawFace] = []
+    others: Counter[str] = Counter()
+    for number, face in enumerate(with_surface, start=1):
+        doing(f"face {number} of {len(with_surface)}")
+        kind, raw = _raw_face(face, number, steps)
+        if raw is None:
+            others[kind] += 1
+        else:
+            found.append(raw)
+    return tuple(found), others
+
+
+def faces_with_surface(shape: Any) -> tuple[list[Any], Counter[str]]:
+    """Return the faces of a part that have an exact surface, and how many others there are.
+
+    Faces of no solid are construction geometry where there are solids: in the air, or inside the
+    part. They are counted.
+
+    Raises
+    ------
+    ValueError
+        None has, or there are more of them than a part can have.
+    """
+    from OCP.BRep import BRep_Tool
+
+    faces, loose = _faces_of_parts(shape)
+    surface_of = static(BRep_Tool, "Surface")
+    # To ask a face without a surface for its kind ends the process.
+    with_surface = [face for face in faces if surface_of(face) is not None]
+    if faces and not with_surface:
+        count = len(faces) + loose
+        msg = f"it is a tessellated model: {count} faces, and none of a part has an exact surface"
+        raise UnusableModelError(
+            msg, "Export the model with exact geometry (B-rep), not tessellated (mesh)."
+        )
+    others: Counter[str] = Counter()
+    if loose:
+        others["construction geometry"] = loose
+    if len(with_surface) < len(faces):
+        others["tessellated"] = len(faces) - len(with_surface)
+    return with_surface, others
+
+
+def _faces_of_parts(shape: Any) -> tuple[list[Any], int]:
+    """Return the faces of the solids, and how many others there are; all where no solid is."""
+    has_solids, faces = False, list[Any]()
+    for solid in explored(shape, "SOLID"):
+        has_solids = True
+        _take_faces(solid, faces)
+    if not has_solids:
+        _take_faces(shape, faces)
+        return faces, 0
+    return faces, sum(1 for _ in explored(shape, "FACE", but_in="SOLID"))
+
+
+def _take_faces(shape: Any, faces: list[Any]) -> None:
+    """Add the faces of a shape. An assembly of assemblies has millions in a file of some kilobytes.
+
+    Raises
+    ------
+    UnusableModelError
+        They are more than a part can have.
+    """
+    for face in explored(shape, "FACE"):
+        faces.append(face)
+        if len(faces) > MOST_FACES:
+            msg = f"it has more than {MOST_FACES} faces, and no part can have more"
+            raise UnusableModelError(msg, LESS)
+
+
+def _raw_face(face: Any, number: int, steps: EdgeSteps) -> tuple[str, RawFace | None]:
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+
+    surface = BRepAdaptor_Surface(face, True)
+    reverse = is_turned(face)
+    kind = kind_of(surface)
+    as_said = elementary_face(surface, reverse)
+    if as_said is None:
+        return kind, None
+    _check(as_said)
+    rims, places = _edges(face, surface_numbers(surface), reverse, steps)
+    return kind, RawFace(as_said, places, rims, number)
+
+
+def _check(face: StepFace) -> None:
+    """Refuse sizes and places without end; such a number is none in JSON either."""
+    sizes = (face.radius, face.second, face.half_angle, face.low, face.high, face.width)
+    if not all(map(math.isfinite, (*sizes, *face.point, *face.direction, *face.across))):
+        msg = f"the size or place of a {face.shape} is not a number"
+        raise ValueError(msg)
+
+
+def _edges(
+    face: Any, surface: tuple[int, Float, Float], reverse: bool, steps: EdgeSteps
+) -> tuple[tuple[Rim, ...], Float]:
+    """Return the edges of a face, and places (n, 3), mm, inside them.
+
+    Parameters
+    ----------
+    surface
+        As `surface_numbers` has it.
+    """
+    from OCP.BRepAdaptor import BRepAdaptor_Curve2d
+
+    kinds: list[int] = []
+    numbers: list[tuple[float, ...]] = []
+    alongs: list[Float] = []
+    others: dict[int, Float] = {}
+    for edge in explored(face, "EDGE"):
+        curve = BRepAdaptor_Curve2d(edge, face)
+        along = steps.of(edge, curve.FirstParameter(), curve.LastParameter())
+        kind, six = curve_numbers(curve)
+        if kind == kernel.OTHER:
+            others[len(kinds)] = parameters_on(curve, along)
+        kinds.append(kind)
+        numbers.append(six)
+        alongs.append(along)
+    if not kinds:
+        return (), np.empty((0, 3))
+    starts = np.zeros(len(kinds) + 1, dtype=np.int64)
+    np.cumsum([len(one) for one in alongs], out=starts[1:])
+    uv, lines = np.zeros((starts[-1], 2)), np.empty((starts[-1], 3))
+    for row, known in others.items():
+        uv[starts[row] : starts[row + 1]] = known
+    normals, lengths = np.empty((len(kinds), 3)), np.empty(len(kinds))
+    kernel.run_along(
+        *surface, -1.0 if reverse else 1.0, np.array(kinds), np.array(numbers), starts,
+        np.concatenate(alongs), uv, lines, normals, lengths,
+    )  # fmt: skip
+    rims = rims_of(starts, lines, normals, lengths)
+    return rims, kernel.places_inside(*surface, uv, starts)
+
+
+def rims_of(
+    starts: NDArray[np.int64], lines: Float, normals: Float, lengths: Float
+) -> tuple[Rim, ...]:
+    """Return the edges of a face that are edges in space, see `_surface_kernel.run_along`.
+
+    Raises
+    ------
+    ValueError
+        One has no place: left out, a target could lie on it.
+    """
+    if not np.isfinite(lengths).all():
+        msg = "the place of an edge is not a number"
+        raise ValueError(msg)
+    ends = starts.tolist()
+    # The tip of a cone or the pole of a sphere is an edge for the parameters alone.
+    return tuple(
+        Rim(lines[ends[row] : ends[row + 1]], normals[row])
+        for row, length in enumerate(lengths.tolist())
+        if length >= _DEFLECTION_MM
+    )
+
+
+def go_round(ends: Float) -> bool:
+    """Return whether edges with such ends (n, 2, 3), mm, leave no gap: at a corner two meet."""
+    loose = ends[np.abs(ends[:, 0] - ends[:, 1]).max(axis=1) > _GAP_MM].reshape(-1, 3)
+    if not len(loose):
+        return True
+    tree = cKDTree(loose)
+    if not np.any(tree.query_ball_point(loose, _GAP_MM, return_length=True) % 2):
+        return True
+    # Edges that are hardly longer than a gap, or shorter, as of a curve that was exported as a
+    # thousand lines: what is near what is near belongs to the corner.
+    every = ends.reshape(-1, 3)
+    near = cKDTree(every).query_pairs(_GAP_MM, output_type="ndarray")
+    links = coo_array((np.ones(len(near)), (near[:, 0], near[:, 1])), shape=(len(every),) * 2)
+    _, corner = connected_components(links, directed=False)
+    return not np.any(np.bincount(corner) % 2)
+
+
+def stretches_of(line: Float) -> Float:
+    """Return the stretches (n - 1, 2, k) of a line (n, k)."""
+    found = np.empty((len(line) - 1, 2, line.shape[1]))
+    found[:, 0], found[:, 1] = line[:-1], line[1:]
+    return found

@@ -1,0 +1,186 @@
+"""Compiled: the edges of a face in space, and places inside them, where its surface is written out.
+
+A model has tens of thousands of edges: to ask the library for each place costs very much more.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera import compiled
+from ocmm_core.geometry import Float, Int
+
+PLANE, CYLINDER, CONE, SPHERE, TORUS = range(5)
+"""Surfaces that are written out, as `ElSLib` of the library has them."""
+LINE, RING, OTHER = range(3)
+"""Curves in the parameters of a face: a line, a circle, and what the library is asked for."""
+_FEW, _MORE, _MOST = 400, 3600, 14_400
+"""Places that are tried on a face: more where few of them lie inside its edges."""
+_ENOUGH = 60
+_THIN = 1.0 / 40.0
+
+
+@compiled()
+def _outline(kind: int, a: float, b: float, v: float) -> tuple[float, float, float, float]:
+    """Return radius and height of what is turned about an axis at ``v``, and both by ``v``.
+
+    ``a`` and ``b``: radius of a cylinder or sphere; radius at the start and half the angle of a
+    cone; radius of the ring and of the tube of a torus.
+    """
+    if kind == CYLINDER:
+        return a, v, 0.0, 1.0
+    if kind == CONE:
+        return a + v * np.sin(b), v * np.cos(b), np.sin(b), np.cos(b)
+    if kind == SPHERE:
+        return a * np.cos(v), a * np.sin(v), -a * np.sin(v), a * np.cos(v)
+    return a + b * np.cos(v), b * np.sin(v), -b * np.sin(v), b * np.cos(v)
+
+
+@compiled()
+def _place(kind: int, frame: Float, a: float, b: float, u: float, v: float, place: Float) -> None:
+    """Fill in the ``place`` (3,) of a surface at its parameters; ``frame`` as in `run_along`."""
+    if kind == PLANE:
+        for k in range(3):
+            place[k] = frame[0, k] + u * frame[1, k] + v * frame[2, k]
+        return
+    radius, height, _, _ = _outline(kind, a, b, v)
+    x, y = radius * np.cos(u), radius * np.sin(u)
+    for k in range(3):
+        place[k] = frame[0, k] + x * frame[1, k] + y * frame[2, k] + height * frame[3, k]
+
+
+@compiled()
+def _normal(kind: int, frame: Float, a: float, b: float, u: float, v: float, normal: Float) -> None:
+    """Fill in the ``normal`` (3,) of a surface: the direction of greater u times that of v.
+
+    Zero where the surface has none, as at the tip of a cone.
+    """
+    by_u, by_v = np.empty(3), np.empty(3)
+    radius, _, more, higher = _outline(kind, a, b, v)
+    for k in range(3):
+        if kind == PLANE:
+            by_u[k], by_v[k] = frame[1, k], frame[2, k]
+        else:
+            by_u[k] = radius * (np.cos(u) * frame[2, k] - np.sin(u) * frame[1, k])
+            out = np.cos(u) * frame[1, k] + np.sin(u) * frame[2, k]
+            by_v[k] = more * out + higher * frame[3, k]
+    size2 = 0.0
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        normal[k] = by_u[i] * by_v[j] - by_u[j] * by_v[i]
+        size2 += normal[k] * normal[k]
+    if size2 > 0.0:
+        for k in range(3):
+            normal[k] /= np.sqrt(size2)
+
+
+@compiled()
+def run_along(
+    kind: int, frame: Float, sizes: Float, side: float, curve_kinds: Int, curves: Float,
+    starts: Int, along: Float, uv: Float, lines: Float, normals: Float, lengths: Float,
+) -> None:  # fmt: skip
+    """Fill in the edges of a face: parameters, places, the normal in their middle, their length.
+
+    ``frame`` (4, 3): origin, x, y and axis. One that was mirrored is left-handed: y is its own and
+    no product. ``sizes`` (2,): see `_outline`. ``side``: 1, or -1 for a face the other way round.
+    ``curves`` (m, 6): start and way of a line; middle, x and y of a ring, both with its radius.
+    ``starts`` (m + 1,): where each edge begins in ``along`` (n,), ``uv`` (n, 2), which is given for
+    other curves, and ``lines`` (n, 3). ``normals`` (m, 3), ``lengths`` (m,), mm.
+    """
+    a, b = sizes[0], sizes[1]
+    for m in range(len(curve_kinds)):
+        low, high = starts[m], starts[m + 1]
+        lengths[m] = 0.0
+        for i in range(low, high):
+            for k in range(2):
+                if curve_kinds[m] == LINE:
+                    uv[i, k] = curves[m, k] + along[i] * curves[m, 2 + k]
+                elif curve_kinds[m] == RING:
+                    turned = (
+                        np.cos(along[i]) * curves[m, 2 + k] + np.sin(along[i]) * curves[m, 4 + k]
+                    )
+                    uv[i, k] = curves[m, k] + turned
+            _place(kind, frame, a, b, uv[i, 0], uv[i, 1], lines[i])
+            if i > low:
+                away = 0.0
+                for k in range(3):
+                    away += (lines[i, k] - lines[i - 1, k]) ** 2
+                lengths[m] += np.sqrt(away)
+        half = low + (high - low) // 2
+        _normal(kind, frame, a, b, uv[half, 0], uv[half, 1], normals[m])
+        for k in range(3):
+            normals[m, k] *= side
+
+
+@compiled()
+def inside(us: Float, vs: Float, loops: Float, found: NDArray[np.bool_]) -> None:
+    """Fill in which pairs of ``us`` (r,) and ``vs`` (c,), both rising, lie inside closed loops.
+
+    ``loops`` (m, 2, 2): stretches. ``found`` (r, c) is all false before. A ray from a pair towards
+    greater u crosses the loops an odd number of times where it is inside. Each crossing is noted at
+    the last pair before it, and at last all that lie before a note are turned over: the time grows
+    with places and crossings, not with both together.
+    """
+    for k in range(len(loops)):
+        u0, v0, u1, v1 = loops[k, 0, 0], loops[k, 0, 1], loops[k, 1, 0], loops[k, 1, 1]
+        # Half open, so that a corner on the ray is crossed once.
+        low, high = min(v0, v1), max(v0, v1)
+        slope = 0.0 if v1 == v0 else (u1 - u0) / (v1 - v0)
+        for j in range(np.searchsorted(vs, low), len(vs)):
+            if vs[j] >= high:
+                break
+            before = np.searchsorted(us, u0 + slope * (vs[j] - v0)) - 1
+            if before >= 0:
+                found[before, j] = not found[before, j]
+    for i in range(len(us) - 2, -1, -1):
+        for j in range(len(vs)):
+            found[i, j] = found[i, j] != found[i + 1, j]
+
+
+@compiled()
+def places_inside(kind: int, frame: Float, sizes: Float, uv: Float, starts: Int) -> Float:
+    """Return places (n, 3) of a face inside its edges: more are tried where few of them are.
+
+    They stand in a grid, in space about as far apart in both directions. Parameters as in
+    `run_along`.
+    """
+    a, b = sizes[0], sizes[1]
+    loops = np.empty((len(uv) - len(starts) + 1, 2, 2))
+    count = 0
+    for m in range(len(starts) - 1):
+        for i in range(starts[m], starts[m + 1] - 1):
+            for k in range(2):
+                loops[count, 0, k], loops[count, 1, k] = uv[i, k], uv[i + 1, k]
+            count += 1
+    u0, v0, u1, v1 = np.inf, np.inf, -np.inf, -np.inf
+    for i in range(len(uv)):
+        u0, u1 = min(u0, uv[i, 0]), max(u1, uv[i, 0])
+        v0, v1 = min(v0, uv[i, 1]), max(v1, uv[i, 1])
+    across, up = u1 - u0, v1 - v0
+    if kind != PLANE:
+        radius, _, more, higher = _outline(kind, a, b, 0.5 * (v0 + v1))
+        across, up = across * abs(radius), up * np.sqrt(more * more + higher * higher)
+    thin = _THIN * max(across, up, 1e-9)
+    across, up = max(across, thin), max(up, thin)
+    total = 0
+    us, vs = np.empty(0), np.empty(0)
+    found = np.zeros((0, 0), dtype=np.bool_)
+    for tried in (_FEW, _MORE, _MOST):
+        rows = max(3, int(np.rint(np.sqrt(tried * across / up))))
+        columns = max(3, int(np.rint(tried / rows)))
+        us = u0 + (u1 - u0) * (np.arange(rows) + 0.5) / rows
+        vs = v0 + (v1 - v0) * (np.arange(columns) + 0.5) / columns
+        found = np.zeros((rows, columns), dtype=np.bool_)
+        inside(us, vs, loops, found)
+        total = found.sum()
+        if total >= _ENOUGH:
+            break
+    places = np.empty((total, 3))
+    row = 0
+    for i in range(len(us)):
+        for j in range(len(vs)):
+            if found[i, j]:
+                _place(kind, frame, a, b, us[i], vs[j], places[row])
+                row += 1
+    return places

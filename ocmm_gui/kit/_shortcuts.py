@@ -1,0 +1,185 @@
+"""Keys of actions: as words, changed by the settings, without conflicts, and on buttons."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
+from PySide6.QtWidgets import QPushButton, QWidget
+
+from ocmm_gui.kit._actions import ACTIONS, ActionInfo, Mode
+from ocmm_gui.kit._narrow import NarrowButton
+from ocmm_gui.kit._texts import later, literal, tr
+
+DEBOUNCE_S = 0.15
+"""Two presses closer than this are one: contacts bounce for some 20 ms, feet need 250 ms."""
+
+
+class Debounced:
+    """Call ``command`` unless it was called less than `DEBOUNCE_S` ago."""
+
+    def __init__(
+        self, command: Callable[[], None], clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._command = command
+        self._clock = clock
+        self._last = float("-inf")
+
+    def __call__(self) -> None:
+        """Give the command if it is due."""
+        now = self._clock()
+        if now - self._last >= DEBOUNCE_S:
+            self._last = now
+            self._command()
+
+
+def show_mode(actions: Mapping[str, QAction], mode: Mode) -> None:
+    """Enable the actions of a mode and disable those of the other."""
+    for info in ACTIONS:
+        actions[info.key].setEnabled(info.mode in (None, mode))
+
+
+_KEY_NAMES = {
+    name: name
+    for name in (
+        later("Space"), later("Return"), later("Enter"), later("Backspace"), later("Ins"),
+        later("Del"), later("PgUp"), later("PgDown"), later("Shift"), later("Ctrl"), later("Alt"),
+    )
+}  # fmt: skip
+"""Keys whose names differ between keyboards; Qt's own German names do not fit on buttons."""
+
+
+def key_words(shortcut: QKeySequence | str) -> str:
+    """Return the name of a key as it stands on the keyboard of the language."""
+    text = QKeySequence(shortcut).toString(QKeySequence.SequenceFormat.PortableText)
+    # `Ctrl++` is the plus with Ctrl held.
+    held, plus, key = text[:-1].rpartition("+") if len(text) > 1 else ("", "", "")
+    last = f"{key}{text[-1:]}"
+    parts = [*held.split("+"), last] if plus else [last]
+    return "+".join(tr(part) if part in _KEY_NAMES else part for part in parts)
+
+
+def shortcuts_of(info: ActionInfo, changed: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+    """Return the keys of an action: those that somebody chose, or those shipped."""
+    return tuple(changed.get(info.key, ())) or info.shortcuts
+
+
+def conflict_of(key: str, shortcut: str, changed: Mapping[str, Sequence[str]]) -> ActionInfo | None:
+    """Return which other action has a key already, or None.
+
+    The mode makes no difference: a key means one thing in the whole window.
+    """
+    wanted = QKeySequence(shortcut)
+    for info in ACTIONS:
+        if info.key != key and any(
+            QKeySequence(one) == wanted for one in shortcuts_of(info, changed)
+        ):
+            return info
+    return None
+
+
+def usable_keys(changed: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
+    """Return the chosen keys without those that mean something else already, or nothing at all.
+
+    A document may have been written by hand, or for a version with other actions.
+    """
+    known = {info.key for info in ACTIONS}
+    usable: dict[str, tuple[str, ...]] = {}
+    for key, shortcuts in changed.items():
+        sound = all(not QKeySequence(one).isEmpty() for one in shortcuts)
+        trial = {**usable, key: tuple(shortcuts)}
+        if key in known and sound and not any(conflict_of(key, one, trial) for one in shortcuts):
+            usable[key] = tuple(shortcuts)
+    return usable
+
+
+_NEVER_TYPED = frozenset({"zoom_in", "zoom_out", "zoom_reset", "manual"})
+"""Actions whose keys mean nothing in a field: they work from it, too."""
+
+
+def is_never_typed(event: QKeyEvent) -> bool:
+    """Return whether a key changes the size of the window or asks for the manual.
+
+    Keys of the pad and shifted ones are the same: ``+`` has its own key in some countries only.
+    """
+    held = event.modifiers() & ~(
+        Qt.KeyboardModifier.KeypadModifier | Qt.KeyboardModifier.ShiftModifier
+    )
+    pressed = QKeySequence(held.value | event.key())
+    return any(
+        pressed == QKeySequence(key)
+        for info in ACTIONS
+        if info.key in _NEVER_TYPED
+        for key in info.shortcuts
+    )
+
+
+def use_shortcuts(actions: Mapping[str, QAction], changed: Mapping[str, Sequence[str]]) -> None:
+    """Give every action its keys."""
+    for info in ACTIONS:
+        keys = shortcuts_of(info, changed)
+        action = actions[info.key]
+        named = ", ".join(map(key_words, keys))
+        action.setToolTip(literal(f"{tr(info.tip)} ({named})"))
+        action.setShortcuts([QKeySequence(key) for key in keys])
+
+
+def make_actions(window: QWidget) -> dict[str, QAction]:
+    """Return the actions by key, with their shortcuts active in ``window``; they do nothing yet."""
+    actions: dict[str, QAction] = {}
+    for info in ACTIONS:
+        action = QAction(tr(info.text), window)
+        action.setObjectName(info.key)
+        action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
+        # A held pedal must not flood the job with points.
+        action.setAutoRepeat(False)
+        window.addAction(action)
+        actions[info.key] = action
+    use_shortcuts(actions, {})
+    return actions
+
+
+def bind_actions(actions: Mapping[str, QAction], calls: Mapping[str, Callable[[], None]]) -> None:
+    """Let every action do what it is there for.
+
+    ``calls`` has one entry for every key of `ACTIONS`; a missing one is a KeyError.
+    """
+    for info in ACTIONS:
+        call = calls[info.key]
+        command = Debounced(call) if info.is_trigger else call
+        # QAction sends its checked state, which no command wants.
+        actions[info.key].triggered.connect(lambda _checked, command=command: command())
+
+
+SHORT = "short"
+"""Property of an action: what its button says where its text has no room, or says too little."""
+
+
+def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
+    """Return a button that does what ``action`` does and shows its first key."""
+    button = NarrowButton("")
+    button.setProperty("role", "primary" if primary else "plain")
+    shown: tuple[str, str] | None = None
+
+    def follow() -> None:
+        nonlocal shown
+        button.setEnabled(action.isEnabled())
+        now = _first_key(action), str(action.property(SHORT) or action.text())
+        if now != shown:
+            shown = now
+            button.setText(f"{now[1]}  [{now[0]}]")
+            name = action.text() if now[1] == action.text() else f"{action.text()}: {now[1]}"
+            button.setAccessibleName(name)
+            button.setAccessibleDescription(action.toolTip())
+            button.setToolTip(literal(action.toolTip()))
+
+    follow()
+    action.changed.connect(follow)
+    button.clicked.connect(action.trigger)
+    return button
+
+
+def _first_key(action: QAction) -> str:
+    return key_words(action.shortcut())

@@ -1,0 +1,65 @@
+"""A small 3-D scene, painted by the processor: points, lines, faces, words, and a part as a mesh.
+
+In: items in mm, and the part. Out: a picture of them from where one looks; no graphics card is
+needed.
+
+Read `_scene` (what there is in it, and how it is projected), `_labels` (where its words stand),
+`_scene_painter` (QPainter draws it), `_part_scene` (the part), `_scene_layer` (what stands still,
+kept as a picture), `_orbit_view` (turned by mouse and keys) and `_easing` (calmly).
+It must not know a job: what is shown of one is in `views`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_gui.scene._easing import Easing
+    from ocmm_gui.scene._orbit_view import OrbitView
+    from ocmm_gui.scene._part_scene import (
+        MOVING_TRIANGLES,
+        PartDrawing,
+        PartScene,
+        blended,
+        edge_colour,
+        part_colour,
+    )
+    from ocmm_gui.scene._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag
+    from ocmm_gui.scene._scene_layer import KeptScene, SceneLayer, StillScene, painted_still
+    from ocmm_gui.scene._scene_painter import ScenePainter, paint_scene
+else:
+    __getattr__ = door(
+        __name__,
+        _easing="Easing",
+        _orbit_view="OrbitView",
+        _part_scene="MOVING_TRIANGLES PartDrawing PartScene blended edge_colour part_colour",
+        _scene="Diamonds Dots Face Item Lines Orbit Tag",
+        _scene_layer="KeptScene SceneLayer StillScene painted_still",
+        _scene_painter="ScenePainter paint_scene",
+    )
+
+__all__ = [
+    "MOVING_TRIANGLES",
+    "Diamonds",
+    "Dots",
+    "Easing",
+    "Face",
+    "Item",
+    "KeptScene",
+    "Lines",
+    "Orbit",
+    "OrbitView",
+    "PartDrawing",
+    "PartScene",
+    "SceneLayer",
+    "ScenePainter",
+    "StillScene",
+    "Tag",
+    "blended",
+    "edge_colour",
+    "paint_scene",
+    "painted_still",
+    "part_colour",
+]

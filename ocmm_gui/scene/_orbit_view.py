@@ -1,0 +1,161 @@
+"""What the 3-D views have in common: turning, moving and zooming by mouse and keys."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt, QTimer
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QResizeEvent, QWheelEvent
+
+from ocmm_core.geometry import Float
+from ocmm_gui.kit import Painted
+from ocmm_gui.scene._scene import Orbit
+
+_KEY_TURN = np.radians(10.0)
+_STILL_MS = 140
+"""A view that was not moved for so long stands still, and is painted in full."""
+_CLICK_PX = 4.0
+_EYE_MM = 1500.0
+
+
+class OrbitView(Painted):
+    """Orbit with the left button or the arrow keys, pan with the right one, zoom with the wheel.
+
+    Parameters
+    ----------
+    name
+        Accessible name.
+    size, least
+        px, see `Painted`.
+    orbit
+        From where it is seen first.
+    """
+
+    def __init__(
+        self, name: str, size: tuple[int, int], least: tuple[int, int], orbit: Orbit
+    ) -> None:
+        super().__init__(name, size, least)
+        self._orbit = orbit
+        self._mouse: QPointF | None = None
+        self._pressed: QPointF | None = None
+        self._moving = QTimer(self)
+        self._moving.setSingleShot(True)
+        self._moving.setInterval(_STILL_MS)
+        self._moving.timeout.connect(self.update)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+
+    def fit(self) -> None:
+        """Show everything."""
+
+    def projected(self, places: Float) -> Float:
+        """Return where places (n, 3), mm, world, are in the picture, (n, 2), px."""
+        box = self._inside()
+        flat = self._orbit.project(places, box.width(), box.height())[:, :2]
+        moved: Float = flat + np.array([box.left(), box.top()])
+        return moved
+
+    def ray_at(self, place: QPointF) -> tuple[Float, Float]:
+        """Return the ray of the eye at a place of the widget, px: (3,), mm, and (3,), unit, world.
+
+        It begins on the eye's side of everything there is.
+        """
+        box = self._inside()
+        right, up, outward = self._orbit.axes()
+        scale = 2.0 * self._orbit.radius / min(box.width(), box.height())
+        x, y = place.x() - box.center().x(), place.y() - box.center().y()
+        start: Float = self._orbit.target + scale * (x * right - y * up) + _EYE_MM * outward
+        return start, -outward
+
+    def shows(self, places: Float) -> bool:
+        """Return whether places (n, 3), mm, world, all lie in the picture."""
+        seen = self.projected(places)
+        return bool(((seen > 0.0) & (seen < (self.width(), self.height()))).all())
+
+    def is_moving(self) -> bool:
+        """Return whether the view moves, so that the picture may be coarse."""
+        return self._moving.isActive()
+
+    def _inside(self) -> QRectF:
+        """Return where the scene is, px."""
+        return QRectF(self.rect()).adjusted(2.5, 2.5, -2.5, -2.5)
+
+    def _moved(self, orbit: Orbit) -> None:
+        """Look from another place, because somebody wants to."""
+        self._moved_to(orbit)
+
+    def _moved_to(self, orbit: Orbit) -> None:
+        """Look from another place; more of it may follow."""
+        self._orbit = orbit
+        self._moving.start()
+        self.update()
+
+    def _clicked(self, place: QPointF) -> None:
+        """Take a click that turned nothing."""
+
+    def _hovered(self, place: QPointF) -> None:
+        """Take a movement of the mouse with no button held."""
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Paint at once what there is to see, and all of it when the size stays."""
+        super().resizeEvent(event)
+        self._moving.start()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Begin to turn or to move."""
+        self._mouse = self._pressed = event.position()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Turn with the left button, move with another."""
+        if self._mouse is None:
+            self._hovered(event.position())
+            return
+        if self._pressed is not None:
+            away = event.position() - self._pressed
+            if float(np.hypot(away.x(), away.y())) <= _CLICK_PX:
+                return
+            self._pressed = None
+        delta = event.position() - self._mouse
+        self._mouse = event.position()
+        if event.buttons() & Qt.MouseButton.LeftButton:
+            self.turn(-0.008 * delta.x(), 0.008 * delta.y())
+        else:
+            box = self._inside()
+            scale = 2.0 * self._orbit.radius / min(box.width(), box.height())
+            right, up, _ = self._orbit.axes()
+            moved = self._orbit.target - scale * (delta.x() * right - delta.y() * up)
+            self._moved(self._orbit.about(moved))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """End turning; a button that was pressed and not moved is a click."""
+        pressed, self._mouse, self._pressed = self._pressed, None, None
+        if pressed is not None and event.button() == Qt.MouseButton.LeftButton:
+            self._clicked(event.position())
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Fit the view to the work again."""
+        self.fit()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom."""
+        self._moved(self._orbit.zoomed(0.999 ** event.angleDelta().y()))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Turn with the arrows, zoom with plus and minus."""
+        turns = {
+            Qt.Key.Key_Left: (-_KEY_TURN, 0.0),
+            Qt.Key.Key_Right: (_KEY_TURN, 0.0),
+            Qt.Key.Key_Up: (0.0, _KEY_TURN),
+            Qt.Key.Key_Down: (0.0, -_KEY_TURN),
+        }
+        key = Qt.Key(event.key())
+        if key in turns:
+            self.turn(*turns[key])
+        elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal):
+            self._moved(self._orbit.zoomed(1.0 / 1.2))
+        elif key is Qt.Key.Key_Minus:
+            self._moved(self._orbit.zoomed(1.2))
+        else:
+            super().keyPressEvent(event)
+
+    def turn(self, azimuth: float, elevation: float = 0.0) -> None:
+        """Turn the view, rad, as the mouse and the arrow keys do."""
+        self._moved(self._orbit.turned(azimuth, elevation))

@@ -1,0 +1,230 @@
+"""The part as the 3-D views paint it: its mesh, a coarser one for moving, and its colours."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from PySide6.QtCore import QObject, QSize, Signal
+from PySide6.QtGui import QColor
+
+from ocmm_core.geometry import RigidTransform
+from ocmm_core.part_model import PartModel
+from ocmm_core.rendering import (
+    Canvas,
+    Colours,
+    Rendering,
+    RenderMesh,
+    RenderMode,
+    RenderStyle,
+    coarser,
+    face_colours,
+    mesh_of,
+    with_closed,
+)
+from ocmm_gui.kit import Theme
+from ocmm_gui.scene._scene import Orbit
+
+MOVING_TRIANGLES = 50_000
+"""While the view moves no more of them are painted: some 10 ms."""
+_MOVING_PIXELS = 2_200_000
+"""While the view moves a larger picture is painted with fewer pixels: a screen of 1920 x 1080."""
+_SMALL_TRIANGLES = 4000
+"""Whether so few are closed is seen at once."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PartScene:
+    """A part where it stands: another object where anything of it is another.
+
+    Attributes
+    ----------
+    mesh, colours, style
+        What is painted, and how.
+    T_world_from_model
+        Where it is.
+    moving
+        The picture may be coarse, and the next one follows at once.
+    slack_mm
+        So deep in the part something measured is still drawn over it: no part is its nominal.
+    """
+
+    mesh: RenderMesh
+    colours: Colours
+    style: RenderStyle
+    T_world_from_model: RigidTransform
+    moving: bool
+    slack_mm: float = 0.0
+
+    def scale(self, size: QSize, ratio: float, share: float) -> float:
+        """Return the pixels that are painted for each of the window's.
+
+        ``share`` is how many of them a view that moves has time for, along a side, 0 to 1.
+        """
+        if not self.moving:
+            return ratio
+        pixels = size.width() * size.height() * ratio**2
+        return ratio * min(share, math.sqrt(_MOVING_PIXELS / max(pixels, 1.0)))
+
+    def rendering(self, orbit: Orbit, size: QSize, canvas: Canvas, scale: float) -> Rendering:
+        """Return the painting of it that is to be done."""
+        picture = orbit.projection(size.width(), size.height())
+        pixels = np.array([scale, scale, 1.0])
+        place = self.T_world_from_model
+        matrix = (place.rotation.T @ picture.matrix) * pixels
+        offset = ((place.translation - picture.target) @ picture.matrix + picture.middle) * pixels
+        style = replace(self.style, half_px=self.style.half_px * scale)
+        return Rendering(self.mesh, matrix, offset, canvas, style, self.colours)
+
+
+class PartDrawing(QObject):
+    """Keep what a part is painted from; the very same scene as long as nothing has changed.
+
+    Parameters
+    ----------
+    parent
+        Who shows it.
+    """
+
+    changed = Signal()
+    """The mesh for moving is there."""
+    _made = Signal(object, object)
+
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        self._model: PartModel | None = None
+        self._whole: RenderMesh | None = None
+        self._coarse: RenderMesh | None = None
+        self._colours: Colours | None = None
+        self._of_mesh: tuple[RenderMesh, Colours, Colours] | None = None
+        self._coloured: tuple[object, ...] = ()
+        self._scene: PartScene | None = None
+        self._made.connect(self._keep)
+
+    @property
+    def mesh(self) -> RenderMesh | None:
+        """Return the whole mesh; None without a part."""
+        return self._whole
+
+    @property
+    def ray_mesh(self) -> RenderMesh | None:
+        """Return the mesh that rays are tried on: the coarser one of a large part.
+
+        None without a part, or while that of a large one is made.
+        """
+        whole = self._whole
+        if whole is None or len(whole.triangles) <= MOVING_TRIANGLES:
+            return whole
+        return self._coarse
+
+    def use(self, model: PartModel | None) -> None:
+        """Show another part; None shows none."""
+        if model is self._model:
+            return
+        self._model, self._coarse, self._scene, self._coloured = model, None, None, ()
+        self._whole = None
+        if model is None or not len(model.triangles):
+            return
+        self._whole = whole = mesh_of(model)
+        if len(whole.triangles) <= _SMALL_TRIANGLES:
+            self._whole = with_closed(whole)
+        else:
+            # Some tenths of a second: too long for the window, not worth a process.
+            threading.Thread(
+                target=self._make, args=(model, whole), name="part-mesh", daemon=True
+            ).start()
+
+    def scene(
+        self, place: RigidTransform, theme: Theme, mode: RenderMode,
+        marked: Mapping[int, str] | None = None, colours: Colours | None = None,
+        *, moving: bool = False, slack_mm: float = 0.0,
+    ) -> PartScene | None:  # fmt: skip
+        """Return the part as it is now to be painted; None where there is none.
+
+        Parameters
+        ----------
+        place
+            World from model.
+        marked
+            Colours ``#rrggbb`` by the place of a face in the model.
+        colours
+            (n, 3) of its vertices, in place of those of its faces.
+        moving, slack_mm
+            See `PartScene`.
+        """
+        if self._model is None or self._whole is None:
+            return None
+        coloured = (theme.name, tuple(sorted((marked or {}).items())), id(colours))
+        if coloured != self._coloured or self._colours is None:
+            base = part_colour(theme)
+            self._colours = (
+                face_colours(self._model, base, marked)
+                if colours is None
+                else np.require(colours, np.uint8, ["C", "W"])
+            )
+            self._coloured = coloured
+        mesh = self._coarse if moving and self._coarse is not None else self._whole
+        mesh, shown = self._dressed(mesh, self._colours, theme, mode, moving=moving)
+        known = self._of_mesh
+        if known is None or known[0] is not mesh or known[1] is not shown:
+            known = self._of_mesh = (mesh, shown, mesh.vertex_colours(shown))
+        own = known[2]
+        style = RenderStyle(mode, edge_colour(theme), theme.panel, ground=theme.panel)
+        before = self._scene
+        if (
+            before is None
+            or before.mesh is not mesh
+            or before.colours is not own
+            or before.style != style
+            or before.T_world_from_model is not place
+            or before.moving != moving
+            or before.slack_mm != slack_mm
+        ):
+            self._scene = PartScene(mesh, own, style, place, moving, slack_mm)
+        return self._scene
+
+    def _dressed(
+        self, mesh: RenderMesh, colours: Colours, theme: Theme, mode: RenderMode, *, moving: bool
+    ) -> tuple[RenderMesh, Colours]:
+        """Return the mesh to be painted, and the colours of the vertices it comes from."""
+        return mesh, colours
+
+    def _make(self, model: PartModel, whole: RenderMesh) -> None:
+        try:
+            closed = with_closed(whole)
+            made = (closed, coarser(closed, MOVING_TRIANGLES))
+        except (MemoryError, ValueError):
+            # The whole one is painted while the view moves: slower, and the same picture.
+            return
+        # Who closed without waiting may be deleted by now, and nobody wants the answer.
+        with contextlib.suppress(RuntimeError):
+            self._made.emit(model, made)
+
+    def _keep(self, model: PartModel, made: tuple[RenderMesh, RenderMesh]) -> None:
+        if model is self._model:
+            self._whole, self._coarse = made
+            self.changed.emit()
+
+
+def part_colour(theme: Theme) -> str:
+    """Return the colour of faces for which the model has none: metal that is lit."""
+    light = QColor(theme.panel).lightness() > 128
+    return "#b9c4ce" if light else "#8795a3"
+
+
+def edge_colour(theme: Theme) -> str:
+    """Return the colour of edges: they are seen on faces and on the background."""
+    return theme.text if QColor(theme.panel).lightness() > 128 else "#e8eef4"
+
+
+def blended(first: str, second: str, share: float) -> str:
+    """Return a colour between two, with so much of the second, 0 to 1."""
+    one, two = QColor(first), QColor(second)
+    channels = (
+        (one.red(), two.red()), (one.green(), two.green()), (one.blue(), two.blue())
+    )  # fmt: skip
+    return "#" + "".join(f"{round(a + share * (b - a)):02x}" for a, b in channels)

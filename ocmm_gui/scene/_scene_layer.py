@@ -1,0 +1,342 @@
+"""What of a scene stands still, painted once and kept as a picture.
+
+A probe moves thirty times a second over features that change with every point, or when somebody
+turns the view. What takes long to paint is painted a little at a time, so that no key waits for
+it; nobody notices that with a hundred features, which are painted at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from operator import is_
+from time import perf_counter
+
+import numpy as np
+from PySide6.QtCore import QObject, QRectF, QSize, QTimer, Signal
+from PySide6.QtGui import QColor, QFont, QImage, QPainter
+
+from ocmm_core.rendering import Bundle, Canvas, RenderMode, blend_flat, draw_bundles
+from ocmm_gui.scene._part_scene import PartScene
+from ocmm_gui.scene._scene import Face, Item, Lines, Orbit
+from ocmm_gui.scene._scene_painter import Depth, ScenePainter
+
+_SLICE_S = 0.012
+"""As long as a frame of a screen that is refreshed 80 times a second."""
+
+_FRAME_S = 0.020
+"""A picture of a moving view that takes longer is followed by those with fewer pixels."""
+_KEPT_PIXELS = 4_500_000
+"""A part in a larger picture is painted anew: 12 bytes a pixel."""
+_SHARES = (1.0, 0.7, 0.5)
+"""So many along a side."""
+_ITEM_PX = 3.0
+"""Lines and marks that lie on the part and are seen at 70 degrees are so much deeper at its rim."""
+_THROUGH = 0.5
+"""What lies behind a transparent part keeps so much of its colour."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StillScene:
+    """What is painted: nobody changes it, another scene is another object.
+
+    Attributes
+    ----------
+    items, orbit
+        What, and from where.
+    size, ratio
+        Of the picture, px of the window, and how many of the screen each of them has.
+    background
+        Its colour, which is also behind words.
+    part
+        The part, which may hide items; None for none.
+    """
+
+    items: tuple[Item, ...]
+    orbit: Orbit
+    size: QSize
+    ratio: float
+    background: str
+    part: PartScene | None = None
+
+    def is_seen_as(self, other: StillScene) -> bool:
+        """Return whether the other scene is seen from the same place, in a picture of this size.
+
+        One on another background is of another theme: words over it could not be read.
+        """
+        same = self.size == other.size and self.ratio == other.ratio
+        return same and self.orbit is other.orbit and self.background == other.background
+
+    def has_part_of(self, other: StillScene) -> bool:
+        """Return whether the part looks the same in both."""
+        return self.part is not None and self.part is other.part and self.is_seen_as(other)
+
+
+class KeptScene:
+    """The same scene as long as it is made of the same: who compares two needs only the object."""
+
+    def __init__(self) -> None:
+        self.scene: StillScene | None = None
+        self._made_of: tuple[object, ...] = ()
+
+    def made(
+        self, things: tuple[object, ...], values: tuple[object, ...], make: Callable[[], StillScene]
+    ) -> StillScene:
+        """Return the scene; ``make`` makes another where it would not be the same.
+
+        Parameters
+        ----------
+        things
+            What it is made of and holds arrays, such as orbits and items: it is the same, or it is
+            another one.
+        values
+            What can be compared.
+        make
+            Called where one of them is another.
+        """
+        made_of = (*things, *values)
+        count = len(things)
+        same = len(made_of) == len(self._made_of) and all(map(is_, things, self._made_of[:count]))
+        if self.scene is None or not same or values != self._made_of[count:]:
+            self.scene = make()
+            self._made_of = made_of
+        return self.scene
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StillPicture:
+    """A picture, and the depths of the part in it; None where it shows none."""
+
+    image: QImage
+    depth: Depth | None
+
+
+class _Drawing:
+    """A picture, and what of its scene is left to paint."""
+
+    def __init__(
+        self, scene: StillScene, font: QFont, canvases: _Canvases, share: float = 1.0
+    ) -> None:
+        self.scene = scene
+        self._font, self._canvases = font, canvases
+        self._box = QRectF(0.0, 0.0, scene.size.width(), scene.size.height())
+        self.canvas: Canvas | None = None
+        self._depth: Depth | None = None
+        self._items = scene.items
+        self._left: ScenePainter | None = None
+        part = scene.part
+        if part is not None:
+            self._scale = scale = part.scale(scene.size, scene.ratio, share)
+            # A picture that was painted before has memory for this one; new memory of some
+            # megabytes would cost milliseconds, and so would a copy.
+            self.canvas = canvas = canvases.take(
+                max(round(scene.size.width() * scale), 1),
+                max(round(scene.size.height() * scale), 1),
+            )
+            self._part = part.rendering(scene.orbit, scene.size, canvas, scale)
+            self.image = QImage(
+                canvas.image.data, canvas.width, canvas.height, 4 * canvas.width,
+                QImage.Format.Format_RGB32,
+            )  # fmt: skip
+            self.image.setDevicePixelRatio(scale)
+        else:
+            self.image = QImage(scene.size * scene.ratio, QImage.Format.Format_ARGB32_Premultiplied)
+            self.image.setDevicePixelRatio(scene.ratio)
+            self.image.fill(QColor(scene.background))
+            self._begin_items()
+        self.is_done = False
+
+    @property
+    def is_moving(self) -> bool:
+        """Return whether another picture follows at once."""
+        return self.scene.part is not None and self.scene.part.moving
+
+    @property
+    def seen(self) -> StillPicture:
+        """Return the picture as far as it is; nothing of a part that is half painted."""
+        if self._left is None:
+            nothing = QImage(1, 1, QImage.Format.Format_RGB32)
+            nothing.fill(QColor(self.scene.background))
+            return StillPicture(nothing, None)
+        return StillPicture(self.image, self._depth)
+
+    def go_on(self) -> None:
+        """Paint for a slice of time; what is shown while the view moves is painted at once."""
+        until = math.inf if self.is_moving else perf_counter() + _SLICE_S
+        if self._left is None:
+            if not self._canvases.has_part(self.scene, self.canvas):
+                if not self._part.go_on(until):
+                    return
+                self._canvases.keep_part(self.scene, self.canvas)
+            self._lay_part()
+            self._begin_items()
+        if self._left is not None:
+            painter = QPainter(self.image)
+            self.is_done = self._left.paint(painter, until)
+            painter.end()
+
+    def _lay_part(self) -> None:
+        """Lay fields and lines that are before the part or on it over the painted part."""
+        canvas, scene = self.canvas, self.scene
+        if canvas is None or scene.part is None:
+            return
+        bias = _ITEM_PX * self._part.px_mm + scene.part.slack_mm
+        self._depth = Depth(canvas, self._scale, bias)
+        projection = scene.orbit.projection(scene.size.width(), scene.size.height())
+        pixels = np.array([self._scale, self._scale, 1.0])
+        bundles = []
+        for item in scene.items:
+            if isinstance(item, Face):
+                corners = projection.apply(item.corners) * pixels
+                blend_flat(canvas, corners, item.colour, item.alpha / 255.0, bias)
+            elif isinstance(item, Lines) and len(item.segments):
+                ends = projection.apply(item.segments) * pixels
+                bundles.append(Bundle(ends, 0.5 * self._scale * item.width, item.colour))
+        draw_bundles(canvas, bundles, bias, self._hidden())
+        self._items = tuple(item for item in scene.items if not isinstance(item, Face | Lines))
+
+    def _hidden(self) -> float:
+        """Return how much of its colour is left of what the part hides, 0 to 1."""
+        part = self.scene.part
+        return _THROUGH if part is not None and part.style.mode is RenderMode.TRANSPARENT else 0.0
+
+    def _begin_items(self) -> None:
+        scene = self.scene
+        self._left = ScenePainter(
+            self._items, scene.orbit, self._box, self._font, scene.background,
+            depth=self._depth, ghost=self._hidden(),
+        )  # fmt: skip
+
+
+class _Canvases:
+    """Buffers for two pictures, one shown and one painted: new memory would cost milliseconds."""
+
+    def __init__(self) -> None:
+        self._free: list[Canvas] = []
+        self._part: tuple[StillScene, Canvas] | None = None
+
+    def keep_part(self, scene: StillScene, canvas: Canvas | None) -> None:
+        """Keep a part that stands still, without what is drawn over it: only that may change."""
+        if canvas is None or scene.part is None or scene.part.moving:
+            return
+        if canvas.width * canvas.height > _KEPT_PIXELS:
+            self._part = None
+            return
+        kept = self._part
+        own = None if kept is None else kept[1]
+        if own is None or (own.width, own.height) != (canvas.width, canvas.height):
+            own = Canvas(canvas.width, canvas.height)
+        own.copy_from(canvas)
+        self._part = (scene, own)
+
+    def has_part(self, scene: StillScene, canvas: Canvas | None) -> bool:
+        """Put the part into a canvas if it is the one that was kept; return whether it is."""
+        kept = self._part
+        if canvas is None or kept is None or not scene.has_part_of(kept[0]):
+            return False
+        canvas.copy_from(kept[1])
+        return True
+
+    def take(self, width: int, height: int) -> Canvas:
+        """Return one that nobody uses."""
+        for canvas in self._free:
+            if (canvas.width, canvas.height) == (width, height):
+                self._free.remove(canvas)
+                return canvas
+        self._free.clear()
+        return Canvas(width, height)
+
+    def give_back(self, canvas: Canvas | None) -> None:
+        """Say that it is no longer shown."""
+        if canvas is not None and len(self._free) < 2:
+            self._free.append(canvas)
+
+
+def painted_still(scene: StillScene, font: QFont) -> StillPicture:
+    """Return the whole picture of a scene, for paper."""
+    drawing = _Drawing(scene, font, _Canvases())
+    while not drawing.is_done:
+        drawing.go_on()
+    return drawing.seen
+
+
+class SceneLayer(QObject):
+    """Keep the picture of a still scene.
+
+    Parameters
+    ----------
+    parent
+        Whose scene it is.
+    """
+
+    changed = Signal()
+    """There is more to show of a picture that takes longer."""
+
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        self._shown: _Drawing | None = None
+        self._next: _Drawing | None = None
+        self._canvases = _Canvases()
+        self._share = 0
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.timeout.connect(self._finish)
+
+    def picture(self, scene: StillScene, font: QFont) -> StillPicture:
+        """Return the picture of a scene.
+
+        While a new one is painted it is that of the scene before, if that was seen from the same
+        place, else as much as is painted.
+        """
+        before = self._shown
+        if before is not None and before.scene is scene:
+            self._drop_next()
+            return before.seen
+        drawing = self._next
+        if drawing is None or drawing.scene is not scene:
+            self._drop_next()
+            drawing = self._next = _Drawing(scene, font, self._canvases, _SHARES[self._share])
+            self._go_on()
+        if drawing.is_done or before is None or not before.scene.is_seen_as(scene):
+            return drawing.seen
+        return before.seen
+
+    def is_done(self) -> bool:
+        """Return whether the picture that was asked for last is the one that is shown."""
+        return self._shown is not None and self._next is None
+
+    def shows(self, scene: StillScene) -> bool:
+        """Return whether the picture of a scene is shown, all of it."""
+        return self._shown is not None and self._shown.scene is scene
+
+    def canvas(self) -> Canvas | None:
+        """Return the buffers of the part that is shown; None where none is."""
+        return None if self._shown is None else self._shown.canvas
+
+    def _drop_next(self) -> None:
+        if self._next is not None:
+            self._canvases.give_back(self._next.canvas)
+            self._next = None
+
+    def _go_on(self) -> None:
+        """Paint a little more; what is done is shown."""
+        drawing = self._next
+        if drawing is None:
+            return
+        began = perf_counter()
+        drawing.go_on()
+        # As long as the view moves; the next time it may have the processor for itself.
+        slow = perf_counter() - began > _FRAME_S
+        self._share = min(self._share + slow, len(_SHARES) - 1) if drawing.is_moving else 0
+        if drawing.is_done:
+            if self._shown is not None:
+                self._canvases.give_back(self._shown.canvas)
+            self._shown, self._next = drawing, None
+        else:
+            self._timer.start(0)
+
+    def _finish(self) -> None:
+        self._go_on()
+        # Also while it grows: there may be nothing else to look at.
+        self.changed.emit()
