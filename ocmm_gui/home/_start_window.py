@@ -125,7 +125,7 @@ class StartWindow(QMainWindow):
         self._state_comes = False
         self._look = QTimer(self)
         self._look.setInterval(_STATE_MS)
-        self._look.timeout.connect(self._read_state)
+        self._look.timeout.connect(self.read_state)
         self.loaded = store.load()
         dress_application(THEMES[self.loaded.settings.window_theme])
         self.banner = Banner()
@@ -189,13 +189,13 @@ class StartWindow(QMainWindow):
             lambda jobs: self.page.show_jobs(jobs, folder),
             self._notices.error,
         )
-        self._read_state()
+        self.read_state()
         self._look.start()
         self._lists.do(lambda: _hand_over(settings), self.page.show_hand_over, self._notices.error)
         # What a job needs is loaded while somebody reads.
         self._lists.do(_warm, lambda _none: None, self._notices.error)
 
-    def _read_state(self) -> None:
+    def read_state(self) -> None:
         """Look how the station stands, unless that is under way."""
         if self._state_comes:
             return

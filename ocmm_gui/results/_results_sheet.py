@@ -194,8 +194,12 @@ class ResultsSheet(Sheet):
     def _on_opened(self, opened: object) -> None:
         self.opening.end()
         if isinstance(opened, OpenedJob):
-            self._source = JobSource.of_opened(opened)
-            self._refresh()
+            self.show_source(JobSource.of_opened(opened))
+
+    def show_source(self, source: JobSource) -> None:
+        """Show a job of a file that was opened."""
+        self._source = source
+        self._refresh()
 
     def _on_not_opened(self, error: object) -> None:
         self.opening.end()

@@ -29,8 +29,9 @@ def test_a_frame_is_not_accepted_for_points_that_have_changed_since(
     residual = Residual(used.name, True, np.zeros(3), 0.0, None, 0.0, None)
     report = AlignmentReport("frame of the part", placed, placed, (residual,), (), None, None, ())
     sheet = bench.window.sheets.alignment
-    bench.bridge.shown.job = sheet._of = job
-    sheet._on_report(report)
+    bench.bridge.shown.job = job
+    sheet._of = job  # noqa: SLF001 - as if it had been computed from this job
+    sheet._on_report(report)  # noqa: SLF001
     assert sheet.state() == "Fully constrained"
     assert sheet.keys["accept"].isEnabled()
 

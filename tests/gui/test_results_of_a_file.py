@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from PySide6.QtWidgets import QLabel
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.inspection.evaluation import JobView
@@ -23,7 +24,7 @@ def test_a_file_that_was_left_gives_way_to_the_job_that_goes_on(qtbot: QtBot) ->
     running = JobSource(lambda: Path("now.ocmm"), lambda: now[0], lambda _done, _failed: None)
     sheet = ResultsSheet(running, lambda: "")
     qtbot.addWidget(sheet)
-    sheet._source = replace(running, file=lambda: Path("old.ocmm"), read_only=True)
+    sheet.show_source(replace(running, file=lambda: Path("old.ocmm"), read_only=True))
 
     def shown() -> str:
         sheet.show()
@@ -31,7 +32,7 @@ def test_a_file_that_was_left_gives_way_to_the_job_that_goes_on(qtbot: QtBot) ->
         return sheet.about()
 
     assert "old.ocmm, read-only" in shown()
-    assert sheet._about.property("role") == "warn"
+    assert _role(sheet) == "warn"
     # Told again, and nothing was measured: whoever looked something up finds it again.
     sheet.hide()
     sheet.job_changed()
@@ -44,7 +45,12 @@ def test_a_file_that_was_left_gives_way_to_the_job_that_goes_on(qtbot: QtBot) ->
     now[0] = job
     sheet.job_changed()
     assert shown().startswith("Current job")
-    assert sheet._about.property("role") == "muted"
+    assert _role(sheet) == "muted"
+
+
+def _role(sheet: ResultsSheet) -> object:
+    (line,) = (one for one in sheet.findChildren(QLabel) if one.text() == sheet.about())
+    return line.property("role")
 
 
 def _one_point_less(job: JobView) -> JobView:

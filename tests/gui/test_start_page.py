@@ -82,7 +82,7 @@ def test_cameras_that_were_never_calibrated_say_what_to_do(
     )
     store = CalibrationStore(store_folder(tmp_path / "calibrations", "recommended"))
     store.accept(record, "technician", "new", now)
-    window._read_state()
+    window.read_state()
     qtbot.waitUntil(lambda: window.page.state_words[2].text() != "NONE", timeout=HANG_MS)
 
 

@@ -97,7 +97,7 @@ def test_after_a_loss_the_uncertainty_is_that_of_the_new_place(eye: _Eye, parts:
     last = eye.virtual.n_frames // 2
     eye.see(0)
     before = eye.now()
-    time.sleep(1.1 * _live._UNCERTAINTY_EVERY_S)
+    time.sleep(1.1 * _live._UNCERTAINTY_EVERY_S)  # noqa: SLF001
     eye.see(BLOCK, hidden=True)
     # Whoever looks meanwhile keeps the number of the last place.
     assert eye.now().status is StatusWord.LOST
