@@ -30,6 +30,9 @@ traces and, while it measures, the job; both end, but not within a short run."""
 GROWTH_MIB_AN_HOUR = 1.0
 """Of every process, once it has run for `STEADY_S`."""
 STEADY_S = 600.0
+UNDER_WAY = 16_000
+"""Frames between the bus process and the station at the moments when the books are looked at: two
+seconds of them, for a busy computer."""
 WARM_UP_S = 10.0
 """Until here code is compiled, pages are touched and the window is laid out."""
 _FILLED_S = HISTORY_S + 5.0
@@ -214,6 +217,19 @@ class Row:
     kept: bool
 
 
+def taken_by_station(frames: int, written: int) -> Row:
+    """Return the line that says whether the station went on to the end.
+
+    A reconstruction that gave up loses nothing by the books of the bus.
+    """
+    return Row(
+        "frames taken by the station",
+        f"{frames}",
+        f"= {written} +- {UNDER_WAY}",
+        abs(written - frames) <= UNDER_WAY,
+    )
+
+
 def judge(name: str, seen: Outcome) -> list[Row]:
     """Return the table of one run."""
     whole, begun = sum(seen.report.round_trip.counts), sum(seen.report.lateness.counts)
@@ -243,6 +259,7 @@ def judge(name: str, seen: Outcome) -> list[Row]:
             share <= limit),
         Row("frames that the ring lost", f"{seen.during('overrun')}", "= 0",
             seen.during("overrun") == 0),
+        taken_by_station(seen.frames, seen.during("frames") - seen.during("overrun")),
         # What is missing at the reader is what the books call lost, to the frame.
         Row("exposures missing at reader", f"{seen.gaps} of {seen.frames}", "<= lost + ring's",
             seen.gaps <= lost + seen.during("overrun") and seen.frames > 0),

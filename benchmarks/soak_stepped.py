@@ -34,6 +34,7 @@ from benchmarks.soak_books import (
     counters,
     mapped_ring,
     once_in_operation,
+    taken_by_station,
 )
 from benchmarks.soak_observer import Observer, observed
 from ocmm_core.acquisition.frames import FrameRing, read_status
@@ -165,6 +166,7 @@ def judge(soak: Soak) -> list[Row]:
           for name in ("late", "lost", "bad")),
         Row("frames lost by the books", f"{more['frames_lost']}", "= 0", not more["frames_lost"]),
         Row("frames that the ring lost", f"{more['overrun']}", "= 0", not more["overrun"]),
+        taken_by_station(seen.frames, more["frames"] - more["overrun"]),
         Row("exposures missing at the reader", f"{seen.gaps}", "= 0", not seen.gaps),
         Row("frames stale or repeated", f"{seen.stale}", "= 0", not seen.stale),
         Row("frames not a period later", f"{seen.untimely}", "= 0", not seen.untimely),

@@ -29,6 +29,8 @@ _EFFORT = 0.0015
 """A degree more must take so much of U off, as a share: of two alike the smaller turn is said."""
 MARGIN_RAD = float(np.radians(6.0))
 """The LEDs that are counted on shine so much further: a hand is good to some 3 degrees."""
+_SHINING = 2
+"""LEDs at the rim of their cone are a guess; of so many a camera sees one, or nothing at all."""
 _LOWEST = float(np.cos(np.radians(100.0)))
 """Nobody holds a probe with its handle farther from upright."""
 
@@ -103,8 +105,9 @@ def advise(
     """Return the turns about the resting ball, and the uncertainty that each would give.
 
     What a camera should see now and does not is hidden by something, and counts as hidden in every
-    turn; what it sees beyond the model counts as long as the probe is not turned. Two turns at once
-    are tried only where no single one is worth it.
+    turn, as everything does of a camera that sees nothing; what it sees beyond the model counts as
+    long as the probe is not turned. Two turns at once are tried only where no single one is worth
+    it.
 
     Parameters
     ----------
@@ -138,6 +141,9 @@ def _tried(
     rotations = rotations @ held.rotation_world_from_probe
     sight = sight_of(rig, body, rotations, held.tip_world)
     hidden = sight.seen[0] & ~held.seen
+    # A camera that sees nothing of what shines to it does not see what comes to light by a turn.
+    shining = np.count_nonzero(sight.seen[0], axis=1)
+    hidden[(shining >= _SHINING) & ~held.seen.any(axis=1)] = True
     sight.seen[1:] &= ~hidden
     sight.seen[0] = held.seen
     sure = sight_of(rig, body, rotations, held.tip_world, MARGIN_RAD).seen & ~hidden

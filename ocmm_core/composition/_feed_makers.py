@@ -18,7 +18,7 @@ from ocmm_core.composition._defaults import DEMO_PART, REAL_WIRE, SERVICE, VIRTU
 from ocmm_core.composition._feeds import Feed, StationRequest
 from ocmm_core.composition._model_part import kept_part
 from ocmm_core.errors import InputError
-from ocmm_core.fieldbus.described import DeviceDescription, load_device
+from ocmm_core.fieldbus.described import DeviceDescription, load_device, refuse_coarse
 from ocmm_core.fieldbus.device import CameraIdentity, Intrinsics
 from ocmm_core.fieldbus.wire import is_virtual_interface
 from ocmm_core.inspection.plan import Plan
@@ -144,10 +144,21 @@ def _described(rig: Rig) -> tuple[DeviceDescription | None, tuple[Intrinsics, ..
     """Return what the cameras of a rig are, and what they correct with where they do.
 
     A camera that corrects holds the intrinsics of the calibration in use.
+
+    Raises
+    ------
+    InputError
+        The description cannot be used, or not with the noise of this rig.
     """
     if not rig.device:
         return None, ()
     device = load_device(rig.device)
+    refuse_coarse(
+        device,
+        white_px=rig.noise.white_px,
+        pattern_px=rig.noise.pattern_px,
+        pitch_mm=min(camera.pitch_mm for camera in rig.cameras),
+    )
     lenses = tuple(Intrinsics.of(camera, 0) for camera in rig.cameras)
     return device, lenses if device.is_corrected else ()
 

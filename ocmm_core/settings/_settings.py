@@ -216,11 +216,18 @@ class SettingsStore:
             if value is not None:
                 checked(spec_of(key), value)
         file = self.station if scope is Scope.STATION else self.user
-        if scope is Scope.USER or forced:
+        if scope is Scope.USER:
+            # The station may have set it, too: a default must then stand in the user's document.
+            return self._stamped(file, changes, below=self.station)
+        if forced:
             return self._stamped(file, changes)
         try:
             notes = self._stamped(file, changes)
         except OcmmError as error:
+            held = _set_in(file, changes)
+            if any(value is None and key in held for key, value in changes.items()):
+                # No document says that something is not set: that of the station would still hold.
+                raise
             told = self._stamped(self.user, changes, below=file)
             return (Note(f"{error.what} The change holds for this user.", error.remedy), *told)
         # What the user had set for himself would hide what is now set for everybody.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
+from dataclasses import replace
 
 import numpy as np
 
@@ -33,6 +34,10 @@ from ocmm_core.tracking import (
 
 _STALE_S = 0.3
 """Tracking that lags by more than this shows the past, even where the cameras deliver."""
+
+_WAITS_S = 2.0
+"""Of a source that waits for its reader: a computer that is busy may keep it waiting for a while,
+but after this nothing comes any more."""
 
 _SHOWN_FRAMES = 80
 """The live position is the mean of so many latest frames, 10 ms at 8 kHz."""
@@ -87,6 +92,7 @@ class LiveState:
         self._uncertainty_at = -np.inf
         self._uncertainty_lock = threading.Lock()
         self._last_good: tuple[TrackBlock, int] | None = None
+        self._good_at = -np.inf
         self._fed_at = -np.inf
         self._disturbed_at = -np.inf
         self._rate: deque[tuple[int, int]] = deque()
@@ -107,6 +113,10 @@ class LiveState:
         good = np.flatnonzero(track.status == FrameStatus.OK)
         if len(good):
             self._last_good = (track, int(good[-1]))
+            if now - self._good_at > _UNCERTAINTY_EVERY_S:
+                # Lost for a while: the uncertainty at hand is that of another place.
+                self._uncertainty_at = -np.inf
+            self._good_at = now
         if self._reference is not None:
             self._references = pipeline.slot_references()
             self._reference_view = reference_view(track, pipeline, self._reference)
@@ -130,6 +140,13 @@ class LiveState:
             What has failed beside the measuring.
         """
         raw, track, rate = self._raw, self._track, list(self._rate)
+        spots, labels, reference = self._no_spots, self._labels, self._reference_view
+        if raw is not None:
+            spots = raw.uv[-1]
+        if not self._comes(acquisition):
+            # What was seen last is not what is seen: neither spots nor a rate stay on the screen.
+            spots, labels, rate = np.full_like(spots, np.nan), np.full_like(labels, -1), []
+            reference = replace(reference, seen=0) if reference is not None else None
         self._renew_uncertainty()
         word, reason = self._judge(acquisition, track, blocker)
         trusted = word in (StatusWord.READY, StatusWord.MEASURING) and track is not None
@@ -147,16 +164,22 @@ class LiveState:
                 track.rotation_world_from_probe[-1] if shown is not None and track else None
             ),
             origin_world=track.origin_world[-1] if shown is not None and track else None,
-            spots=raw.uv[-1] if raw is not None else self._no_spots,
-            slot_leds=self._labels,
+            spots=spots,
+            slot_leds=labels,
             frame_counter=int(raw.counter[-1]) if raw is not None else -1,
             time_s=float(raw.time_ns[-1]) * 1e-9 if raw is not None else 0.0,
             frames_per_second=_frames_per_second(rate),
             acquisition=acquisition,
             slot_references=self._references,
-            reference=self._reference_view,
+            reference=reference,
             faults=faults,
         )
+
+    def _comes(self, acquisition: AcquisitionStatus) -> bool:
+        """Return whether frames come as they should, so that the last ones show how it is now."""
+        limit_s = _WAITS_S if self._bus is None else _STALE_S
+        running = acquisition.state is not AcquisitionState.STOPPED
+        return running and time.monotonic() - self._fed_at <= limit_s
 
     def probe_now(self) -> ProbeNow | None:
         """Return how the probe was seen last, for the coach (any thread).
@@ -176,7 +199,8 @@ class LiveState:
         good, frame = latest
         own = in_rig(good)
         spots = good.uv[frame]
-        is_good = status is FrameStatus.OK
+        # Outside the calibrated volume nobody knows how well the ball is known.
+        is_good = status is FrameStatus.OK and self._is_inside(own.tip_world[frame])
         last = LastPose(
             own.rotation_world_from_probe[frame], own.tip_world[frame], spots,
             self._sensitivities_at(good, frame),
@@ -222,6 +246,8 @@ class LiveState:
             return StatusWord.NOT_READY, blocker
         if track is None:
             return StatusWord.NOT_READY, "Waiting for the cameras."
+        if not self._comes(acquisition):
+            return StatusWord.NOT_READY, "No new frames from the cameras."
         status = FrameStatus(int(track.status[-1]))
         if status is FrameStatus.REFERENCE_LOST:
             return self._reference_lost
@@ -251,8 +277,7 @@ class LiveState:
         return "Waiting for the cameras." if self._fed_at < self._disturbed_at else ""
 
     def _judge_tip(self, tip_rig: Float) -> tuple[StatusWord, str]:
-        low, high = self._rig.volume_world
-        if np.any(tip_rig < low) or np.any(tip_rig > high):
+        if not self._is_inside(tip_rig):
             return StatusWord.INACCURATE, "The ball is outside the calibrated volume."
         limit = self._options.max_uncertainty
         if self._uncertainty is None or self._uncertainty > limit:
@@ -262,6 +287,10 @@ class LiveState:
                 "both cameras see more LEDs.",
             )
         return (StatusWord.MEASURING if self._collecting else StatusWord.READY), ""
+
+    def _is_inside(self, tip_rig: Float) -> bool:
+        low, high = self._rig.volume_world
+        return bool(np.all(tip_rig >= low) and np.all(tip_rig <= high))
 
     def _renew_uncertainty(self) -> None:
         """Compute the uncertainty of the last good frame, where the one at hand is old.

@@ -9,12 +9,15 @@ from ocmm_core.acquisition.frames import (
     StopReason,
     read_status,
 )
+from ocmm_core.calibration.records import Blocker
 from ocmm_core.fieldbus.report import BusReport
 from ocmm_core.inspection.evaluation import LiveView
 from ocmm_core.station._bus_watch import BusView, BusWatch
 from ocmm_core.station._faults import StationFaults
 from ocmm_core.station._instruments import Instruments
 from ocmm_core.station._live import LiveState
+from ocmm_core.station._maintenance import StationMaintenance
+from ocmm_core.station.coaching import ProbeNow
 
 _UNKNOWN = AcquisitionStatus(
     AcquisitionState.STOPPED, StopReason.FAILED, "", 0, 0, 0, 0, 0, 0, 0, 0
@@ -34,6 +37,8 @@ class Looks:
         None where the frames do not come over one.
     instruments
         May forbid points.
+    maintenance
+        Its procedures see the frames instead of the job.
     faults
         May forbid every number.
     """
@@ -44,10 +49,11 @@ class Looks:
         live: LiveState,
         bus: BusWatch | None,
         instruments: Instruments,
+        maintenance: StationMaintenance,
         faults: StationFaults,
     ) -> None:
         self._ring, self._live, self._bus = ring, live, bus
-        self._instruments, self._faults = instruments, faults
+        self._instruments, self._maintenance, self._faults = instruments, maintenance, faults
         self._last_status: AcquisitionStatus | None = None
 
     def acquisition(self) -> AcquisitionStatus:
@@ -60,11 +66,19 @@ class Looks:
         try:
             status = self.acquisition()
             if self._faults.measuring is None:
-                _, blocker = self._instruments.blocking_reason()
-                return self._live.view(status, str(blocker or ""), self._words_beside)
+                return self._live.view(status, str(self._blocker or ""), self._words_beside)
         except Exception as error:
             self._faults.fail(error, "The judging of what is seen")
         return self._live.failed(status, self._faults.reason, self._words_beside)
+
+    def probe_now(self) -> ProbeNow | None:
+        """Return how the probe was seen last, for the coach; None while no point may be taken.
+
+        Its numbers stand beside the readout: they must not stand where that withholds its own.
+        """
+        if self._faults.measuring is not None or self._blocker is not None:
+            return None
+        return self._live.probe_now()
 
     def bus(self) -> BusView | None:
         """Return what is known about the bus; None where the frames do not come over one."""
@@ -85,6 +99,11 @@ class Looks:
         self._last_status = self.acquisition()
         if self._bus is not None:
             self._bus.close()
+
+    @property
+    def _blocker(self) -> Blocker | None:
+        """Return why no point is taken, whatever is seen; None where one may be."""
+        return self._maintenance.blocking_reason or self._instruments.blocking_reason()[1]
 
     @property
     def _words_beside(self) -> tuple[str, ...]:

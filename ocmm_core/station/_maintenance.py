@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.records import Blocker
 from ocmm_core.export import write_together
 from ocmm_core.station._bus_watch import BusWatch, bus_text
 from ocmm_core.station._calibration_watch import CalibrationWatch
@@ -92,6 +93,11 @@ class StationMaintenance:
         """
         self._watcher = watcher
 
+    @property
+    def blocking_reason(self) -> Blocker | None:
+        """Return that a procedure watches, so that no points are taken; None where none does."""
+        return None if self._watcher is None else _WATCHED
+
     def takes(self, block: FrameBlock) -> bool:
         """Show frames to whoever watches, and say whether somebody does (reconstruction thread)."""
         watcher = self._watcher
@@ -116,6 +122,11 @@ class StationMaintenance:
             The file cannot be written.
         """
         write_together({path: bus_text(self._bus, self._rig).encode("utf-8")})
+
+
+_WATCHED = Blocker(
+    "A procedure of Maintain uses the frames: no points are taken.", "Finish it, or leave it."
+)
 
 
 def _look_away(block: FrameBlock) -> None:

@@ -105,12 +105,12 @@ class MeasuringStation:
         """What is measured with, and how far it can be trusted."""
         self.maintenance = StationMaintenance(current, watch, bus, gear.rig.name, faults, events)
         """What a maintenance technician does."""
+        self.looks = looks = Looks(ring, live, bus, instruments, self.maintenance, faults)
+        """Live values, acquisition and bus."""
         self.coach = CoachWatch(
-            gear.rig, gear.body, live, failed=lambda error: faults.note(error, "The coach")
+            gear.rig, gear.body, looks, failed=lambda error: faults.note(error, "The coach")
         )
         """Which turn of the probe would better its ball, or what to do while it is lost."""
-        self.looks = Looks(ring, live, bus, instruments, faults)
-        """Live values, acquisition and bus."""
         self._frames = frames = FrameLoop(
             ring,
             gear.rig,

@@ -52,6 +52,8 @@ class SupportSite:
         Gives the report of the doctor as text.
     environment
         Its secrets are taken out.
+    people
+        Names that whoever packs knows besides: who measures now.
     """
 
     store: SettingsStore
@@ -61,6 +63,7 @@ class SupportSite:
     extra: dict[str, str] = field(default_factory=dict)
     doctor: Callable[[], str] = lambda: doctor_text()
     environment: dict[str, str] = field(default_factory=lambda: dict(os.environ))
+    people: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,11 +234,17 @@ def names_of(loaded: LoadedSettings, site: SupportSite) -> tuple[str, ...]:
         for path in sorted(folder.rglob("*.json"))[:MOST_RECORDS]:
             for name in _operators(path):
                 found.setdefault(name)
+    for name in site.people:
+        found.setdefault(name.strip())
     for name in ("USER", "LOGNAME", "SUDO_USER", "USERNAME"):
         found.setdefault(site.environment.get(name, ""))
     found.setdefault(Path.home().name)
     found.pop("", None)
     return tuple(found)
+
+
+_NAMED = ("made_by", "who", "operator", "by", "user", "name_of_operator", "inspector")
+"""Fields of records that hold the name of a person."""
 
 
 def _operators(path: Path) -> Iterator[str]:
@@ -250,8 +259,9 @@ def _operators(path: Path) -> Iterator[str]:
         if isinstance(value, dict):
             for key, one in value.items():
                 if isinstance(one, str):
-                    if key in ("operator", "by", "user", "name_of_operator", "inspector"):
-                        yield one.strip()
+                    if key in _NAMED:
+                        # Who practises signs as "PRACTICE: name".
+                        yield one.rpartition(":")[2].strip()
                 elif isinstance(one, dict):
                     pending.append(one)
 
@@ -260,6 +270,7 @@ def site_of_this_user(
     store: SettingsStore | None = None,
     history: FrameHistory | None = None,
     extra: dict[str, str] | None = None,
+    people: tuple[str, ...] = (),
 ) -> SupportSite:
     """Return where the bundle of this user takes things from."""
     from ocmm_core.calibration.records import default_folder, default_probe_folder
@@ -270,7 +281,7 @@ def site_of_this_user(
         chosen.instrument_calibrations or default_folder(),
         chosen.instrument_probes or default_probe_folder(),
     )
-    return SupportSite(settings, log_folder(), records, history, extra or {})
+    return SupportSite(settings, log_folder(), records, history, extra or {}, people=people)
 
 
 def secret_texts(loaded: LoadedSettings) -> Iterator[str]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from ocmm_core.errors import StorageError
+from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.inspection.evaluation import JobHeader
 from ocmm_core.station import MeasuringStation
 from ocmm_gui.bridge._commands import CommandQueue
@@ -36,7 +37,7 @@ class JobChangeCommands(QObject):
 
     def __init__(self, station: MeasuringStation, queue: CommandQueue, parent: QObject) -> None:
         super().__init__(parent)
-        self._jobs, self._queue = station.jobs, queue
+        self._jobs, self._job, self._queue = station.jobs, station.job, queue
 
     def next_part(self, header: JobHeader) -> None:
         """Go on with a new job for another part; `job_begun` tells when it is there."""
@@ -77,4 +78,12 @@ class JobChangeCommands(QObject):
                 self.job_left.emit(words)
             self.job_begun.emit()
 
-        self._queue.begin(call, done)
+        def begin() -> str:
+            words = call()
+            # Evaluated before it is told: what is on the screen until then is of the job before.
+            # Why it cannot be, the station tells.
+            with contextlib.suppress(OcmmError):
+                self._job.view()
+            return words
+
+        self._queue.begin(begin, done)

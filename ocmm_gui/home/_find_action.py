@@ -18,7 +18,7 @@ _SHARE, _TOP_PX = 0.7, 48
 class FindAction(QFrame):
     """A field and what fits to it, best first; it lies over the page, which goes on.
 
-    What cannot be done now is left out.
+    What cannot be done now is left out, but for what another page does: that is shown then.
 
     Parameters
     ----------
@@ -28,12 +28,15 @@ class FindAction(QFrame):
 
     closed = Signal()
     """The search is over; an action may have been done."""
+    other_wanted = Signal(str)
+    """Emits the key of an action that is done on another page."""
 
     def __init__(self, over: QWidget) -> None:
         super().__init__(over)
         self.setProperty("role", "panel")
         self.setAccessibleName(tr("Find an action"))
         self._actions: dict[str, QAction] = {}
+        self._others: frozenset[str] = frozenset()
         self.field = _Field()
         self.field.setAccessibleName(tr("What do you want to do?"))
         self.field.setPlaceholderText(tr("What do you want to do? Return does it, Esc closes."))
@@ -55,9 +58,13 @@ class FindAction(QFrame):
         self.list.itemClicked.connect(lambda _item: self._do())
         self.hide()
 
-    def ask(self, actions: Mapping[str, QAction]) -> None:
-        """Open the search over the actions that can be done now."""
-        self._actions = {key: action for key, action in actions.items() if action.isEnabled()}
+    def ask(
+        self, actions: Mapping[str, QAction], others: Mapping[str, QAction] | None = None
+    ) -> None:
+        """Open the search over what can be done now, and behind it over what another page does."""
+        now = {key: action for key, action in actions.items() if action.isEnabled()}
+        elsewhere = {key: one for key, one in (others or {}).items() if key not in now}
+        self._actions, self._others = now | elsewhere, frozenset(elsewhere)
         self.field.clear()
         self._show()
         over = self.parentWidget()
@@ -75,10 +82,13 @@ class FindAction(QFrame):
         self.closed.emit()
 
     def _do(self) -> None:
-        item = self.list.currentItem()
+        chosen = self.list.selectedItems()
+        key = chosen[0].data(Qt.ItemDataRole.UserRole) if chosen else ""
         self.close_search()
-        if item is not None:
-            self._actions[item.data(Qt.ItemDataRole.UserRole)].trigger()
+        if key in self._others:
+            self.other_wanted.emit(key)
+        elif key:
+            self._actions[key].trigger()
 
     def _move(self, step: int) -> None:
         count = self.list.count()
@@ -95,8 +105,12 @@ class FindAction(QFrame):
             item.setToolTip(literal(about))
             item.setData(Qt.ItemDataRole.UserRole, key)
             item.setSizeHint(QSize(200, _ROW_PX))
-        if self.list.count():
-            self.list.setCurrentRow(0)
+        if not self.list.count():
+            nothing = QListWidgetItem(tr("Nothing found. Type less."), self.list)
+            nothing.setFlags(Qt.ItemFlag.NoItemFlags)
+            nothing.setSizeHint(QSize(200, _ROW_PX))
+            return
+        self.list.setCurrentRow(0)
 
 
 def fitting(text: str, actions: Mapping[str, QAction]) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QKeySequence
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QListWidget,
@@ -182,6 +182,13 @@ class _Capture(PlainLabel):
             QKeySequence.SequenceFormat.PortableText
         )
         self.pressed_key.emit(shortcut)
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """Let the keys go: whoever clicks elsewhere does not mean the next one for this."""
+        super().focusOutEvent(event)
+        if self._listens:
+            self._end()
+            self.given_up.emit()
 
     def _end(self) -> None:
         self._listens = False

@@ -125,7 +125,7 @@ class SettingRow(QObject):
             self.find.clicked.connect(lambda: self.browse.emit(spec.key))
             grid.addWidget(self.find, row, 3)
         self.reset = _button("↺", tr("Set {setting} to its default").format(setting=label))
-        self.reset.clicked.connect(lambda: self.committed.emit(spec.key, None))
+        self.reset.clicked.connect(lambda: self.committed.emit(spec.key, spec.default))
         grid.addWidget(self.reset, row, 4)
         if below:
             grid.addWidget(self.told, row + 1, 1, 1, 4)

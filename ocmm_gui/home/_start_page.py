@@ -60,7 +60,8 @@ START_ACTIONS = (
         later("SIMULATED: a robot hand measures a virtual part; take over and try"), ("F9",),
     ),
     ActionInfo(
-        "settings", later("Settings"), later("Cameras, probe, folders, temperatures, sounds, keys"),
+        "settings", later("Settings"),
+        later("Cameras, probe, folders, temperatures, language, units, sounds, keys"),
         ("Ctrl+,",),
     ),
     ActionInfo(
@@ -229,7 +230,7 @@ class StartPage(QWidget):
 
 
 def _word(line: StateLine, *, simulated: bool) -> QLabel:
-    word = PlainLabel(tr("SIMULATED") if simulated else line.word)
+    word = PlainLabel(tr("SIMULATED") if simulated else said_word(line.word))
     word.setFont(text_font(18, bold=True))
     good = line.usable and not line.soon and not simulated
     word.setProperty("role", "good" if good else "warn" if line.usable else "bad")

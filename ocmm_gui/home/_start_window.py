@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import (
     QAction,
     QCloseEvent,
@@ -53,6 +53,10 @@ if TYPE_CHECKING:
 
 _ANEW = ("window_language", "window_decimal", "window_units")
 """Settings in which every text of a window is written."""
+
+
+_STATE_MS = 20_000
+"""Between two looks at the station: a term ends, or another program puts a record in doubt."""
 
 
 class Errands(Enum):
@@ -117,6 +121,11 @@ class StartWindow(QMainWindow):
         self._store, self._notices = store, notices
         self._recent = recent or RecentPlaces()
         self._lists = Worker("ocmm-start", self)
+        self._state: StationState | None = None
+        self._state_comes = False
+        self._look = QTimer(self)
+        self._look.setInterval(_STATE_MS)
+        self._look.timeout.connect(self.read_state)
         self.loaded = store.load()
         dress_application(THEMES[self.loaded.settings.window_theme])
         self.banner = Banner()
@@ -180,10 +189,30 @@ class StartWindow(QMainWindow):
             lambda jobs: self.page.show_jobs(jobs, folder),
             self._notices.error,
         )
-        self._lists.do(lambda: _state(settings), self.page.show_state, self._notices.error)
+        self.read_state()
+        self._look.start()
         self._lists.do(lambda: _hand_over(settings), self.page.show_hand_over, self._notices.error)
         # What a job needs is loaded while somebody reads.
         self._lists.do(_warm, lambda _none: None, self._notices.error)
+
+    def read_state(self) -> None:
+        """Look how the station stands, unless that is under way."""
+        if self._state_comes:
+            return
+        self._state_comes = True
+        settings = self.loaded.settings
+
+        def came(state: StationState) -> None:
+            self._state_comes = False
+            if state != self._state:
+                self._state = state
+                self.page.show_state(state)
+
+        def failed(error: Exception) -> None:
+            self._state_comes = False
+            self._notices.error(error)
+
+        self._lists.do(lambda: _state(settings), came, failed)
 
     def show_start(self) -> None:
         """Show the Start page."""
@@ -214,6 +243,7 @@ class StartWindow(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Stop reading."""
+        self._look.stop()
         if self._has_settings():
             self.settings.close_work()
         if self._archive_sheet is not None:

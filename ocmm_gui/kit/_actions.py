@@ -101,7 +101,7 @@ ACTIONS = (
     ),
     ActionInfo(
         "results", later("Results"),
-        later("All characteristics, their uncertainty and the reports"), ("F3",)
+        later("All characteristics, their uncertainty, and reports to print, such as PDF"), ("F3",)
     ),
     ActionInfo("plan", later("Plan"), later("Create or edit a plan"), ("F4",)),
     ActionInfo(
@@ -222,7 +222,8 @@ ACTIONS = (
         later("Leave the job for the Start page; no point is lost"), ("Ctrl+H",), mode=None,
     ),
     ActionInfo(
-        "settings", later("Settings"), later("Cameras, probe, folders, temperatures, sounds, keys"),
+        "settings", later("Settings"),
+        later("Cameras, probe, folders, temperatures, language, units, sounds, keys"),
         ("Ctrl+,",), mode=None,
     ),
     ActionInfo(

@@ -31,7 +31,7 @@ from ocmm_gui.kit._parts import sentence_label
 from ocmm_gui.kit._path_panel import OwnKeysField
 from ocmm_gui.kit._shortcuts import key_words, make_button
 from ocmm_gui.kit._texts import PlainLabel, later, literal, tr
-from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, text_font
+from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, text_font, use_role
 
 LEAVE = ActionInfo("leave", later("Back"), later("Back to measuring; nothing is lost"), ("Esc",))
 _BUTTON_PX = 42
@@ -86,8 +86,9 @@ class Sheet(QWidget):
         layout.addLayout(self.body, 1)
         layout.addLayout(self._row)
 
-    def say(self, about: str) -> None:
-        """Show a sentence beside the title."""
+    def say(self, about: str, *, warns: bool = False) -> None:
+        """Show a sentence beside the title; one that warns has the colour for it."""
+        use_role(self._about, "warn" if warns else "muted")
         self._about.setText(about)
 
     def about(self) -> str:

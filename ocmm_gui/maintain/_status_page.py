@@ -20,6 +20,7 @@ from ocmm_gui.kit import (
     literal,
     mark_colour,
     panel,
+    said,
     said_word,
     sentence_label,
     text_font,
@@ -155,7 +156,7 @@ class StatusPage(QWidget, Generic[V, H]):
         self._paint_word(tr("UNCALIBRATED") if view.uncalibrated else said_word(view.word.value))
         in_order = self._design if view.word is CalibrationStatus.DESIGN else self._in_order
         self._sentence.setText(_sentence(view.blocker, in_order, uncalibrated=view.uncalibrated))
-        notes = list(view.warnings)
+        notes = list(map(said, view.warnings))
         if view.since_utc:
             notes.append(
                 tr("Points since {since_utc} are suspect, also in older jobs.").format(
@@ -221,12 +222,12 @@ def in_a_row(*panels: QVBoxLayout) -> QWidget:
 def _sentence(blocker: Blocker | None, in_order: str, *, uncalibrated: bool) -> str:
     """Return what a standing means for who measures."""
     if uncalibrated:
-        why = f" {blocker}" if blocker is not None else ""
+        why = f" {said(str(blocker))}" if blocker is not None else ""
         return tr("Points are taken but prove nothing: every verdict is NOT PROVEN.{why}").format(
             why=why
         )
     return (
         in_order
         if blocker is None
-        else tr("No points are taken. {blocker}").format(blocker=blocker)
+        else tr("No points are taken. {blocker}").format(blocker=said(str(blocker)))
     )

@@ -8,8 +8,10 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy
 
 from ocmm_core.camera import Rig
 from ocmm_core.inspection.evaluation import LiveView
-from ocmm_gui.kit import PlainLabel, literal, make_button, text_font, tr
+from ocmm_gui.kit import PlainLabel, literal, make_button, said, text_font, tr
 
+_SILENT = "No new frames from the cameras."
+"""A sentence of the core."""
 _MOST_NAMED = 4
 """Of more cameras only those are named that see nothing."""
 
@@ -48,7 +50,9 @@ class CameraBar(QFrame):
     def show_live(self, live: LiveView) -> None:
         """Show what the cameras see."""
         counts = np.isfinite(live.spots).all(axis=2).sum(axis=1).tolist()
-        words = _camera_words(self._names, counts)
+        # Where no frames come, no camera is blind: the line must not send anybody to look for that.
+        silent = not any(counts) and not live.frames_per_second
+        words = said(_SILENT) if silent else _camera_words(self._names, counts)
         if self._label.text() != words:
             self._label.setText(words)
             self._label.setToolTip(literal(words))

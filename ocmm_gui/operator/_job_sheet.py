@@ -6,10 +6,18 @@ import contextlib
 from collections.abc import Mapping
 from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QCompleter, QGridLayout, QHBoxLayout, QListWidget, QListWidgetItem
+from PySide6.QtWidgets import (
+    QCompleter,
+    QGridLayout,
+    QHBoxLayout,
+    QLineEdit,
+    QListWidget,
+    QListWidgetItem,
+)
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import BatchPart, next_serial, parts_of_batch
@@ -116,7 +124,7 @@ class JobSheet(Sheet):
             field.left.connect(self.left)
             after = keys[keys.index(key) + 1 : keys.index(key) + 2]
             if after:
-                field.returnPressed.connect(self.fields[after[0]].setFocus)
+                field.returnPressed.connect(partial(_enter, self.fields[after[0]]))
             else:
                 field.returnPressed.connect(self.begin)
         hint = sentence_label(tr("What to do next"), 14)
@@ -168,7 +176,9 @@ class JobSheet(Sheet):
             grid.addWidget(field, row, 1)
             field.left.connect(self.left)
             after = keys[row + 1 : row + 2]
-            field.returnPressed.connect(self.room[after[0]].setFocus if after else self.note_room)
+            field.returnPressed.connect(
+                partial(_enter, self.room[after[0]]) if after else self.note_room
+            )
         self._kept = sentence_label(tr("What the job keeps of the room"), 14)
         grid.addWidget(self._kept, len(_ROOM), 0, 1, 2)
         self._bridge.job_changed.connect(self._show_room)
@@ -377,6 +387,11 @@ class JobSheet(Sheet):
         self._heading.setText(
             tr("Other jobs {of}, in {folder}: {count}").format(of=of, folder=folder, count=count)
         )
+
+
+def _enter(field: QLineEdit) -> None:
+    """Go to a field as Tab does: what is typed takes the place of what stands there."""
+    field.setFocus(Qt.FocusReason.TabFocusReason)
 
 
 def _after(header: JobHeader) -> JobHeader:

@@ -132,8 +132,8 @@ def tip_words(view: ProbeView, place: TrustPlace) -> str:
     if view.blocker is not None and view.uncalibrated:
         why = f" {said(view.blocker.what)}"
     elif view.blocker is not None and place is TrustPlace.MAINTAIN:
-        why = " " + tr("No points: {blocker}").format(blocker=view.blocker)
-    warnings = f" {' '.join(view.warnings)}" if view.warnings else ""
+        why = " " + tr("No points: {blocker}").format(blocker=said(str(view.blocker)))
+    warnings = f" {' '.join(map(said, view.warnings))}" if view.warnings else ""
     usable = view.word in (CalibrationStatus.VALID, CalibrationStatus.DUE) and bool(view.due_utc)
     line = tr("Probe {title}: {word}, {ball}.")
     if usable:

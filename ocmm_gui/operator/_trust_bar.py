@@ -118,7 +118,7 @@ class MarkView(QWidget):
 
 def trust_words(view: CalibrationView, place: TrustPlace) -> str:
     """Return what the bar says; empty in good order, and where it is said beside it."""
-    warnings = " ".join(view.warnings)
+    warnings = " ".join(map(said, view.warnings))
     if view.uncalibrated:
         if place is TrustPlace.FAR:
             return tr("UNCALIBRATED: no proof")
@@ -130,7 +130,7 @@ def trust_words(view: CalibrationView, place: TrustPlace) -> str:
         )
     if view.blocker is not None:
         return (
-            tr("NO POINTS: {blocker}").format(blocker=view.blocker)
+            tr("NO POINTS: {blocker}").format(blocker=said(str(view.blocker)))
             if place is TrustPlace.MAINTAIN
             else ""
         )

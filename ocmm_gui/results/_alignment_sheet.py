@@ -9,6 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QVBoxLayout
 
 from ocmm_core.alignment import AlignmentReport, Residual, report_lines
+from ocmm_core.inspection.evaluation import JobView
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import (
     DASHES,
@@ -71,6 +72,8 @@ class AlignmentSheet(Sheet):
         self._theme = THEMES[DEFAULT_THEME]
         self._bridge = bridge
         self._report: AlignmentReport | None = None
+        self._of: JobView | None = None
+        self._is_old = False
         self.table = NumberTable(tr("Residuals"), with_unit(tr_all(_COLUMNS)), whole=False)
         self.table.right_heads(range(1, len(_COLUMNS)))
         self._state = FitText(tr("Degrees of freedom"), limit=28)
@@ -105,7 +108,7 @@ class AlignmentSheet(Sheet):
 
     def compute(self) -> None:
         """Compute residuals and freedom from the job file, in a process of its own."""
-        self._report = None
+        self._report, self._of, self._is_old = None, self._bridge.shown.job, False
         self._paint()
         self.progress.setRange(0, 0)
         self.progress.show()
@@ -114,7 +117,7 @@ class AlignmentSheet(Sheet):
     def accept(self) -> None:
         """Write into the job file what was seen and that it was accepted."""
         report = self._report
-        if report is None or not report.can_be_accepted:
+        if report is None or self._is_old or not report.can_be_accepted:
             self.told.emit(tr("No alignment to accept yet."))
         else:
             words = tr("The alignment was accepted: results are in the {frame}.").format(
@@ -124,6 +127,16 @@ class AlignmentSheet(Sheet):
                 "; ".join(report_lines(report)), lambda: self.told.emit(words)
             )
             self.left.emit()
+
+    def job_changed(self, job: JobView) -> None:
+        """Say so where the frame rests on other points by now than what is shown."""
+        report = self._report
+        if report is None or self._of is None or self._is_old:
+            return
+        names = {item.feature for item in report.residuals if item.aligned}
+        if _points_of(job, names) != _points_of(self._of, names):
+            self._is_old = True
+            self._paint()
 
     def close_work(self) -> None:
         """Give up what is calculated; call it before the window goes."""
@@ -148,6 +161,7 @@ class AlignmentSheet(Sheet):
         if isinstance(report, AlignmentReport):
             self._report = report
             self._paint()
+            self.job_changed(self._bridge.shown.job)
 
     def _on_failed(self, error: object) -> None:
         self.progress.hide()
@@ -155,7 +169,8 @@ class AlignmentSheet(Sheet):
 
     def _paint(self) -> None:
         report, theme = self._report, self._theme
-        self.keys["accept"].setEnabled(report is not None and report.can_be_accepted)
+        acceptable = report is not None and report.can_be_accepted and not self._is_old
+        self.keys["accept"].setEnabled(acceptable)
         if report is None:
             self._state.show_text("", theme.muted)
             self.words.setText("")
@@ -163,7 +178,10 @@ class AlignmentSheet(Sheet):
             self.table.show_rows([])
             return
         self.say(tr("Results are in the {frame}.").format(frame=report.frame))
-        if not report.can_be_accepted:
+        if self._is_old:
+            told = tr("Points have changed since: recalculate (F6)")
+            self._state.show_text(told, theme.warn, Mark.DOUBT)
+        elif not report.can_be_accepted:
             self._state.show_text(tr("No frame yet"), theme.warn, Mark.DOUBT)
         elif report.free:
             free = ", ".join(report.free)
@@ -186,6 +204,20 @@ class AlignmentSheet(Sheet):
             name = self.table.item(row, 0)
             if name is not None:
                 name.setFont(text_font(15))
+
+
+def _points_of(job: JobView, names: set[str]) -> object:
+    """Return the job and the numbers of the points of features; of all where one is made of them.
+
+    What a constructed feature is made of is not known here.
+    """
+    all_of_them = not names <= {item.name for item in job.features}
+    return job.job, tuple(
+        point.number
+        for item in job.features
+        if all_of_them or item.name in names
+        for point in item.points
+    )
 
 
 _OFF = 4

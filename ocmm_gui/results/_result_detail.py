@@ -171,7 +171,7 @@ class ResultDetail(QFrame):
         if trials is not None and self._result is not None:
             self._check.setText(trial_words(self._result, trials))
         elif name in self._budgets.missing:
-            self._check.setText(self._budgets.missing[name])
+            self._check.setText(said(self._budgets.missing[name]))
         elif not self._simulation.is_running():
             waits = self._drill.is_running()
             self._check.setText(
@@ -194,8 +194,8 @@ class ResultDetail(QFrame):
         asked = result is not None and result.verdict in EXPLAINED
         waits = asked and found is None and self._drill.is_running()
         self._why.setText(tr(_SEARCHING) if waits else "" if found is None else said(found.why))
-        self._now.setText("" if found is None else found.suggestion)
-        self._now.setToolTip(literal("" if found is None else found.finding.evidence))
+        self._now.setText("" if found is None else said(found.suggestion))
+        self._now.setToolTip(literal("" if found is None else said(found.finding.evidence)))
         self._why.setVisible(bool(self._why.text()))
         self._now.setVisible(bool(self._now.text()))
         # The note of a result in doubt is the suggestion itself.

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import Signal
+from PySide6.QtGui import QHideEvent
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
 
 from ocmm_core.inspection.causes import Explanation
@@ -76,6 +77,7 @@ class ResultsSheet(Sheet):
         self._calibration = calibration
         self._records = records
         self._job: JobView | None = None
+        self._left_at: object = None
         self.table = ResultTable()
         self.detail = ResultDetail()
         self.points = DrivingPoints()
@@ -157,9 +159,21 @@ class ResultsSheet(Sheet):
         return self._opening.is_running()
 
     def job_changed(self) -> None:
-        """Show what was measured since, where the running job is shown."""
-        if self.isVisible() and self._source is self._running:
-            self._refresh()
+        """Show what was measured since, where the running job is shown.
+
+        A file that was left gives way to the job that goes on: who comes back for its results must
+        not read those of another part.
+        """
+        if self._source is self._running:
+            if self.isVisible():
+                self._refresh()
+        elif not self.isVisible() and self._running.state() != self._left_at:
+            self.forget_file()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Remember where the running job stood."""
+        super().hideEvent(event)
+        self._left_at = self._running.state()
 
     def close_work(self) -> None:
         """Give up what is being calculated; call it before the window goes."""
@@ -179,8 +193,12 @@ class ResultsSheet(Sheet):
     def _on_opened(self, opened: object) -> None:
         self.opening.end()
         if isinstance(opened, OpenedJob):
-            self._source = JobSource.of_opened(opened)
-            self._refresh()
+            self.show_source(JobSource.of_opened(opened))
+
+    def show_source(self, source: JobSource) -> None:
+        """Show a job of a file that was opened."""
+        self._source = source
+        self._refresh()
 
     def _on_not_opened(self, error: object) -> None:
         self.opening.end()
@@ -188,7 +206,7 @@ class ResultsSheet(Sheet):
 
     def _refresh(self) -> None:
         self._job = job = self._source.view()
-        self.say(self._source.words(job))
+        self.say(self._source.words(job), warns=self._source.read_only)
         self._show_summary(job)
         self.table.show_job(job)
         self.deviations.show_job(job, self.detail.up())

@@ -200,6 +200,7 @@ class MainWindow(QMainWindow):
         self.sheets.settings_changed.connect(self._on_settings)
         self.sheets.reopen_wanted.connect(self._reopen)
         self.search.closed.connect(self.pages.focus)
+        self.search.other_wanted.connect(self.pages.do_elsewhere)
         self._notices.posted.connect(self.banner.show_notice, Qt.ConnectionType.QueuedConnection)
         bridge.plan_changed.connect(self._use_plan)
 
@@ -330,7 +331,7 @@ class MainWindow(QMainWindow):
         self.sheets.use_settings(loaded)
 
     def _find(self) -> None:
-        self.search.ask(self.pages.keys())
+        self.search.ask(self.pages.keys(), self.pages.others())
 
     def _open_manual(self) -> None:
         """Open the manual at the section of the page one is on."""
@@ -347,14 +348,14 @@ class MainWindow(QMainWindow):
         self.close()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Take one plan or job."""
-        if dropped_file(event.mimeData()) is not None:
+        """Take one plan or job, where no procedure is under way."""
+        if dropped_file(event.mimeData()) is not None and self.pages.may_be_left():
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
         """Look at a job, or ask who measures by a plan; what is measured goes on."""
         path = dropped_file(event.mimeData())
-        if path is None:
+        if path is None or not self.pages.may_be_left():
             return
         event.acceptProposedAction()
         if path.suffix.lower() == ".ocmm":

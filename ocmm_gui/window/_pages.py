@@ -137,7 +137,7 @@ class Pages(QObject):
 
     def leave_keys_to(self, view: QWidget) -> None:
         """Show a sheet or a wizard, which has keys of its own."""
-        kept = _ON_SHEETS if self._sheets.holds(view) else _IN_WIZARDS
+        kept = _ON_SHEETS if self._is_free(view) else _IN_WIZARDS
         for info in ACTIONS:
             self._actions[info.key].setEnabled(info.key in kept)
         self.stack.setCurrentWidget(view)
@@ -155,6 +155,43 @@ class Pages(QObject):
         own = page.keys if isinstance(page, Sheet) else {}
         return {**own, **self._actions}
 
+    def others(self) -> dict[str, QAction]:
+        """Return the actions of the window that are done on another page than this one.
+
+        A wizard is not left for them, and what a pedal does is done where one sees it.
+        """
+        on_sheet = self._sheets.holds(self.shown())
+        if not self.may_be_left():
+            return {}
+        return {
+            info.key: self._actions[info.key]
+            for info in ACTIONS
+            if info.mode is not None
+            and not info.is_trigger
+            and (on_sheet or info.mode is not self.mode())
+        }
+
+    def may_be_left(self) -> bool:
+        """Return whether another page may be shown instead: a wizard has an end of its own."""
+        return self._is_free(self.shown())
+
+    def _is_free(self, page: QWidget | None) -> bool:
+        if self._sheets.is_made("manual") and page is self._sheets.manual:
+            # From there one comes back to where it was opened, which may be a wizard.
+            page = self._sheets.manual.came_from()[0] or self._desk
+        measures = page in (self._desk, self._far)
+        return measures or self._sheets.holds(page) or self._is_maintenance(page)
+
+    def do_elsewhere(self, key: str) -> None:
+        """Do an action of another page there."""
+        mode = next(info.mode for info in ACTIONS if info.key == key)
+        if mode is not None:
+            self.show_mode(mode)
+        self._actions[key].trigger()
+
+    def _is_maintenance(self, shown: QWidget | None) -> bool:
+        return self._maintenance.is_made("view") and shown is self._maintenance.view
+
     def _to_inspect(self) -> None:
         self.show_mode(Mode.INSPECT)
 
@@ -166,7 +203,7 @@ class Pages(QObject):
         page, focus = self._sheets.manual.came_from()
         if page is None or page in (self._desk, self._far):
             self.show_mode(Mode.INSPECT)
-        elif self._maintenance.is_made("view") and page is self._maintenance.view:
+        elif self._is_maintenance(page):
             self.show_mode(Mode.MAINTAIN)
         else:
             self.leave_keys_to(page)

@@ -282,8 +282,12 @@ class Sheets(MadeLate):
             f"{live.status.value} {live.reason}\n{calibration_words(self._bridge)}\n"
             f"{live.acquisition}\n{chr(10).join(live.faults)}\n"
         )
+        header = self._bridge.shown.job.header
         return site_of_this_user(
-            self._store, station.history, {"window.log": self._notices.text(), "state.txt": state}
+            self._store,
+            station.history,
+            {"window.log": self._notices.text(), "state.txt": state},
+            people=(header.operator, self._bridge.shown.job.operator),
         )
 
     def open_settings(self) -> None:
@@ -313,6 +317,8 @@ class Sheets(MadeLate):
             self.results.job_changed()
         if self.is_made("report"):
             self.report.job_changed()
+        if self.is_made("alignment"):
+            self.alignment.job_changed(job)
 
     def close_work(self) -> None:
         """Give up what is being calculated; call it before the window goes."""

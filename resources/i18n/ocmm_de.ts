@@ -1665,8 +1665,8 @@ Startet: {source}</translation>
         <translation>SIMULIERT: Eine Roboterhand misst ein virtuelles Werkstück; übernehmen und ausprobieren</translation>
     </message>
     <message>
-        <source>Cameras, probe, folders, temperatures, sounds, keys</source>
-        <translation>Kameras, Taster, Ordner, Temperaturen, Töne, Tasten</translation>
+        <source>Cameras, probe, folders, temperatures, language, units, sounds, keys</source>
+        <translation>Kameras, Taster, Ordner, Temperaturen, Sprache, Einheiten, Töne, Tasten</translation>
     </message>
     <message>
         <source>Manual</source>
@@ -2113,8 +2113,8 @@ Startet: {source}</translation>
         <translation>Ergebnisse</translation>
     </message>
     <message>
-        <source>All characteristics, their uncertainty and the reports</source>
-        <translation>Alle Merkmale, ihre Unsicherheit und die Berichte</translation>
+        <source>All characteristics, their uncertainty, and reports to print, such as PDF</source>
+        <translation>Alle Merkmale, ihre Unsicherheit, und Berichte zum Drucken, etwa als PDF</translation>
     </message>
     <message>
         <source>Plan</source>
@@ -5635,6 +5635,10 @@ Startet: {source}</translation>
     <message>
         <source>Results are in the {frame}.</source>
         <translation>Ergebnisse sind im {frame}.</translation>
+    </message>
+    <message>
+        <source>Points have changed since: recalculate (F6)</source>
+        <translation>Punkte haben sich seither geändert: neu berechnen (F6)</translation>
     </message>
     <message>
         <source>No frame yet</source>

@@ -9,16 +9,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QFocusEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QLineEdit, QPushButton
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.documents import resource
 from ocmm_core.export.template import load_paper, standard_template, template_in_use
 from ocmm_core.settings import SETTINGS, Kind, SettingsFile, SettingsStore, Value
 from ocmm_gui.home import SettingsPage
-from ocmm_gui.kit import ACTIONS, usable_keys
+from ocmm_gui.kit import ACTIONS, Mode, usable_keys
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
@@ -166,6 +167,13 @@ def test_a_key_is_changed_by_pressing_it_and_a_taken_one_is_refused(
     keys.list.itemActivated.emit(keys.list.currentItem())
     QTest.keyClick(keys.capture, Qt.Key.Key_U, Qt.KeyboardModifier.ControlModifier)
     assert page.loaded.settings.window_keys == {"flip": ("Ctrl+U",)}
+    # Whoever clicks elsewhere while a key is waited for does not mean the next one for it.
+    keys.list.itemActivated.emit(keys.list.currentItem())
+    QApplication.sendEvent(keys.capture, QFocusEvent(QEvent.Type.FocusOut))
+    assert "not changed" in keys.told.text()
+    assert QWidget.keyboardGrabber() is None
+    QTest.keyClick(keys.capture, Qt.Key.Key_F9)
+    assert page.loaded.settings.window_keys == {"flip": ("Ctrl+U",)}
     keys.select("take")
     keys.take("F16")
     # The foot switch keeps its key beside the new one.
@@ -196,7 +204,11 @@ def test_the_window_uses_settings_without_a_new_start(
     page.change("job.operators", ("Anna", "Ben"))
     page.left.emit()
     window.actions_by_key["job"].trigger()
-    completer = window.sheets.job.fields["operator"].completer()
+    fields = window.sheets.job.fields
+    QTest.keyClick(fields["operator"], Qt.Key.Key_Return)
+    # What is typed next takes the place of the serial number that was proposed.
+    assert fields["serial"].selectedText() == fields["serial"].text() != ""
+    completer = fields["operator"].completer()
     assert completer is not None
     completer.setCompletionPrefix("an")
     assert completer.currentCompletion() == "Anna"
@@ -223,6 +235,18 @@ def test_the_search_does_what_was_typed(open_window: OpenWindow, qtbot: QtBot) -
     assert window.search.list.count() >= 1
     QTest.keyClick(window.search.field, Qt.Key.Key_Escape)
     assert not window.search.isVisible()
+    # What is done in Maintain is found in Inspect, and done there.
+    window.pages.show_mode(Mode.INSPECT)
+    window.actions_by_key["find"].trigger()
+    QTest.keyClicks(window.search.field, "recalculate older jobs")
+    QTest.keyClick(window.search.field, Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: window.sheets.is_made("recall"))
+    assert window.sheets.recall.isVisible()
+    window.actions_by_key["find"].trigger()
+    QTest.keyClicks(window.search.field, "zzzz")
+    assert [window.search.list.item(0).text()] == ["Nothing found. Type less."]
+    QTest.keyClick(window.search.field, Qt.Key.Key_Return)
+    assert window.sheets.recall.isVisible()
 
 
 def test_every_action_can_be_found_by_its_name(open_window: OpenWindow) -> None:

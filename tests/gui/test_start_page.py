@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -12,11 +13,13 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
+from ocmm_core.calibration.records import CalibrationStore, store_folder
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.settings import RecentPlaces, SettingsFile, SettingsStore
 from ocmm_gui.home import Choice, Errands, SettingsPage, StartWindow
 from ocmm_gui.kit import THEMES, NoticeCentre, Theme
+from tests.core.calibration.made_records import make_record
 from tests.host import HANG_MS
 
 MakeStart = Callable[..., StartWindow]
@@ -30,7 +33,11 @@ def make_start(qtbot: QtBot, tmp_path: Path) -> Iterator[MakeStart]:
         store = SettingsStore(
             SettingsFile(tmp_path / "station" / "settings.toml"),
             SettingsFile(tmp_path / "user" / "settings.toml"),
-            {"instrument.source": source, "job.folder": tmp_path / "jobs"},
+            {
+                "instrument.source": source,
+                "job.folder": tmp_path / "jobs",
+                "instrument.calibrations": tmp_path / "calibrations",
+            },
         )
         window = StartWindow(store, NoticeCentre(), RecentPlaces(tmp_path / "recent.json"))
         qtbot.addWidget(window)
@@ -61,12 +68,22 @@ def test_a_newcomer_is_told_that_cameras_are_simulated(make_start: MakeStart, qt
 
 
 def test_cameras_that_were_never_calibrated_say_what_to_do(
-    make_start: MakeStart, qtbot: QtBot
+    make_start: MakeStart, qtbot: QtBot, tmp_path: Path
 ) -> None:
     window = make_start("ethercat:lo")
     qtbot.waitUntil(lambda: "Calibrate" in _words(window), timeout=HANG_MS)
     assert "NONE" in _words(window)
     assert "No points can be taken yet" in window.page.hint.text()
+    # Another program may put it in order, or in doubt, while the page stands there.
+    now = datetime.now(UTC)
+    record = make_record(
+        made_utc=(now - timedelta(hours=1)).isoformat(),
+        valid_until_utc=(now + timedelta(days=365)).isoformat(),
+    )
+    store = CalibrationStore(store_folder(tmp_path / "calibrations", "recommended"))
+    store.accept(record, "technician", "new", now)
+    window.read_state()
+    qtbot.waitUntil(lambda: window.page.state_words[2].text() != "NONE", timeout=HANG_MS)
 
 
 def test_the_last_jobs_are_listed_and_a_damaged_one_is_named(

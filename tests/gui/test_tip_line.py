@@ -12,13 +12,20 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.records import Blocker, CalibrationStatus, ProbeView
+from ocmm_core.calibration.records import (
+    Blocker,
+    CalibrationStatus,
+    CalibrationView,
+    ProbeView,
+)
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import Mark, NoticeCentre
+from ocmm_gui.kit import Mark, NoticeCentre, use_language
+from ocmm_gui.maintain._status_page import _sentence
 from ocmm_gui.operator import TrustPlace
 from ocmm_gui.operator._tip_line import tip_mark, tip_words
+from ocmm_gui.operator._trust_bar import trust_words
 from ocmm_gui.window import MainWindow
 from tests.core.calibration.fresh_tips import TIP, Tips
 from tests.host import HANG_MS
@@ -49,6 +56,34 @@ def test_words_and_marks_of_every_standing() -> None:
     assert tip_words(insisted, TrustPlace.FAR) == "Tip 6 mm: UNCALIBRATED"
     assert tip_mark(insisted) is Mark.BAD
     assert MOUNTED.what in tip_words(insisted, TrustPlace.DESK)
+
+
+def test_the_lines_about_cameras_and_tip_are_german_in_a_german_window(qapp: QApplication) -> None:
+    replaced = Blocker(
+        "Another calibration has been activated since this job was started.",
+        "End this job and start a new one.",
+    )
+    soon = "The calibration expires on 2026-12-01. Calibrate the cameras before that day."
+    cameras = CalibrationView(
+        word=CalibrationStatus.UNUSABLE, rig="r", identity="0", blocker=replaced
+    )
+    suspect = replace(VIEW, word=CalibrationStatus.SUSPECT, blocker=replaced)
+    assert use_language(qapp, "de")
+    try:
+        told = (
+            trust_words(cameras, TrustPlace.MAINTAIN),
+            trust_words(replace(cameras, blocker=None, warnings=(soon,)), TrustPlace.DESK),
+            tip_words(suspect, TrustPlace.MAINTAIN),
+            tip_words(replace(VIEW, warnings=(soon,)), TrustPlace.DESK),
+            _sentence(replaced, "", uncalibrated=False),
+            _sentence(replaced, "", uncalibrated=True),
+        )
+    finally:
+        use_language(qapp, "en")
+    for text in told:
+        assert text
+        for english in ("Another", "End this job", "expires", "before"):
+            assert english not in text, text
 
 
 @pytest.fixture

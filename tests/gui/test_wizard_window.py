@@ -26,6 +26,7 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
+from ocmm_core.inspection.evaluation import StatusWord
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import ACTIONS, THEMES, Mode, NoticeCentre, Themed
 from ocmm_gui.window import MainWindow
@@ -112,6 +113,17 @@ def test_frames_of_the_station_reach_the_procedure_and_measure_nothing(
         lambda: [one.accessibleDescription() for one in page.live.cameras] == ["6 spots"] * 2,
         timeout=PATIENCE_MS,
     )
+    # Whoever reads the manual meanwhile comes back to it, and nowhere else: elsewhere no point
+    # would be taken. Whatever page is shown, the machine is not ready.
+    _press(Qt.Key.Key_F1)
+    assert window.sheets.manual.isVisible()
+    assert not window.pages.may_be_left()
+    assert not window.actions_by_key["settings"].isEnabled()
+    _press(Qt.Key.Key_Escape)
+    assert window.maintenance.wizard.isVisible()
+    live = window._bridge.station.looks.live()  # noqa: SLF001 - whatever page is shown
+    assert (live.status, live.tip_world) == (StatusWord.NOT_READY, None)
+    assert "procedure" in live.reason
     # The window may be closed in the middle: everything ends, and the session is kept.
     window.close()
     assert window.maintenance.wizard.runner is None

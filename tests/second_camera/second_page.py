@@ -129,8 +129,14 @@ def eeprom(text: str, serial: int, alias: int) -> bytearray:
             texts.append(name)
         return texts.index(name) + 1
 
-    group, name = (number(found) for found in re.findall(r"`([^`]+)` \(byte [03]\)", text))
-    general = struct.pack("<BBBBBBB7xBBH", group, 0, 0, name, 0, 0x23, 1, 0, 0, 0x0011)
+    found = re.search(r"group `(\w+)` \(bytes 0 and 14\), name `([^`]+)` \(byte 3 and", text)
+    flags = re.search(r"flags (0x\w+) \(byte 11", text)
+    assert found is not None
+    assert flags is not None
+    group, name = number(found[1]), number(found[2])
+    general = struct.pack(
+        "<BBBBBBB4xB2xBBH", group, 0, name, name, 0, 0x23, 1, int(flags[1], 16), group, 0, 0x0011
+    )
     body = _category(30, general.ljust(32, b"\x00")) + _category(40, b"\x01\x02")
     managers = re.findall(r"(0x1\d00) (\d+) (0x\d+) (\d) (\d)", text)
     body += _category(41, b"".join(
@@ -141,8 +147,12 @@ def eeprom(text: str, serial: int, alias: int) -> bytearray:
         body += _category(50, _pdo(objects, index, 3, number))
     body += _category(51, _pdo(objects, 0x1600, 2, number))
     clock = b""
-    for mode, activation in re.findall(r"`(\w+)` with activation (0x\d+)", text):
-        clock += struct.pack("<12xhHhBB4x", 0, int(activation, 16), 0, number(mode), 0)
+    modes = r"`(\w+)` with activation (0x\d+), factors (-?\d+) and (-?\d+), \"([^\"]+)\""
+    for mode, activation, sync0, sync1, words in re.findall(modes, text):
+        clock += struct.pack(
+            "<12xhHhBB4x",
+            int(sync1), int(activation, 16), int(sync0), number(mode), number(words),
+        )  # fmt: skip
     body += _category(60, clock)
     strings = bytes([len(texts)]) + b"".join(bytes([len(t)]) + t.encode() for t in texts)
     whole = bytes(head) + _category(10, strings) + body + b"\xff\xff"

@@ -152,8 +152,6 @@ def _maintain(
         raise BusError(
             "bus.maintenance",
             lines[-1] if lines else f"Nothing was changed (code {process.returncode}).",
-            "Then repeat the command."
-            if image is None
-            else "The firmware that the camera had still runs.",
+            "Then repeat the command.",
         )
     console.print(say(words), highlight=False)

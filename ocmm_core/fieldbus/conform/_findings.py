@@ -195,7 +195,7 @@ class Findings:
         """Note one expectation; return whether it was met."""
         self.checked += 1
         if not kept and len(self.complaints) < self.MOST_COMPLAINTS:
-            self.complaints.append(otherwise)
+            self.complaints.append(printable(otherwise))
         return kept
 
     def equal(self, what: str, found: object, expected: object) -> bool:
@@ -212,6 +212,11 @@ class Findings:
     def timed(self, name: str, time_ns: int, limit_ns: int = 0) -> None:
         """Note a time; one over the limit makes the run RED and is shown on the sheet."""
         self._times.setdefault(name, (limit_ns, []))[1].append(time_ns)
+
+
+def printable(text: str) -> str:
+    """Return a text that a camera had a part in, as one line: it cannot write lines of a report."""
+    return "".join(letter if letter.isprintable() else "?" for letter in text)
 
 
 def _shown(value: object) -> str:

@@ -16,6 +16,8 @@ from ocmm_core.fieldbus.device import (
     MAILBOX_BYTES,
     MAILBOX_IN_START,
     MAILBOX_OUT_START,
+    MAILBOX_REPEATS,
+    MEMORY_END,
     OUTPUT_PDO,
     PHYSICAL_PORTS,
     PRODUCT_CODE,
@@ -32,6 +34,9 @@ _HEAD_WORDS, _ALIAS_WORD, _SUM_WORD = 8, 4, 7
 _FIRST_CATEGORY = 0x40
 _END = 0xFFFF
 _PROTOCOLS, _COE_DETAILS = 0x000C, 0x23
+_PDO_FLAGS = 0x0011
+_CLOCK_BYTES = 24
+_MEMORY, _KB = 0x1000, 1024
 
 
 def configuration(bench: Bench, see: Findings) -> None:
@@ -105,28 +110,46 @@ def categories(bench: Bench, see: Findings) -> None:
     general = found[30][0]
     see.need(len(general) >= 18, f"Category general has {len(general)} bytes.")
     see.equal("The group", _text(texts, general[0]), DEVICE_GROUP)
+    see.equal("The group, once more (byte 14)", general[14], general[0])
+    see.equal("The order number", _text(texts, general[2]), DEVICE_NAME)
     see.equal("The name", _text(texts, general[3]), DEVICE_NAME)
     see.equal("Details of CoE", general[5], _COE_DETAILS)
     see.equal("FoE", general[6], 1)
+    see.equal("The flags", general[11], MAILBOX_REPEATS)
     see.equal("The ports", struct.unpack_from("<H", general, 16)[0], PHYSICAL_PORTS)
     see.equal("Category FMMU", found[40][0][:2], bytes([1, 2]))
     managers = b"".join(struct.pack("<HHBBBB", *each) for each in SYNC_MANAGERS)
     see.equal("Category sync managers", found[41][0], managers)
     for pdo, content in zip((*INPUT_PDOS, OUTPUT_PDO), (*found[50], *found[51]), strict=True):
-        _mapping(see, pdo, content)
+        _mapping(see, pdo, content, texts)
     clock = found[60][0]
+    see.equal("The bytes of category clock", len(clock), _CLOCK_BYTES * len(CLOCK_MODES))
     for number, mode in enumerate(CLOCK_MODES):
-        activate = clock[24 * number + 14 : 24 * number + 16]
-        see.equal(f"Clock mode {mode.name}", activate, struct.pack("<H", mode.activate))
+        *times, factor1, activate, factor0, name, text = struct.unpack_from(
+            "<IIIhHhBB", clock, _CLOCK_BYTES * number
+        )
+        see.equal(f"Times of clock mode {mode.name}", times, [0, 0, 0])
+        see.equal(f"Clock mode {mode.name}", activate, mode.activate)
+        see.equal(
+            f"Factors of clock mode {mode.name}",
+            (factor0, factor1),
+            (mode.sync0_factor, mode.sync1_factor),
+        )
+        see.equal("Name of a clock mode", _text(texts, name), mode.name)
+        see.equal(f"Text of clock mode {mode.name}", _text(texts, text), mode.text)
 
 
 def registers(bench: Bench, see: Findings) -> None:
     """Try what the controller has, and its watchdog at power-on."""
-    _kind, _revision, _build, fmmus, managers, _ram, _ports, features = struct.unpack(
+    _kind, _revision, _build, fmmus, managers, ram, _ports, features = struct.unpack(
         "<BBHBBBBH", bench.get(0x0000, 10)
     )
     see.expect(fmmus >= 2, f"The controller has {fmmus} FMMUs, must have 2.")
     see.expect(managers >= len(SYNC_MANAGERS), f"The controller has {managers} sync managers.")
+    see.expect(
+        _MEMORY + ram * _KB >= MEMORY_END,
+        f"The controller has {ram} kB of memory (0x0006), which must reach to {MEMORY_END:#06x}.",
+    )
     see.expect(bool(features & 0x04), "The controller has no distributed clock (0x0008).")
     see.expect(bool(features & 0x08), "The clock of the controller has no 64 bits (0x0008).")
     see.equal("The watchdog divider (0x0400)", bench.number(0x0400), 2498)
@@ -157,18 +180,20 @@ def check_sum(content: bytes) -> int:
     return crc
 
 
-def _mapping(see: Findings, pdo: Pdo, content: bytes) -> None:
-    index, count, manager = struct.unpack_from("<HBB", content)
+def _mapping(see: Findings, pdo: Pdo, content: bytes, texts: list[str]) -> None:
+    index, count, manager, _sync, name, flags = struct.unpack_from("<HBBBBH", content)
     see.equal(f"A PDO of the category ({pdo.name})", index, pdo.index)
     see.equal(f"The sync manager of {pdo.name}", manager, 2 if pdo is OUTPUT_PDO else 3)
+    see.equal(f"The name of {pdo.name}", _text(texts, name), pdo.name)
+    see.equal(f"The flags of {pdo.name}", flags, _PDO_FLAGS)
     if not see.equal(f"The entries of {pdo.name}", count, len(pdo.entries)):
         return
     for number, entry in enumerate(pdo.entries):
-        found = struct.unpack_from("<HBBBB", content, 8 + 8 * number)
+        place, sub, name, kind, bits = struct.unpack_from("<HBBBB", content, 8 + 8 * number)
         see.equal(
             f"{pdo.name}, entry {entry.name}",
-            (found[0], found[1], found[4]),
-            (entry.index, entry.sub, entry.bits),
+            (place, sub, _text(texts, name), kind, bits),
+            (entry.index, entry.sub, entry.name, int(entry.kind), entry.bits),
         )
 
 

@@ -20,6 +20,7 @@ from ocmm_core.fieldbus.conform._findings import (
     RuleResult,
     TimingSheet,
     Verdict,
+    printable,
 )
 from ocmm_core.fieldbus.conform._line import ConformLine
 from ocmm_core.fieldbus.conform._rule import Rule
@@ -137,13 +138,13 @@ def _once(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) -> 
         see.complaints.append(why.complaint)
     except NotAsDescribedError as broken:
         see.checked += 1
-        if broken.complaint not in see.complaints:
-            see.complaints.append(broken.complaint)
+        if printable(broken.complaint) not in see.complaints:
+            see.complaints.append(printable(broken.complaint))
     except BusError as broken:
         if broken.code == _SILENT:
             raise
         see.checked += 1
-        see.complaints.append(broken.what)
+        see.complaints.append(printable(broken.what))
     except (struct.error, IndexError) as broken:
         see.checked += 1
         see.complaints.append(f"An answer is too short to be read ({broken}).")
@@ -172,7 +173,7 @@ def _left(bench: Bench) -> str:
         bench.go(INIT)
     except NotAsDescribedError:
         return "unknown"
-    return found
+    return printable(found)
 
 
 def find_place(line: ConformLine, serial: int) -> int:

@@ -4,9 +4,10 @@ In: a document `ocmm.device/1` and the bytes of such a camera. Out: the same inp
 cameras send, so that everything behind them is the same; and what the camera cannot prove, in
 words.
 
-Read `_device_file` (the document), `_device_check` (what it must not say), `_proof` (what the
-camera cannot prove, and what that costs), `_process_image` (bytes by the document), `_lens` (from
-corrected millimetres back to pixels), `_translator` (its inputs as those of our cameras).
+Read `_device_file` (the document), `_device_check` with `_device_places` (what it must not say),
+`_proof` (what the camera cannot prove, and what that costs), `_process_image` (bytes by the
+document), `_lens` (from corrected millimetres back to pixels), `_translator` (its inputs as those
+of our cameras).
 It must not know sockets or cycles.
 """
 
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
         doubt_sentences,
         doubts_by_name,
         doubts_of,
+        refuse_coarse,
         refuse_unproven,
         resting_doubt_mm,
     )
@@ -51,7 +53,7 @@ else:
         _process_image="ProcessImage",
         _proof=(
             "AllowedBy Doubt UNPROVEN_CAMERAS age_doubts doubt_line doubt_sentences "
-            "doubts_by_name doubts_of refuse_unproven resting_doubt_mm"
+            "doubts_by_name doubts_of refuse_coarse refuse_unproven resting_doubt_mm"
         ),
         _translator="InputTranslator Timing",
     )
@@ -78,6 +80,7 @@ __all__ = [
     "doubts_of",
     "load_device",
     "pixels_from_corrected",
+    "refuse_coarse",
     "refuse_unproven",
     "resting_doubt_mm",
 ]

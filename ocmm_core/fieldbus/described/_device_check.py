@@ -15,7 +15,14 @@ from ocmm_core.fieldbus.described._device_file import (
     Entry,
     Role,
 )
-from ocmm_core.fieldbus.described._process_image import MOST_BYTES, PlacedEntry, ProcessImage
+from ocmm_core.fieldbus.described._device_places import (
+    check_index,
+    check_memory,
+    check_objects,
+    check_places,
+    check_values,
+)
+from ocmm_core.fieldbus.described._process_image import ProcessImage
 from ocmm_core.fieldbus.device import FRAMES_PER_CYCLE, N_SLOTS
 
 _FOLDER = "devices"
@@ -23,11 +30,11 @@ _IN_ROLES = set(Role) - {Role.HEARTBEAT, Role.CONSTANT}
 _OUT_ROLES = {Role.HEARTBEAT, Role.CONSTANT}
 _OF_SPOTS = {Role.X, Role.Y, Role.INTENSITY}
 _WHOLE = {Role.VALID, Role.COUNTER, Role.TIME, Role.BUTTON}
-_RAM, _RAM_END = 0x1000, 0x3000
+_LONG_NAME = 60
+_TIME_BYTES = 4
+"""A time of the bus clock that begins again sooner proves no order."""
 _SHORTEST_NS = 50_000
 """Between two exposures."""
-_BUFFERS = 3
-"""A controller keeps process data in three buffers behind each other."""
 
 
 def load_device(name: str, beside: Path | None = None) -> DeviceDescription:
@@ -93,6 +100,18 @@ def _check(path: Path, device: DeviceDescription) -> None:
             f"nanoseconds of {_SHORTEST_NS} at least",
             "Give a cycle that they divide.",
         )
+    if not (0 < len(device.name) <= _LONG_NAME and device.name.isprintable()):
+        raise refuse(
+            "name", f"has {len(device.name)} characters, or some that cannot be printed",
+            f"Give a name of 1 to {_LONG_NAME} characters.",
+        )  # fmt: skip
+    if device.clock is Clock.DISTRIBUTED and 2 * device.doubt_ns >= device.period_ns:
+        raise refuse(
+            "doubt_ns",
+            f"is {device.doubt_ns}, but exposures of one clock are {device.period_ns} ns apart: "
+            "from half of that on nobody knows which one it was",
+            'Give the doubt of the clock, or clock = "arrival".',
+        )
     if not 0.0 <= device.lens_doubt_px <= 1.0:
         raise refuse(
             "lens_doubt_px", f"is {device.lens_doubt_px}, but must be 0 to 1", "Correct that field."
@@ -106,29 +125,21 @@ def _check(path: Path, device: DeviceDescription) -> None:
                 what, "is empty",
                 "Name the process data objects; without outputs a camera has no watchdog.",
             )  # fmt: skip
+        check_objects(path, what, device)
         for pdo in objects:
-            _check_places(path, what, pdo.index)
             for entry in pdo.entries:
                 _check_entry(path, what, entry, roles)
     image = ProcessImage(device)
     _check_roles(path, device, image)
-    _check_memory(path, device, image)
-    for each in device.start_up:
-        _check_places(path, "start_up", each.index)
-
-
-def _check_places(path: Path, field: str, index: int) -> None:
-    if not 0x1000 <= index <= 0xFFFF:
-        raise InputError(
-            "device.field",
-            f"{path}: field '{field}' names the object {index:#06x}, which cannot be.",
-            "Give an index from 0x1000 to 0xffff.",
-        )
+    _check_order(path, device, image)
+    check_places(path, device, image)
+    check_values(path, device)
+    check_memory(path, device, image)
 
 
 def _check_entry(path: Path, field: str, entry: Entry, roles: set[Role]) -> None:
     where = f"{path}: field '{field}', entry {entry.index:#06x}:{entry.sub:02x}"
-    _check_places(path, field, entry.index)
+    check_index(path, field, entry.index)
     if not entry.role:
         raise InputError("device.field", f"{where} has no role.", "Say what it is, or 'ignored'.")
     for role in entry.role:
@@ -185,56 +196,31 @@ def _check_roles(path: Path, device: DeviceDescription, image: ProcessImage) -> 
             f"{path}: field 'doubt_ns' is 0, but a time that is known by arrival has a doubt.",
             "Give the longest time between exposure and arrival, less latency_ns.",
         )
-    seen: set[tuple[int, int]] = set()
-    for _index, entries in (*image.inputs, *image.outputs):
-        for one in entries:
-            if one.role is not Role.IGNORED and (one.index, one.sub) in seen:
-                raise InputError(
-                    "device.field",
-                    f"{path}: entry {one.index:#06x}:{one.sub:02x} is mapped twice.",
-                    "Correct index, entry or step.",
-                )
-            seen.add((one.index, one.sub))
-            _check_sub(path, one)
 
 
-def _check_sub(path: Path, one: PlacedEntry) -> None:
-    if not (0 <= one.sub <= 0xFF and one.index <= 0xFFFF):
-        raise InputError(
-            "device.field",
-            f"{path}: entry {one.index:#06x}:{one.sub} cannot be in an object dictionary.",
-            "Spread the entries over several objects.",
-        )
-
-
-def _check_memory(path: Path, device: DeviceDescription, image: ProcessImage) -> None:
-    if image.input_bytes > MOST_BYTES or image.output_bytes > MOST_BYTES:
-        raise InputError(
-            "device.size",
-            f"{path}: the process data have {image.input_bytes} bytes in and "
-            f"{image.output_bytes} out; at most {MOST_BYTES} each fit.",
-            "Map less.",
-        )
-    out, out_bytes, into, in_bytes = device.mailbox
-    outputs, inputs = device.memory
-    areas = [
-        (out, out_bytes, "mailbox"),
-        (into, in_bytes, "mailbox"),
-        (outputs, _BUFFERS * image.output_bytes, "memory"),
-        (inputs, _BUFFERS * image.input_bytes, "memory"),
-    ]
-    for place, (start, size, field) in enumerate(areas):
-        if not (start >= _RAM and start + size <= _RAM_END) or size < 1:
+def _check_order(path: Path, device: DeviceDescription, image: ProcessImage) -> None:
+    """Refuse what would seem to prove age or order and does not."""
+    placed = [entry for _index, entries in image.inputs for entry in entries]
+    for role in _WHOLE:
+        places = [one.exposure for one in placed if one.role is role]
+        if len(places) != len(set(places)) or (-1 in places and len(places) > 1):
             raise InputError(
                 "device.field",
-                f"{path}: field '{field}' names {start:#06x} with {size} bytes, which is not in "
-                f"the memory of a controller ({_RAM:#06x} to {_RAM_END:#06x}).",
-                "Correct that field.",
+                f"{path}: field 'inputs' has more than one number '{role}'.",
+                "Keep one, of all exposures together or of each; give the others 'ignored'.",
             )
-        for other, other_size, _name in areas[:place]:
-            if start < other + other_size and other < start + size:
-                raise InputError(
-                    "device.field",
-                    f"{path}: field '{field}': {start:#06x} overlaps {other:#06x}.",
-                    "Correct that field; process data have three buffers behind each other.",
-                )
+    times = [one for one in placed if one.role is Role.TIME]
+    if times and device.clock is Clock.ARRIVAL:
+        raise InputError(
+            "device.field",
+            f"{path}: field 'inputs' has a number 'time', but a camera with a clock of its own "
+            "exposes at no time of the bus clock.",
+            "Give it the role 'ignored', or clock = \"distributed\".",
+        )
+    if times and min(one.size for one in times) < _TIME_BYTES:
+        raise InputError(
+            "device.field",
+            f"{path}: field 'inputs' has a number 'time' of {times[0].size} byte(s), but it takes "
+            f"{_TIME_BYTES} at least to tell the cycles apart.",
+            "Give it the role 'ignored'.",
+        )

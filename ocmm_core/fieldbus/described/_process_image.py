@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.described._device_file import (
     FORMATS,
     DeviceDescription,
@@ -118,6 +117,15 @@ class ProcessImage:
             role: next(entry.type for entry in self._all if entry.role is role)
             for role in self._places
         }
+        self._of_spots = np.array(
+            [
+                at
+                for one in self._all
+                if one.role in _SPOT
+                for at in range(one.at, one.at + one.size)
+            ],
+            np.int64,
+        )
 
     @property
     def heartbeat(self) -> tuple[int, int]:
@@ -149,16 +157,35 @@ class ProcessImage:
                 return int(np.frombuffer(raw, FORMATS[entry.type])[0])
         return None
 
+    def spot_bytes(self, content: bytes) -> bytes:
+        """Return the bytes that say where the spots are and how bright, and nothing else."""
+        return np.frombuffer(content, np.uint8)[self._of_spots].tobytes()
+
+    def fits(self, role: Role, numbers: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which numbers the type of a role can hold."""
+        form = np.dtype(FORMATS[self._alike[role]])
+        if form.kind == "f":
+            return np.ones(numbers.shape, np.bool_)
+        limits = np.iinfo(form)
+        return np.asarray((numbers >= limits.min) & (numbers <= limits.max))
+
+    def of_each_exposure(self, role: Role) -> bool:
+        """Return whether each exposure has a number of its own of a role."""
+        return any(one.role is role and one.exposure >= 0 for one in self._all)
+
     def bits(self, role: Role) -> int:
         """Return how many bits the first number of a role has."""
         return next(8 * entry.size for entry in self._all if entry.role is role)
 
     def pack_inputs(self, values: dict[tuple[Role, int, int], float]) -> bytes:
-        """Return inputs with these values, by role, exposure and slot; all others are zero."""
+        """Return inputs with these values, by role, exposure and slot; all others are zero.
+
+        What a whole number cannot hold begins again, as a counter does.
+        """
         found = [values.get((entry.role, entry.exposure, entry.slot), 0.0) for entry in self._all]
         return self._struct.pack(
             *[
-                value if _PACKED[entry.type] in "fd" else round(value)
+                value if _PACKED[entry.type] in "fd" else _wrapped(round(value), entry.type)
                 for entry, value in zip(self._all, found, strict=True)
             ]
         )
@@ -193,14 +220,14 @@ def _placed(
                     )  # fmt: skip
                     at += one.size
                     entries.append(one)
-            if len(entries) > 0xFE or pdo.index + shift > 0xFFFF:
-                raise InputError(
-                    "device.entries",
-                    f"The process data object {pdo.index:#06x} has {len(entries)} entries.",
-                    "Spread them over several objects; one holds 254.",
-                )
             placed.append((pdo.index + shift, tuple(entries)))
     return tuple(placed)
+
+
+def _wrapped(value: int, kind: TypeName) -> int:
+    limits = np.iinfo(FORMATS[kind])
+    low, high = int(limits.min), int(limits.max)
+    return (value - low) % (high - low + 1) + low
 
 
 def _spread(entry: Entry, slots: int) -> Iterator[tuple[int, Role, int]]:

@@ -7,13 +7,20 @@ from enum import Enum
 
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.fieldbus.described._device_check import load_device
-from ocmm_core.fieldbus.described._device_file import Clock, DeviceDescription, Role
+from ocmm_core.fieldbus.described._device_file import FORMATS, Clock, DeviceDescription, Role
 
 UNPROVEN_CAMERAS = "CAMERAS UNPROVEN"
 """State of everything that was measured with cameras that cannot prove all that ours do."""
 
 REST_SPEED = 2.0
 """mm/s: a ball that is said to rest moves slower than this; the doubt of a time costs so much."""
+_TIGHT_NS = 5_000
+"""A clock that is kept within this costs a resting ball less than 0.01 µm."""
+_COARSEST = 2.0
+"""Steps of so many standard deviations of the noise vanish in a mean; wider ones do not."""
+_FINEST = 3.0
+"""What stays at a place of the sensor must be so many times the doubt of the lens: then that adds
+2 % to it at most (it is uniform)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +85,16 @@ def doubts_of(device: DeviceDescription) -> tuple[Doubt, ...]:
                 of_age=True,
             )
         )
+    if device.clock is Clock.DISTRIBUTED and device.doubt_ns > _TIGHT_NS:
+        cost = REST_SPEED * device.doubt_ns * 1e-9
+        found.append(
+            Doubt(
+                "device.loose_clock",
+                f"loose clock: the time of an exposure is known within "
+                f"{device.doubt_ns * 1e-6:.3g} ms, a resting ball within {cost * 1e3:.2g} µm",
+                cost,
+            )
+        )
     if device.is_corrected:
         found.append(
             Doubt(
@@ -110,6 +127,52 @@ def resting_doubt_mm(device: DeviceDescription) -> float:
     by +s and -s cross s / tan(a / 2) away, 11 s where cameras see each other at 10 degrees.
     """
     return sum(doubt.costs_mm for doubt in doubts_of(device))
+
+
+def refuse_coarse(
+    device: DeviceDescription, *, white_px: float, pattern_px: float, pitch_mm: float
+) -> None:
+    """Refuse cameras whose numbers are coarser than the noise that the uncertainty is made of.
+
+    Steps that are wider than the noise leave a resting ball at one of them, whatever is averaged,
+    and what the lens in the camera rounds stays at its place on the sensor: neither shows in the
+    scatter, so that U would be too small.
+
+    Parameters
+    ----------
+    device
+        What the cameras are.
+    white_px, pattern_px
+        Noise of the rig: from frame to frame, and what stays at a place of the sensor.
+    pitch_mm
+        Of its sensors.
+
+    Raises
+    ------
+    InputError
+        They are coarser.
+    """
+    kinds = {entry.type for pdo in device.inputs for entry in pdo.entries if Role.X in entry.role}
+    whole = any(not FORMATS[kind].startswith("<f") for kind in kinds)
+    step_px = device.step / (pitch_mm if device.is_corrected else 1.0) if whole else 0.0
+    if step_px > _COARSEST * white_px:
+        raise InputError(
+            "device.coarse",
+            f"The cameras '{device.name}' send spots in steps of {step_px:.3g} px, and their noise "
+            f"is {white_px:.3g} px: a mean does not come between the steps, and no uncertainty "
+            "would show it.",
+            f"Let the cameras send steps of {_COARSEST * white_px:.2g} px at most, or correct "
+            "'noise.white_px' of the rig document.",
+        )
+    if device.lens_doubt_px * _FINEST > pattern_px:
+        raise InputError(
+            "device.coarse",
+            f"The lens in the cameras '{device.name}' is undone within "
+            f"{device.lens_doubt_px:.3g} px, but the rig expects only {pattern_px:.3g} px that "
+            "stay at a place of the sensor.",
+            f"Let the cameras compute more exactly, or give {_FINEST * device.lens_doubt_px:.2g} "
+            "or more as 'noise.pattern_px' of the rig document; it is in U.",
+        )
 
 
 class AllowedBy(Enum):

@@ -92,7 +92,7 @@ class InputTranslator:
         self._serial = serial
         self._block: int | None = None
         self._told: int | None = None
-        self._content = b""
+        self._spots = b""
         self._repeats = 0
         self._cycle = 0
 
@@ -119,7 +119,7 @@ class InputTranslator:
         block, into_ns = divmod(since_ns, cycle_ns)
         # The block that ended last.
         block -= 1
-        status, wrong = _RUNNING, 0
+        status, old, fits = _RUNNING, False, True
         if device.clock is Clock.DISTRIBUTED and not _EDGE_NS <= into_ns <= cycle_ns - _EDGE_NS:
             # Another reading of this cycle may be of the block before.
             status = _OPERATIONAL
@@ -129,49 +129,65 @@ class InputTranslator:
             count = 0
         elif first > next_frame:
             status |= _OVERRUN
-        if count:
-            wrong = self._contradiction(content, block, first)
-        if not self._is_old(content, count):
-            self._cycle = (self._cycle + 1) % NEWEST_LAYOUT.cycle_counters
+        spots = self.spots(content)
         if count and status & _RUNNING == _RUNNING:
+            old, fits = self._order(content, block, seen=bool(spots[0].any()))
+            fits &= self._times_fit(content, first)
             self._block = block
-        return self._packed(content, first, count, status, wrong)
+        if not old:
+            self._cycle = (self._cycle + 1) % NEWEST_LAYOUT.cycle_counters
+        return self._packed(spots, first if fits else first + _WRONG, first, count, status)
 
-    def _contradiction(self, content: bytes, block: int, first: int) -> int:
-        """Return what spoils the number of the exposure where counter or time do not fit."""
-        device, timing = self._device, self._timing
-        wrong = 0
-        told = self._image.number(content, Role.COUNTER)
-        if told is not None:
-            if self._told is not None and self._block is not None:
-                advance = (told - self._told) % (1 << self._image.bits(Role.COUNTER))
-                wrong |= advance not in (0, block - self._block)
-            self._told = told
-        time_ns = self._image.number(content, Role.TIME)
-        if time_ns is not None:
-            expected_ns = timing.start_ns + first * timing.period_ns
-            wrong |= abs(time_ns - expected_ns) > max(1, device.doubt_ns)
-        return _WRONG if wrong else 0
+    def _order(self, content: bytes, block: int, *, seen: bool) -> tuple[bool, bool]:
+        """Say whether the inputs are those of an earlier cycle, and whether they fit the clock.
 
-    def _is_old(self, content: bytes, count: int) -> bool:
-        """Say whether the inputs are those of an earlier cycle."""
-        same, self._content = content == self._content, content
-        if not count or not same:
-            self._repeats = 0 if not same else self._repeats
-            return False
-        if self._device.has(Role.COUNTER):
+        A counter decides both. Without one, places that repeat to the last bit are old: whatever
+        else a camera that stands still may change, its spots stay.
+        """
+        image, exposures = self._image, self._device.exposures
+        told = image.number(content, Role.COUNTER, 0)
+        if told is None:
+            before, self._spots = self._spots, image.spot_bytes(content)
+            self._repeats = self._repeats + 1 if seen and before == self._spots else 0
+            return self._repeats >= _REPEATS, True
+        modulus, each = 1 << image.bits(Role.COUNTER), image.of_each_exposure(Role.COUNTER)
+        last, self._told = self._told, told
+        fits = not each or all(
+            ((image.number(content, Role.COUNTER, k) or 0) - told - k) % modulus == 0
+            for k in range(exposures)
+        )
+        if last is None or self._block is None:
+            return False, fits
+        passed = (block - self._block) * (exposures if each else 1)
+        return told == last, fits and (told - last - passed) % modulus == 0
+
+    def _times_fit(self, content: bytes, first: int) -> bool:
+        """Say whether the times that the camera tells are those of the exposures."""
+        timing, image = self._timing, self._image
+        if not self._device.has(Role.TIME):
             return True
-        self._repeats += 1
-        return self._repeats >= _REPEATS and any(content)
+        modulus = 1 << image.bits(Role.TIME)
+        for k in range(self._device.exposures if image.of_each_exposure(Role.TIME) else 1):
+            told = image.number(content, Role.TIME, k) or 0
+            apart = (told - timing.start_ns - (first + k) * timing.period_ns) % modulus
+            if min(apart, modulus - apart) > max(1, self._device.doubt_ns):
+                return False
+        return True
 
-    def _packed(self, content: bytes, first: int, count: int, status: int, wrong: int) -> bytes:
+    def _packed(
+        self,
+        spots: tuple[NDArray[np.uint16], NDArray[np.uint16], NDArray[np.float64]],
+        counter: int,
+        first: int,
+        count: int,
+        status: int,
+    ) -> bytes:
         timing, image = self._timing, np.zeros((), INPUT_DTYPE)
-        valid, flags, uv = self.spots(content)
-        image["frames"][: self._device.exposures] = encode_frames(valid, flags, uv)
+        image["frames"][: self._device.exposures] = encode_frames(*spots)
         packed = bytearray(image.tobytes())
         head = NEWEST_LAYOUT.encode(
             Header(
-                (first + wrong) % COUNTER_MODULUS, timing.start_ns + first * timing.period_ns,
+                counter % COUNTER_MODULUS, timing.start_ns + first * timing.period_ns,
                 timing.period_ns, count, self._cycle, status, timing.config_crc, 1,
             )
         )  # fmt: skip
@@ -204,6 +220,8 @@ class InputTranslator:
         for exposure in range(count):
             mask = self._image.number(content, Role.VALID, exposure)
             if mask is not None:
+                # A number of 64 bits may be too long to be shifted by numpy.
+                mask &= (1 << slots) - 1
                 seen[exposure] &= (mask >> np.arange(slots) & 1).astype(bool)
             flags[exposure] = bool(self._image.number(content, Role.BUTTON, exposure) or 0)
         values = np.where(seen[..., None], xy, 0.0) * device.step

@@ -85,6 +85,8 @@ if TYPE_CHECKING:
         CONTROLLERS,
         DC_ACTIVATE,
         DEVICE_GROUP,
+        MAILBOX_REPEATS,
+        MEMORY_END,
         PHYSICAL_PORTS,
         SII_BYTES,
         SII_CONFIGURATION,
@@ -145,8 +147,8 @@ else:
             "SYNC_MANAGERS VENDOR_ID VENDOR_NAME Window decode_spots encode_frames require_raw"
         ),
         _controller=(
-            "CLOCK_MODES CONTROLLERS DC_ACTIVATE DEVICE_GROUP PHYSICAL_PORTS SII_BYTES "
-            "SII_CONFIGURATION ClockMode"
+            "CLOCK_MODES CONTROLLERS DC_ACTIVATE DEVICE_GROUP MAILBOX_REPEATS MEMORY_END "
+            "PHYSICAL_PORTS SII_BYTES SII_CONFIGURATION ClockMode"
         ),
         _diagnosis="DATA_BYTES DiagnosisMessage",
         _firmware="Firmware",
@@ -199,7 +201,9 @@ __all__ = [
     "MAILBOX_BYTES",
     "MAILBOX_IN_START",
     "MAILBOX_OUT_START",
+    "MAILBOX_REPEATS",
     "MAX_BLACK_FRAMES",
+    "MEMORY_END",
     "NEWEST_LAYOUT",
     "NOTE_BYTES",
     "NO_MARK",

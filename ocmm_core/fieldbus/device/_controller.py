@@ -8,7 +8,11 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
-from ocmm_core.fieldbus.device._camera_slave import DEFAULT_FRAME_PERIOD_NS
+from ocmm_core.fieldbus.device._camera_slave import (
+    DEFAULT_FRAME_PERIOD_NS,
+    INPUT_DTYPE,
+    INPUT_START,
+)
 
 SII_BYTES = 4096
 """Size of the EEPROM."""
@@ -16,6 +20,11 @@ DEVICE_GROUP = "OpticalSensors"
 """What tools list the camera under: the same word in ESI file and EEPROM."""
 PHYSICAL_PORTS = 0x0011
 """A nibble a port, port 0 first: two of MII, the others not there (YY in the ESI file)."""
+MAILBOX_REPEATS = 0x04
+"""Bit of the flags in the category General: the last mailbox is sent again when it is asked for;
+`DataLinkLayer` in the ESI file."""
+MEMORY_END = INPUT_START + 3 * INPUT_DTYPE.itemsize
+"""So far the memory of a controller must reach: process data have three buffers in a row."""
 SYNC_PULSE_NS = 10_000
 """How long a pulse of SYNC0 and SYNC1 is: shorter than their shortest distance."""
 
@@ -50,7 +59,7 @@ class ControllerWords:
 
 
 CONTROLLERS = (
-    ControllerWords("ET1100 or ET1200, connected by SPI", 0x0E05, 0xEE03),
+    ControllerWords("ET1100, connected by SPI", 0x0E05, 0xEE03),
     ControllerWords("IP core in the camera's FPGA, on-chip bus", 0x0280, 0xEE00),
 )
 """The first is what ESI file and software camera have; who builds with another takes its words."""

@@ -23,6 +23,7 @@ _HEAD = struct.Struct("<4sHHIIII32s")
 _MAGIC, _VERSION = b"OCFW", 1
 _SIGNATURE_BYTES = 64
 MOST_FIRMWARE_BYTES = 16 << 20
+_LONGEST_VERSION = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +90,9 @@ class Firmware:
             raise _unfit("its version is no text") from error
         except InvalidSignature as error:
             raise _unfit("the maker of the camera did not sign it") from error
+        if not (0 < len(text) <= _LONGEST_VERSION and text.isprintable()):
+            # It is shown to people, and compared with what the camera then says.
+            raise _unfit("its version is no text")
         return cls(text, product, (low, high), content)
 
     def check_for(self, product: int = PRODUCT_CODE, revision: int = REVISION) -> None:

@@ -6,21 +6,40 @@
 from __future__ import annotations
 
 from ocmm_core.fieldbus.device._camera_slave import DEVICE_NAME, SYNC_MANAGERS
-from ocmm_core.fieldbus.device._controller import CLOCK_MODES, DEVICE_GROUP, PHYSICAL_PORTS
+from ocmm_core.fieldbus.device._controller import (
+    CLOCK_MODES,
+    DEVICE_GROUP,
+    MAILBOX_REPEATS,
+    MEMORY_END,
+    PHYSICAL_PORTS,
+)
 
 _MANAGERS = ", ".join(
     f"{start:#06x} {size} {control:#04x} {active} {kind}"
     for start, size, control, _status, active, kind in SYNC_MANAGERS
 )
-_CLOCK = "; ".join(f"`{mode.name}` with activation {mode.activate:#06x}" for mode in CLOCK_MODES)
+_CLOCK = "; ".join(
+    f"`{mode.name}` with activation {mode.activate:#06x}, factors {mode.sync0_factor} and "
+    f'{mode.sync1_factor}, "{mode.text}"'
+    for mode in CLOCK_MODES
+)
 
 CATEGORIES = f"""\
-Categories. General: group `{DEVICE_GROUP}` (byte 0), name `{DEVICE_NAME}` (byte 3), CoE details
-0x23 (byte 5: SDO, SDO information, complete access), FoE 1 (byte 6), ports {PHYSICAL_PORTS:#06x}
-(UINT at byte 16). FMMU: 1, 2. Sync managers, each start, bytes, control, status 0, activation and
-type: {_MANAGERS}. TxPDO: the header (0x1A00) and the
-frames in order, sync manager 3; RxPDO 0x1600, sync manager 2; their entries as the tables of the
-process data say. Clock, 24 bytes a mode, activation at byte 14: {_CLOCK}.
+The memory has to reach to {MEMORY_END:#06x}, because process data have three buffers one behind
+another: 8 kB from 0x1000 on suffice, an ET1200 (1 kB) and controllers with 4 kB do not. Another
+controller needs the same of its own registers: SYNC0 and SYNC1 given out, push-pull and active
+high, both as interrupts, and the length of the pulse.
+
+Categories. General: group `{DEVICE_GROUP}` (bytes 0 and 14), name `{DEVICE_NAME}` (byte 3 and, as
+order number, byte 2), CoE details 0x23 (byte 5: SDO, SDO information, complete access), FoE 1
+(byte 6), flags {MAILBOX_REPEATS:#04x} (byte 11: mailboxes are sent again), ports
+{PHYSICAL_PORTS:#06x} (UINT at byte 16). FMMU: 1, 2. Sync managers, each start, bytes, control,
+status 0, activation and type: {_MANAGERS}.
+TxPDO: the header (0x1A00) and the frames in order, sync manager 3; RxPDO 0x1600, sync manager 2;
+each with its name and the flags 0x0011 (fixed, mandatory); their entries with name, type and bits
+as the tables of the process data say. Clock, 24 bytes a mode, activation at byte 14, factors of
+SYNC0 (INT at byte 16) and SYNC1 (INT at byte 12) by the bus cycle, name (byte 18) and text (byte
+19): {_CLOCK}.
 """
 
 STATES = """\

@@ -82,17 +82,19 @@ the controller does by itself; the firmware needs to do nothing.
 INIT to BOOT with the mailboxes of words 0x14 to 0x17; from BOOT only back to INIT. In BOOT there is
 FoE and no CoE. A file named `firmware` is written, none is read. Whole packets have
 {MAILBOX_BYTES - 12} bytes; a shorter one, and be it empty, is the last. A packet that comes again
-is acknowledged again. Errors: 0x8001 no such file, 0x8002 reading, 0x8003 too large, 0x8004 not in
+is acknowledged again. A camera that is busy (operation 6) gets the same packet again after 50 ms,
+for 10 s at most. Errors: 0x8001 no such file, 0x8002 reading, 0x8003 too large, 0x8004 not in
 BOOT, 0x8005 packet number, 0x8009 not for this camera or not signed by its maker.
 
 The file: letters `OCFW`, version UINT 1, bytes of the version text UINT, product UDINT, lowest and
 highest revision UDINT each, bytes of the content UDINT, SHA-256 of the content, version text
-(ASCII), content, and an Ed25519 signature (64 bytes) over all before it, which the camera checks
-with the key of its maker.
+(1 to 60 printable ASCII characters), content, and an Ed25519 signature (64 bytes) over all before
+it, which the camera checks with the key of its maker.
 
 It is written into the bank that does not run. One record with its own check sum then names that
-bank; leaving BOOT starts it on trial. Reaching PREOP confirms it. Switched off before that, the
-camera starts the old one again. So a loss of power at any moment leaves a camera that starts.
+bank; leaving BOOT starts it on trial. Reaching PREOP confirms it; 0x100A is then its version text,
+which the master compares. Switched off before PREOP, the camera starts the old one again. So a loss
+of power at any moment leaves a camera that starts.
 
 With exposures every {DEFAULT_FRAME_PERIOD_NS} ns nothing of this disturbs measuring: it needs a bus
 that is not in operation.

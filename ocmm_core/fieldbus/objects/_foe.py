@@ -25,6 +25,13 @@ class FoeWrite:
         The whole file.
     mailbox_bytes
         Size of one mailbox, head included.
+
+    Attributes
+    ----------
+    done
+        The camera has acknowledged the last packet.
+    busy
+        It wants the same mailbox again.
     """
 
     def __init__(self, name: bytes, content: bytes, mailbox_bytes: int) -> None:
@@ -32,7 +39,14 @@ class FoeWrite:
         self._content = content
         self._room = mailbox_bytes - _MAILBOX_HEAD.size - _HEAD.size
         self._number = 0
-        self.done = False
+        self._refused = False
+        self.done = self.busy = False
+
+    @property
+    def undecided(self) -> bool:
+        """Return whether the camera may have the whole file without having said so."""
+        sent = self._number > 0 and self._number * self._room > len(self._content)
+        return sent and not (self.done or self._refused)
 
     @property
     def progress(self) -> tuple[int, int]:
@@ -52,8 +66,11 @@ class FoeWrite:
         head = _MAILBOX_HEAD.pack(len(content), 0, 0, counter << 4 | MAILBOX_FOE)
         return head + content
 
-    def answer(self, mailbox: bytes) -> None:
-        """Take the camera's answer.
+    def answer(self, mailbox: bytes) -> bool:
+        """Take the camera's answer; say whether a mailbox is due, or another answer.
+
+        The packet before may be acknowledged twice, where it came twice. A camera that is ``busy``
+        wants the same mailbox again, after a while.
 
         Raises
         ------
@@ -65,21 +82,26 @@ class FoeWrite:
         if kind & 0x0F != MAILBOX_FOE or len(body) < _HEAD.size:
             raise _refused("its answer is no answer to a file")
         operation, _reserved, number = _HEAD.unpack_from(body)
-        if operation == _BUSY:
-            return
+        self.busy = operation == _BUSY
+        if self.busy:
+            return True
         if operation == _ERROR:
+            self._refused = True
             text = body[_HEAD.size :].split(b"\x00")[0].decode("ascii", errors="replace")
             raise _refused(f"{text or 'no reason'} (code {number:#06x})")
+        if operation == _ACK and number == self._number - 1:
+            return False
         if operation != _ACK or number != self._number:
             raise _refused(f"it acknowledges packet {number} instead of {self._number}")
         sent = max(0, self._number - 1) * self._room + (self._room if self._number else 0)
         self.done = self._number > 0 and sent > len(self._content)
         self._number += 1
+        return True
 
 
 def _refused(why: str) -> BusError:
     return BusError(
         "bus.firmware",
         f"The camera does not take the firmware: {why}.",
-        "Its old firmware still runs. Check the file, then repeat the update.",
+        "Its old firmware still runs. Check the file.",
     )

@@ -23,6 +23,12 @@ from ocmm_core.fieldbus.device import (
 )
 from ocmm_core.fieldbus.objects._foe import FIRMWARE_NAME, FoeWrite
 from ocmm_core.fieldbus.objects._mailbox_line import SYNC_MANAGERS as _SYNC_MANAGER_REGISTERS
+from ocmm_core.fieldbus.objects._sdo import (
+    MAX_COUNTER,
+    SERVICE_EMERGENCY,
+    SdoRead,
+    coe_content,
+)
 from ocmm_core.fieldbus.wire import (
     PREOP,
     Command,
@@ -42,7 +48,12 @@ _FULL = 0x08
 _ALIAS_WORD, _SUM_WORD, _HEAD_WORDS = 4, 7, 7
 _STATE_S, _ANSWER_S, _ERASE_S = 5.0, 2.0, 10.0
 _POLL_S = 0.002
-_TRIES = 5
+_BUSY_S = 0.05
+_LATE = 8
+"""So many answers may come that belong to what was asked before."""
+_WRITE_FILE = 2
+"""What a request to write begins with (ETG.1000.6, 5.8)."""
+_VERSION, _VERSION_BYTES = 0x100A, 64
 
 Told = Callable[[int, int], None]
 """Is told how many bytes of how many are done."""
@@ -112,7 +123,7 @@ def write_alias(exchange: Exchange, serial: int, alias: int) -> int:
 def update_firmware(
     exchange: Exchange, serial: int, image: bytes, told: Told = lambda _done, _total: None
 ) -> Firmware:
-    """Send firmware to a camera and bring it to PREOP with it, which makes it stay.
+    """Send firmware to a camera, bring it to PREOP with it, which makes it stay, and ask it.
 
     The camera writes it beside the one that runs. Where the transfer is interrupted, by the cable
     or the power, the old one runs at the next start; where the new one does not reach PREOP, too.
@@ -133,7 +144,7 @@ def update_firmware(
     InputError
         The file is none, is damaged, or is for another device.
     BusError
-        The camera is not there, refuses, or does not come back.
+        The camera is not there, refuses, does not come back, or runs something else then.
     """
     firmware = Firmware.read(image)
     place, found = find_camera(exchange, serial)
@@ -141,21 +152,70 @@ def update_firmware(
     _go(exchange, place, _INIT)
     _set_mailboxes(exchange, place)
     _go(exchange, place, _BOOT)
-    transfer = FoeWrite(FIRMWARE_NAME, image, MAILBOX_BYTES)
-    counter = 1
-    try:
-        while not transfer.done:
-            transfer.answer(_ask(exchange, place, transfer.request(counter)))
-            counter = counter % 7 + 1
-            told(*transfer.progress)
-    finally:
-        _go(exchange, place, _INIT)
+    _send(exchange, place, FoeWrite(FIRMWARE_NAME, image, MAILBOX_BYTES), told)
     # It starts anew with what it got; only a master that can use it makes it stay.
     _set_mailboxes(exchange, place)
     _go(exchange, place, PREOP)
+    runs = _version(exchange, place)
     _go(exchange, place, _INIT)
+    if runs != firmware.version:
+        raise BusError(
+            "bus.firmware",
+            f"The camera took the firmware {firmware.version}, but runs {runs}.",
+            "The new firmware did not start. Tell the maker of the camera.",
+        )
     told(len(image), len(image))
     return firmware
+
+
+def _send(exchange: Exchange, place: int, transfer: FoeWrite, told: Told) -> None:
+    """Send a file to a camera in BOOT and bring it to INIT, whatever becomes of the file."""
+    counter = 1
+    try:
+        deadline = time.monotonic() + _ERASE_S
+        while not transfer.done:
+            request = transfer.request(counter)
+            due = transfer.answer(_ask(exchange, place, request))
+            for _ in range(_LATE):
+                if due:
+                    break
+                due = transfer.answer(_fetch(exchange, place, _ANSWER_S))
+            counter = counter % MAX_COUNTER + 1
+            if not transfer.busy:
+                deadline = time.monotonic() + _ERASE_S
+            elif time.monotonic() > deadline:
+                raise _silent(place)
+            else:
+                time.sleep(_BUSY_S)
+            told(*transfer.progress)
+    except BusError as error:
+        if not transfer.undecided:
+            raise
+        raise BusError(
+            "bus.firmware",
+            f"The camera at position {place + 1} got the whole file and did not say whether it "
+            "takes it.",
+            "It may start the new firmware.",
+        ) from error
+    finally:
+        _go(exchange, place, _INIT)
+
+
+def _version(exchange: Exchange, place: int) -> str:
+    """Return which firmware a camera in PREOP says it runs."""
+    transfer = SdoRead(_VERSION, 0, _VERSION_BYTES, mailbox_bytes=MAILBOX_BYTES)
+    counter = 1
+    while not transfer.done:
+        answer = _ask(exchange, place, transfer.request(counter))
+        for _ in range(_LATE):
+            content = coe_content(answer)
+            if content is None or content[0] != SERVICE_EMERGENCY:
+                break
+            answer = _fetch(exchange, place, _ANSWER_S)
+        transfer.answer(answer)
+        counter = counter % MAX_COUNTER + 1
+    told = transfer.result.rstrip(b"\x00").decode("ascii", errors="replace")
+    return told if told.isprintable() else ascii(told)
 
 
 def _go(exchange: Exchange, place: int, state: int) -> None:
@@ -175,7 +235,7 @@ def _go(exchange: Exchange, place: int, state: int) -> None:
         "bus.state",
         f"The camera at position {place + 1} does not reach the state {state} (it is in "
         f"{status:#04x}, AL status {code:#06x}).",
-        "Power-cycle the camera; its old firmware still runs. Then repeat the command.",
+        "Power-cycle the camera; its old firmware still runs.",
     )
 
 
@@ -189,19 +249,27 @@ def _set_mailboxes(exchange: Exchange, place: int) -> None:
 
 def _ask(exchange: Exchange, place: int, mailbox: bytes) -> bytes:
     """Write a mailbox and return the camera's answer."""
-    target = -place & 0xFFFF
-    content = mailbox.ljust(MAILBOX_BYTES, b"\x00")
-    for _ in range(_TRIES):
-        if exchange(Datagram(Command.APWR, target, MAILBOX_OUT_START, content)).working_counter:
-            break
-    else:
-        raise _silent(place)
+    question = Datagram(
+        Command.APWR, -place & 0xFFFF, MAILBOX_OUT_START, mailbox.ljust(MAILBOX_BYTES, b"\x00")
+    )
+    deadline = time.monotonic() + _ANSWER_S
+    # A mailbox that is full may hold this very one, whose way back over the wire was lost.
+    while not exchange(question).working_counter and not _is_answered(exchange, place):
+        if time.monotonic() > deadline:
+            raise _silent(place)
+        time.sleep(_POLL_S)
     # The first answer comes after a bank was erased.
-    deadline = time.monotonic() + (_ERASE_S if mailbox[6] == 2 else _ANSWER_S)
+    return _fetch(exchange, place, _ERASE_S if mailbox[6] == _WRITE_FILE else _ANSWER_S)
+
+
+def _fetch(exchange: Exchange, place: int, patience_s: float) -> bytes:
+    """Return the mailbox that a camera gives out next."""
+    deadline = time.monotonic() + patience_s
     while time.monotonic() < deadline:
-        status = exchange(Datagram(Command.APRD, target, _SM_STATUS_IN, bytes(1)))
-        if status.working_counter and status.data[0] & _FULL:
-            question = Datagram(Command.APRD, target, MAILBOX_IN_START, bytes(MAILBOX_BYTES))
+        if _is_answered(exchange, place):
+            question = Datagram(
+                Command.APRD, -place & 0xFFFF, MAILBOX_IN_START, bytes(MAILBOX_BYTES)
+            )
             answer = exchange(question)
             if answer.working_counter:
                 return answer.data
@@ -209,11 +277,16 @@ def _ask(exchange: Exchange, place: int, mailbox: bytes) -> bytes:
     raise _silent(place)
 
 
+def _is_answered(exchange: Exchange, place: int) -> bool:
+    status = exchange(Datagram(Command.APRD, -place & 0xFFFF, _SM_STATUS_IN, bytes(1)))
+    return bool(status.working_counter and status.data[0] & _FULL)
+
+
 def _silent(place: int) -> BusError:
     return BusError(
         "bus.firmware",
         f"The camera at position {place + 1} stopped answering during the update.",
-        "Check cable and power. Its old firmware still runs; then repeat the update.",
+        "Check cable and power. Its old firmware still runs.",
     )
 
 

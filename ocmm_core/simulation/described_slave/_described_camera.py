@@ -134,7 +134,7 @@ class DescribedCamera:
         valid, flags, uv = self._frames(first)
         seen = valid[:, None] >> np.arange(device.slots) & 1 == 1
         values: dict[tuple[Role, int, int], float] = {
-            (Role.COUNTER, -1, -1): self.renewals % (1 << 16),
+            (Role.COUNTER, -1, -1): self.renewals,
             (Role.TIME, -1, -1): self.start_ns + first * self.period_ns,
         }
         spots = uv[:, : device.slots]
@@ -142,11 +142,15 @@ class DescribedCamera:
             # Of a spot that is not there nothing is computed.
             spots = corrected_from_pixels(self._lens, spots, device.sends)
         spots = np.where(seen[..., None], spots / device.step, 0.0)
-        if device.has(Role.COUNTER):
-            values[Role.COUNTER, -1, -1] = self.renewals % (1 << image.bits(Role.COUNTER))
+        # What its numbers cannot hold, it does not see.
+        seen &= image.fits(Role.X, spots).all(axis=-1)
+        spots = np.where(seen[..., None], spots, 0.0)
+        valid = (seen << np.arange(device.slots)).sum(axis=1)
         for exposure in range(device.exposures):
+            values[Role.COUNTER, exposure, -1] = self.renewals * device.exposures + exposure
+            values[Role.TIME, exposure, -1] = self.start_ns + (first + exposure) * self.period_ns
             values[Role.BUTTON, exposure, -1] = float(flags[exposure] & 1)
-            values[Role.VALID, exposure, -1] = float(valid[exposure] & (1 << device.slots) - 1)
+            values[Role.VALID, exposure, -1] = float(valid[exposure])
             for slot in range(device.slots):
                 values[Role.X, exposure, slot], values[Role.Y, exposure, slot] = (
                     float(number) for number in spots[exposure, slot]

@@ -11,6 +11,7 @@ from ocmm_core.fieldbus.device import (
     MAILBOX_BYTES,
     MAILBOX_IN_START,
     MAILBOX_OUT_START,
+    MAILBOX_REPEATS,
     NEWEST_LAYOUT,
     OUTPUT_PDO,
     PHYSICAL_PORTS,
@@ -107,8 +108,8 @@ def _general(strings: _Strings) -> bytes:
     group, name = strings.number(DEVICE_GROUP), strings.number(DEVICE_NAME)
     # Group, picture, order number, name, a reserved byte, details of CoE.
     head = struct.pack("<BBBBBB", group, 0, name, name, 0, _COE_DETAILS)
-    # FoE; EoE, three reserved, flags, current on the E-bus (int16): none of them.
-    head += bytes([1]) + bytes(7)
+    # FoE; no EoE, three reserved, flags, no current on the E-bus (int16).
+    head += struct.pack("<B4xBh", 1, MAILBOX_REPEATS, 0)
     # The group once more, a reserved byte, then at byte 16 the ports, a nibble each.
     head += struct.pack("<BBH", group, 0, PHYSICAL_PORTS)
     return head.ljust(32, b"\x00")
@@ -119,7 +120,7 @@ def _clock(mode: ClockMode, strings: _Strings) -> bytes:
     return struct.pack(
         "<IIIhHhBB4x",
         0, 0, 0, mode.sync1_factor, mode.activate, mode.sync0_factor,
-        strings.number(mode.name), 0,
+        strings.number(mode.name), strings.number(mode.text),
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.label_scenes import rig_with
 from ocmm_core.camera import Rig, load_rig, project
 from ocmm_core.coach import (
     LEAST_LEDS,
@@ -202,6 +203,27 @@ def test_an_led_that_something_hides_is_not_counted_on(rig: Rig, body: ProbeBody
     found = advise(rig, body, replace(held, seen=hidden))
     assert not [hint for hint in found.hints if hint.leds > 3]
     assert advise(rig, body, held).hints
+
+
+def test_a_camera_that_sees_nothing_is_not_counted_on(rig: Rig, body: ProbeBody) -> None:
+    four = rig_with(rig, 4)
+    rng = np.random.default_rng(6)
+    given = 0
+    for _ in range(40):
+        held = held_in(four, body, rng, 45.0)
+        seen = held.seen.copy()
+        seen[:2] = False
+        if common(seen[None])[0] < LEAST_LEDS or np.min(held.seen[:2].sum(axis=1)) < 2:
+            # Of a camera to which nothing shines nobody knows that it is blind.
+            continue
+        hint = advise(four, body, replace(held, seen=seen)).best()
+        if hint is None:
+            continue
+        given += 1
+        after = turned(held, hint, four, body)
+        after.seen[:2] = False
+        assert uncertainty_of(four, body, after) <= hint.then_mm * (1.0 + 1e-9)
+    assert given >= 3
 
 
 def test_left_and_right_are_those_of_who_faces_the_cameras(rig: Rig, body: ProbeBody) -> None:

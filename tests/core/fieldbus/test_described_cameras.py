@@ -26,6 +26,7 @@ from ocmm_core.fieldbus.described import (
     doubts_of,
     load_device,
     pixels_from_corrected,
+    refuse_coarse,
     refuse_unproven,
     resting_doubt_mm,
 )
@@ -259,6 +260,22 @@ def changed(tmp_path: Path, name: str, old: str, new: str) -> Path:
          "whole number"),
         ("plain-spots", 'clock = "arrival"', 'clock = "sundial"', "sundial"),
         ("plain-spots", "vendor =", "seller =", "seller|vendor"),
+        ("plain-spots", "value = 200 #", "value = 70_000 #", "whole number from 0 to 65535"),
+        ("plain-spots", "value = 200 #", "value = 0.5 #", "whole number from 0 to 65535"),
+        ("plain-spots", "value = 1 }", "value = -1 }", "value -1, but a UINT"),
+        ("plain-spots", "step = 0x10", "step = -2048", "0x0210, which cannot be"),
+        ("plain-spots", "sub = 2\ntype", "sub = 300\ntype", "0x8000:300"),
+        ("plain-spots", 'sub = 3, type = "USINT", role = ["ignored"]',
+         'sub = 3, type = "UDINT", role = ["time"]', "no time of the bus clock"),
+        ("plain-spots", 'sub = 3, type = "USINT", role = ["ignored"]',
+         'sub = 3, type = "USINT", role = ["counter"]', "more than one number 'counter'"),
+        ("plain-spots", "index = 0x1600", "index = 0x1A20", "0x1a20 is there twice"),
+        ("thesis-camera", "doubt_ns = 20", "doubt_ns = 500_000", "from half of that on"),
+        ("thesis-camera", 'name = "Camera', 'name = "\\u001b[2JCamera', "cannot be printed"),
+        ("thesis-camera", "slots = true }", 'slots = true }, '
+         '{ index = 0x6001, sub = 1, type = "UINT", role = ["time"] }', "takes 4 at least"),
+        ("thesis-camera", "doubt_ns = 20", "doubt_ns = 20\nmailbox = [0x1000, 8, 0x1100, 256]",
+         "'mailbox' has 8 bytes"),
     ],
 )  # fmt: skip
 def test_a_description_that_contradicts_itself_is_refused_in_a_sentence(
@@ -269,6 +286,146 @@ def test_a_description_that_contradicts_itself_is_refused_in_a_sentence(
         load_device(str(path))
     assert str(path) in caught.value.what
     assert caught.value.remedy
+
+
+def test_ten_thousand_entries_are_refused_in_a_sentence(tmp_path: Path) -> None:
+    entries = ", ".join(
+        f'{{ index = {0x2000 + n}, sub = 1, type = "USINT", role = ["ignored"] }}'
+        for n in range(10_000)
+    )
+    old = "entries = [{ index = 0x7000"
+    path = changed(tmp_path, "thesis-camera", old, old.replace("[", f"[{entries}, "))
+    with pytest.raises(InputError, match="has 10001 entries"):
+        load_device(str(path))
+    objects = "".join(f"[[inputs]]\nindex = {0x1B00 + n}\nentries = []\n" for n in range(10_000))
+    path = changed(tmp_path, "thesis-camera", "[[outputs]]", f"{objects}[[outputs]]")
+    with pytest.raises(InputError, match="has 10001 process data objects"):
+        load_device(str(path))
+
+
+# Corrected millimetres in whole steps, two exposures a cycle, each with its number and its time.
+ODD = """
+schema = "ocmm.device/1"
+unit = "mm"
+name = "Odd"
+vendor = 0xFA4E0003
+product = 7
+revisions = [1, 1]
+sends = "corrected mm, exact"
+step = 5e-7
+slots = 5
+exposures = 2
+clock = "distributed"
+doubt_ns = 1000
+latency_ns = 30_000
+[[inputs]]
+index = 0x1A01
+exposures = true
+step = -1
+entries = [
+    { index = 0x6010, sub = 1, type = "USINT", role = ["counter"] },
+    { index = 0x6020, sub = 1, type = "UDINT", role = ["time"] },
+    { index = 0x6030, sub = 1, type = "ULINT", role = ["valid"] },
+    { index = 0x6040, sub = 1, type = "DINT", role = ["x", "y"], slots = true },
+    { index = 0x6050, sub = 1, type = "USINT", role = ["ignored"] },
+]
+[[outputs]]
+index = 0x1600
+entries = [{ index = 0x7000, sub = 1, type = "UDINT", role = ["heartbeat"] }]
+"""
+_OF_ONE = 1 + 4 + 8 + 5 * 8 + 1
+"""Bytes of an exposure."""
+
+
+@pytest.fixture(scope="module")
+def odd(tmp_path_factory: pytest.TempPathFactory) -> DeviceDescription:
+    path = tmp_path_factory.mktemp("odd") / "odd.toml"
+    path.write_text(ODD)
+    return load_device(str(path))
+
+
+def test_numbers_and_times_of_each_exposure_are_compared(odd: DeviceDescription) -> None:
+    # Nothing of age or order is in doubt: so a plan need not allow it, and all is looked at.
+    assert {one.code for one in doubts_of(odd)} == {"device.no_check_sum", "device.corrected"}
+    bus = Bus(odd)
+    # More cycles than its counter of 8 bits and its time of 32 bits have numbers for.
+    for block in (*range(300), 5000, 5001):
+        alarm, inputs = bus.cycle(block)
+        assert alarm == "", block
+    _valid, _flags, uv = TestPattern().camera_frames(0, 10002, 2)
+    uv[:, odd.slots :] = np.nan
+    # Half a step of 0.5 nm in mm, on pixels of 12 um, and that of the wire.
+    np.testing.assert_allclose(spots(inputs, 2), uv, rtol=0, atol=2.5e-7 / 0.012 + 1e-5)
+    for at, what in ((0, Alarm.PAYLOAD), (1, Alarm.PAYLOAD), (_OF_ONE, Alarm.PAYLOAD),
+                     (_OF_ONE + 3, Alarm.PAYLOAD)):  # fmt: skip
+        bus = Bus(odd)
+        for block in range(5):
+            assert bus.cycle(block)[0] == ""
+        bus.slave.renewals = 6
+        wrong = bytearray(bus.slave.inputs(10))
+        wrong[at] ^= 0x20
+        # A time that is off by 32 ns is within its doubt; the byte above it is not.
+        found = bus.cycle(5, bytes(wrong))[0]
+        assert found == ("" if at == 1 else what)
+        assert bus.cycle(6)[0] == ("" if at else Alarm.PAYLOAD)
+
+
+def test_a_camera_that_stands_still_is_old_whatever_else_it_changes(
+    odd: DeviceDescription, tmp_path: Path
+) -> None:
+    bus = Bus(odd)
+    for block in range(5):
+        assert bus.cycle(block)[0] == ""
+    old = bytearray(bus.slave.inputs(8))
+    old[-1] ^= 1
+    assert bus.cycle(5, bytes(old))[0] == Alarm.FROZEN
+    path = changed(tmp_path, "thesis-camera", "slots = true }", 'slots = true }, '
+                   '{ index = 0x6001, sub = 1, type = "USINT", role = ["ignored"] }')  # fmt: skip
+    bus = Bus(load_device(str(path)))
+    for block in range(5):
+        assert bus.cycle(block)[0] == ""
+    still = bus.slave.inputs(4)[:-1]
+    alarms = [bus.cycle(5 + n, still + bytes([n]))[0] for n in range(6)]
+    assert alarms[2:] == [Alarm.FROZEN] * 4
+
+
+def test_every_bit_of_a_long_number_may_be_set(odd: DeviceDescription) -> None:
+    content = bytearray(slave(odd).inputs(0))
+    for at in (5, _OF_ONE + 5):
+        content[at : at + 8] = b"\xff" * 8
+    valid, _flags, _uv = translator(odd).spots(bytes(content))
+    assert (valid <= 0b11111).all()
+    assert valid.any()
+
+
+def test_a_loose_clock_costs_and_is_told(tmp_path: Path) -> None:
+    path = changed(tmp_path, "thesis-camera", "doubt_ns = 20", "doubt_ns = 250_000")
+    device = load_device(str(path))
+    assert "device.loose_clock" in {one.code for one in doubts_of(device)}
+    assert resting_doubt_mm(device) == pytest.approx(0.0005)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("step = 1.0", "step = 1e-3", None),
+        ('type = "REAL32"', 'type = "DINT"', "steps of 83.3 px"),
+        ("lens_doubt_px = 1e-4", "lens_doubt_px = 0.1", "undone within 0.1 px"),
+    ],
+)
+def test_numbers_that_are_coarser_than_the_noise_are_refused(
+    tmp_path: Path, old: str, new: str, words: str | None
+) -> None:
+    device = load_device(str(changed(tmp_path, "thesis-camera", old, new)))
+    noise = load_rig(resource("rigs", "recommended.toml")).noise
+    pixels = {"white_px": noise.white_px, "pattern_px": noise.pattern_px, "pitch_mm": 0.012}
+    refuse_coarse(THESIS, **pixels)
+    refuse_coarse(PLAIN, **pixels)
+    if words is None:
+        refuse_coarse(device, **pixels)
+        return
+    with pytest.raises(InputError, match=words):
+        refuse_coarse(device, **pixels)
 
 
 def test_process_data_must_fit_into_the_memory_of_a_controller(tmp_path: Path) -> None:

@@ -82,6 +82,11 @@ def test_the_general_category_says_what_the_file_says(
     assert general[14] == general[0], "the group stands there twice"
     assert eeprom.strings[general[2]] == device.findtext("Type")
     assert eeprom.strings[general[3]] == device.findtext("Name")
+    # Byte 11, bit 2: the mailbox of the data link layer; the others ask for nothing that is there.
+    mailbox = device.find("Mailbox")
+    assert mailbox is not None
+    assert mailbox.get("DataLinkLayer") == "1"
+    assert general[11] == 0x04
     # Each nibble a port: Y is MII, 1.
     physics = device.get("Physics", "")
     ports = general[16] | general[17] << 8
@@ -95,10 +100,11 @@ def test_the_category_of_the_clock_says_what_the_file_says(device: Element, eepr
     modes = device.findall("Dc/OpMode")
     assert len(clock) == 24 * len(modes) == 48
     for place, mode in enumerate(modes):
-        cycle0, shift0, shift1, factor1, activate, factor0, name = struct.unpack_from(
-            "<IIIhHhB", clock, 24 * place
+        cycle0, shift0, shift1, factor1, activate, factor0, name, words = struct.unpack_from(
+            "<IIIhHhBB", clock, 24 * place
         )
         assert eeprom.strings[name] == mode.findtext("Name")
+        assert eeprom.strings[words] == mode.findtext("Desc")
         assert activate == number(mode.findtext("AssignActivate"))
         assert (cycle0, shift0, shift1) == (0, 0, 0)
         for tag, found in (("CycleTimeSync0", factor0), ("CycleTimeSync1", factor1)):
@@ -133,6 +139,14 @@ def test_the_first_words_turn_the_signals_of_the_clock_on(device: Element, eepro
         if control & 0xFF == 0x05:
             # An ET1100 has units that must be enabled (0x0141, bit 2); an IP core has them or not.
             assert control >> 8 & 0x04
+
+
+def test_every_controller_that_is_named_has_room_for_the_process_data(device: Element) -> None:
+    inputs = device.findall("Sm")[3]
+    end = number(inputs.get("StartAddress")) + 3 * number(inputs.get("DefaultSize"))
+    # An ET1100 has 8 kB from 0x1000 on, an ET1200 1 kB, many others 4 kB.
+    assert 0x2000 < end <= 0x3000
+    assert not any("ET1200" in each.controller for each in CONTROLLERS)
 
 
 def test_a_camera_whose_controller_was_told_nothing_gives_no_sync0() -> None:

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+import struct
+
 import numpy as np
 import pytest
 
 from ocmm_core.errors import BusError, InputError
-from ocmm_core.fieldbus.device import PRODUCT_CODE, REVISION, CameraIdentity, Firmware
-from ocmm_core.fieldbus.objects import find_camera, update_firmware, write_alias
-from ocmm_core.fieldbus.wire import Datagram, decode_frame, encode_frame, scan_devices
+from ocmm_core.fieldbus.device import (
+    MAILBOX_BYTES,
+    MAILBOX_OUT_START,
+    PRODUCT_CODE,
+    REVISION,
+    CameraIdentity,
+    Firmware,
+)
+from ocmm_core.fieldbus.objects import (
+    _maintenance,
+    find_camera,
+    update_firmware,
+    write_alias,
+)
+from ocmm_core.fieldbus.wire import Command, Datagram, decode_frame, encode_frame, scan_devices
 from ocmm_core.simulation.bus import Chain, Unit
 from ocmm_core.simulation.firmware import maker_key
 from ocmm_core.simulation.slave import INIT, TestPattern
@@ -108,6 +122,61 @@ def test_firmware_that_its_maker_did_not_sign_is_refused_by_the_camera() -> None
         update_firmware(wire.exchange, 1002, bytes(image))
     wire.power_cycle(1)
     assert wire.version(1) == "3.0.0"
+
+
+def test_mailboxes_that_come_twice_are_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    wire, image = Idle(), firmware("3.4.5", 3000)
+    plain = wire.exchange
+
+    def twice(datagram: Datagram) -> Datagram:
+        # The first way back was lost, so that the line sends the frame again.
+        if datagram.command is Command.APWR and datagram.register == MAILBOX_OUT_START:
+            plain(datagram)
+        return plain(datagram)
+
+    monkeypatch.setattr(_maintenance, "_POLL_S", 0.0)
+    assert update_firmware(twice, 1002, image).version == "3.4.5"
+    assert wire.version(1) == "3.4.5"
+
+
+def test_a_camera_that_is_busy_for_ever_or_starts_the_old_firmware_is_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(_maintenance, "_ERASE_S", 0.05)
+    monkeypatch.setattr(_maintenance, "_BUSY_S", 0.01)
+    wire = Idle()
+    camera = wire.units[1].camera
+    busy = struct.pack("<HHBBBBI", 6, 0, 0, 0x14, 6, 0, 0)
+    monkeypatch.setattr(camera, "answer", lambda _mailbox: busy)
+    with pytest.raises(BusError, match="stopped answering"):
+        update_firmware(wire.exchange, 1002, firmware("3.4.5"))
+    assert camera.esc.state == INIT
+    # It says that it takes the file, and leaves BOOT with what it had.
+    wire = Idle()
+    monkeypatch.setattr(wire.units[1].camera, "_start_firmware", lambda: None)
+    with pytest.raises(BusError, match=r"took the firmware 3\.4\.5, but runs 3\.0\.0"):
+        update_firmware(wire.exchange, 1002, firmware("3.4.5"))
+
+
+def test_of_a_file_whose_last_packet_is_not_answered_nothing_is_claimed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(_maintenance, "_ANSWER_S", 0.02)
+    wire, image = Idle(), firmware("3.4.5", 700)
+    camera = wire.units[1].camera
+    before, taken = camera.answer, [0]
+
+    def answer(mailbox: bytes) -> bytes | None:
+        taken[0] += 1
+        found = before(mailbox)
+        return None if taken[0] == 2 + len(image) // (MAILBOX_BYTES - 12) else found
+
+    monkeypatch.setattr(camera, "answer", answer)
+    with pytest.raises(BusError, match="did not say whether it takes it") as caught:
+        update_firmware(wire.exchange, 1002, image)
+    assert "still runs" not in caught.value.remedy
+    # It did take it.
+    assert wire.version(1) == "3.4.5"
 
 
 def test_an_update_that_the_cable_interrupts_leaves_a_camera_that_works() -> None:

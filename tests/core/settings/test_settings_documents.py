@@ -22,6 +22,7 @@ from ocmm_core.settings import (
     SECTIONS,
     SETTINGS,
     Kind,
+    Note,
     Origin,
     RecentPlaces,
     Scope,
@@ -166,6 +167,44 @@ def test_a_default_of_the_user_hides_a_station_that_cannot_be_written(tmp_path: 
     locked.change({"instrument.check_after_h": 3.0})
     assert store.load().settings.instrument_check_after_h == 3.0
     assert store.station.path.read_bytes() == held
+
+
+def test_a_default_of_the_user_wins_over_what_the_station_says(tmp_path: Path) -> None:
+    store = _store(tmp_path)
+    store.change({"window.theme": "light", "window.volume": 30}, Scope.STATION)
+    assert store.load().settings.window_theme == "light"
+    store.change({"window.theme": "dark"})
+    loaded = store.load()
+    assert loaded.settings.window_theme == "dark"
+    assert loaded.origins["window.theme"] is Origin.USER
+    assert not loaded.differs("window.theme")
+    # Without a station that says otherwise a default stands in no document.
+    store.change({"window.theme": None}, Scope.STATION)
+    store.change({"window.theme": "dark", "window.volume": None})
+    assert tomllib.loads(store.user.path.read_text()).get("window") is None
+    assert store.load().settings.window_volume == 30
+
+
+def test_what_cannot_be_taken_back_is_not_said_to_hold(tmp_path: Path) -> None:
+    store = _store(tmp_path)
+    store.change({"instrument.tip": "long"})
+    text = store.station.path.read_text()
+    # A folder where no lock can be had: a file, as no rights keep root from writing.
+    locked = SettingsStore(_Unwritable(store.station.path), store.user)
+    with pytest.raises(StorageError):
+        locked.change({"instrument.tip": None})
+    assert locked.load().settings.instrument_tip == "long"
+    (note,) = locked.change({"instrument.tip": "short"})
+    assert "this user" in note.what
+    assert locked.load().settings.instrument_tip == "short"
+    assert store.station.path.read_text() == text
+
+
+class _Unwritable(SettingsFile):
+    """A document that can be read and not written, whoever tries; rights do not bind root."""
+
+    def change(self, *_: object, **__: object) -> tuple[Note, ...]:
+        raise StorageError("settings.read_only", f"{self.path}: cannot be written.", "Ask.")
 
 
 def test_temperatures_are_used_for_some_hours_only(tmp_path: Path) -> None:

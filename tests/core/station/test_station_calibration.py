@@ -120,6 +120,8 @@ def test_an_unverified_calibration_takes_no_points(build: Build, tmp_path: Path)
     assert "length bar" in refused[0].remedy
     assert "not been verified" in station.looks.live().reason
     assert station.looks.live().tip_world is None
+    # Nor has the coach beside the readout a number, or a turn that would better it.
+    assert station.looks.probe_now() is None
     assert all(not feature.points for feature in station.job.view().features)
 
 
@@ -161,10 +163,12 @@ def test_a_doubt_stops_a_running_job_and_a_verification_lets_it_go_on(
     station.events.point_taken.connect(taken.append)
     station.start()
     wait_until(lambda: len(taken) >= 1)
+    assert station.looks.probe_now() is not None
     now = datetime.now(UTC)
     store.suspect("monitor", "Camera 'left' has turned.", now, now)
     wait_until(lambda: station.looks.live().status is StatusWord.NOT_READY)
     assert "Camera 'left' has turned." in station.looks.live().reason
+    assert station.looks.probe_now() is None
     before = len(taken)
     station.job.take()
     time.sleep(0.5)

@@ -67,7 +67,9 @@ the identity of the rig is 0123abcd
 -----BEGIN EC PRIVATE KEY-----
 {PLANTED["cut key"]}
 """
-PEOPLE = ("Erika Mustermann", "Jonas Feldkamp", "Wanda Ostrowska")
+PEOPLE = (
+    "Erika Mustermann", "Jonas Feldkamp", "Wanda Ostrowska", "Ilse Brandner", "Karim Osmani",
+)  # fmt: skip
 
 
 @pytest.fixture
@@ -108,6 +110,10 @@ def site(tmp_path: Path) -> SupportSite:
         "note": f"secret: {PLANTED['record']}", "made_by": {"operator": PEOPLE[1], "age": 3},
     }  # fmt: skip
     (records / "rig" / "record-1.json").write_text(json.dumps(record), encoding="utf-8")
+    # As records of calibrations, verifications and tips name who made them, and practised ones.
+    made = {"schema": "ocmm.verification/1", "made_by": f"PRACTICE: {PEOPLE[3]}"}
+    (records / "rig" / "record-2.json").write_text(json.dumps(made), encoding="utf-8")
+    (logs / "failure-3.log").write_text(f"the job of {PEOPLE[4]}", encoding="utf-8")
     (records / "rig" / "damaged.json").write_text("{", encoding="utf-8")
     return SupportSite(
         store,
@@ -117,6 +123,7 @@ def site(tmp_path: Path) -> SupportSite:
         {"window.log": f"connecting, password={PLANTED['window log']}"},
         doctor=lambda: f"doctor of {PEOPLE[0]}",
         environment={"ARCHIVE_PASSWORD": PLANTED["environment"], "USER": "efeldkamp"},
+        people=(PEOPLE[4],),
     )
 
 

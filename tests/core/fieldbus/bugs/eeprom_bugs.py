@@ -48,6 +48,24 @@ def _pdo_bits(camera: Any) -> None:
     camera.esc._sii[at + 5] = 24
 
 
+@bug("eeprom.categories", "mailboxes are not told to be sent again")
+def _flags(camera: Any) -> None:
+    at = camera.esc._sii.index(struct.pack("<HH", 30, 16)) + 4
+    camera.esc._sii[at + 11] = 0
+
+
+@bug("eeprom.categories", "SYNC0 once a bus cycle")
+def _factor(camera: Any) -> None:
+    at = camera.esc._sii.index(struct.pack("<HH", 60, 24)) + 4
+    camera.esc._sii[at + 16 : at + 18] = b"\x01\x00"
+
+
+@bug("eeprom.categories", "a PDO entry has another type")
+def _type(camera: Any) -> None:
+    at = camera.esc._sii.index(struct.pack("<HBB", 0x6000, 3, 0)[:3])
+    camera.esc._sii[at + 4] = 0x04
+
+
 add(
     "eeprom.alias",
     "EEPROM cannot be written",
@@ -78,6 +96,11 @@ class _Stubborn(bytearray):
 
 
 add("controller.registers", "one FMMU only", lambda camera: camera.esc.memory.__setitem__(4, 1))
+add(
+    "controller.registers",
+    "memory of 4 kB",
+    lambda camera: camera.esc.memory.__setitem__(6, 4),
+)
 add(
     "controller.registers",
     "clock of 32 bits",
