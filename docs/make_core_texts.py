@@ -36,7 +36,10 @@ LEFT_OUT = (
     # For whoever builds a camera: the rules of a conforming one, by the words of the ETG.
     "ocmm_core/fieldbus/conform",
     # Documents of the cameras, in English as the ETG wants them.
-    "ocmm_core/fieldbus/device",
+    "ocmm_core/fieldbus/device/_camera_", "ocmm_core/fieldbus/device/_object_",
+    "ocmm_core/fieldbus/device/_page_of_", "ocmm_core/fieldbus/device/_profile_objects.py",
+    "ocmm_core/fieldbus/device/_esi.py", "ocmm_core/fieldbus/device/_controller.py",
+    "ocmm_core/fieldbus/device/_diagnosis.py",
     # The report on a camera, for its maker, in the words of that page.
     "ocmm_core/fieldbus/conform",
     # Names of functions, of files, and patterns.

@@ -88,7 +88,7 @@ class FoeWrite:
         if operation == _ERROR:
             self._refused = True
             text = body[_HEAD.size :].split(b"\x00")[0].decode("ascii", errors="replace")
-            raise _refused(f"{text or 'no reason'} (code {number:#06x})")
+            raise _refused(f"{text.rstrip('.') or 'no reason'} (code {number:#06x})")
         if operation == _ACK and number == self._number - 1:
             return False
         if operation != _ACK or number != self._number:
