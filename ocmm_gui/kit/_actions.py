@@ -1,7 +1,7 @@
 """Everything that a key, a foot switch or a button does, as one table.
 
 A foot switch is programmed to F13, F14 and F15, which no field takes as text. The probe's own
-button comes over the bus and is handled by the core. A held or bouncing switch gives one command.
+button comes over the bus and is handled by the core.
 """
 
 from __future__ import annotations
