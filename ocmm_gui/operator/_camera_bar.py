@@ -10,8 +10,6 @@ from ocmm_core.camera import Rig
 from ocmm_core.inspection.evaluation import LiveView
 from ocmm_gui.kit import PlainLabel, literal, make_button, said, text_font, tr
 
-_SILENT = "No new frames from the cameras."
-"""A sentence of the core."""
 _MOST_NAMED = 4
 """Of more cameras only those are named that see nothing."""
 
@@ -52,7 +50,7 @@ class CameraBar(QFrame):
         counts = np.isfinite(live.spots).all(axis=2).sum(axis=1).tolist()
         # Where no frames come, no camera is blind: the line must not send anybody to look for that.
         silent = not any(counts) and not live.frames_per_second
-        words = said(_SILENT) if silent else _camera_words(self._names, counts)
+        words = said(live.reason) if silent else _camera_words(self._names, counts)
         if self._label.text() != words:
             self._label.setText(words)
             self._label.setToolTip(literal(words))
