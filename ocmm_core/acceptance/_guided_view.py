@@ -154,7 +154,8 @@ def steps_of(test: AcceptanceView) -> tuple[Step, ...]:
     done = sum(test.done)
     wanted = sum(len(one.points_world) * one.repeats for one in test.positions)
     left = wanted - done
-    gate = OPEN if not left else Gate(False, f"{left} points to go.", "Take them.")
+    points = "1 point" if left == 1 else f"{left} points"
+    gate = OPEN if not left else Gate(False, f"{points} to go.", "Take them.")
     return (
         Step(
             "prepare", "Prepare",

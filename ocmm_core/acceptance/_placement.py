@@ -236,7 +236,11 @@ def _sphere(at: Situation, position: int) -> str:
             )
         missing = _missing_places(tips - found.centre, np.array(plan.normals), numbers.match_deg)
         if missing:
-            return f"{missing} of {len(tips)} points are not at their places on the sphere."
+            return (
+                f"1 of {len(tips)} points is not at its place on the sphere."
+                if missing == 1
+                else f"{missing} of {len(tips)} points are not at their places on the sphere."
+            )
     wanted = at.stage.only("sphere").sizes[0] + 2.0 * at.stage.instrument.ball_radius
     if abs(found.diameter - wanted) > 1.0:
         return (

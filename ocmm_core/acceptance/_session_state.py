@@ -114,7 +114,7 @@ class SessionState:
         """Return what a verdict still needs, in one sentence; empty where it may be given."""
         missing = self.missing()
         if missing:
-            return f"{missing} points are missing."
+            return _missing_words(missing)
         return kind_of(self.stage).open_end(self.situation(), self.stage.procedure.test)
 
     def require_open(self) -> None:
@@ -146,7 +146,7 @@ class SessionState:
         missing = self.missing()
         if missing:
             raise CalibrationError(
-                "acceptance.incomplete", f"{missing} points are missing.", "Take them first."
+                "acceptance.incomplete", _missing_words(missing), "Take them first."
             )
 
     def last_touched(self) -> int:
@@ -246,3 +246,7 @@ class SessionState:
 def _plain(event: msgspec.Struct, kind: type[S]) -> S:
     """Return an event as the struct that it is made from, without its tag."""
     return kind(**{name: getattr(event, name) for name in kind.__struct_fields__})
+
+
+def _missing_words(missing: int) -> str:
+    return "1 point is missing." if missing == 1 else f"{missing} points are missing."

@@ -169,7 +169,8 @@ def recall_archive(
             elif row.job_id in used and finding is not None:
                 lost.append(_unknown(row, archive.record(row.job_id), finding))
         unread += [
-            f"{count} jobs of station {station}: the history of their calibration "
+            f"{'1 job' if count == 1 else f'{count} jobs'} of station {station}: the history of "
+            f"{'its' if count == 1 else 'their'} calibration "
             f"{calibration[:12] or '(none)'} of rig '{rig}' is not in the folders given."
             for (station, rig, calibration), count in sorted(elsewhere.items())
         ]

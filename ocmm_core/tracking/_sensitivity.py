@@ -177,7 +177,9 @@ def _answers(spots: Float, rig: Rig, leds: Float) -> _Answers:
     if status[failed[0]] == TOO_FEW:
         raise TrackingError(
             "tracking.targets",
-            f"Only {located[failed[0]]} LEDs are seen by two cameras.",
+            "Only 1 LED is seen by two cameras."
+            if located[failed[0]] == 1
+            else f"Only {located[failed[0]]} LEDs are seen by two cameras.",
             "At least three are needed: turn the probe towards the cameras.",
         )
     raise TrackingError(

@@ -101,8 +101,9 @@ class ArtefactSheet(WorkSheet):
         self._register = Worker("ocmm-artefacts", self)
         self._asked = 0
         self._doing = 0
-        self.table = NumberTable(tr("Register of artefacts"), tr_all(_COLUMNS), whole=False)
-        self.table.setFont(text_font(14))
+        self.table = NumberTable(
+            tr("Register of artefacts"), tr_all(_COLUMNS), whole=False, font=text_font(14)
+        )
         self.table.setWordWrap(False)
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
@@ -255,7 +256,7 @@ class ArtefactSheet(WorkSheet):
                     f"▲ {words}" if refused else words,
                 ),
             )  # fmt: skip
-        count = tr("%n artefacts", "", len(self._entries))
+        count = tr("%n artefacts", "1 artefact", len(self._entries))
         self.say(tr("{count} in the register. Nothing is overwritten.").format(count=count))
         if self._entries:
             self.table.selectRow(0)

@@ -295,7 +295,7 @@ class AcceptanceDesk(GuidedStack):
 def _planned(seen: Seen) -> Planned:
     """Return what will be measured: all positions, and what of the advice was not followed."""
     view = seen.view_as(GuidedAcceptanceView)
-    words = tr("%n positions", "", len(view.test.positions))
+    words = tr("%n positions", "1 position", len(view.test.positions))
     return Planned(position_contents(view.test), words, view.notes)
 
 

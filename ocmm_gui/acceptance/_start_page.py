@@ -87,14 +87,16 @@ class AcceptanceStart(QWidget):
         self._open: tuple[OpenTest, ...] = ()
         title = PlainLabel(tr("Acceptance test"))
         title.setFont(text_font(24, bold=True))
-        self.table = NumberTable(tr("Procedures"), tr_all(_COLUMNS), whole=False)
-        self.table.setFont(text_font(15))
+        self.table = NumberTable(
+            tr("Procedures"), tr_all(_COLUMNS), whole=False, font=text_font(15)
+        )
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        for column, width in ((1, 226), (2, 104), (3, 44)):
+        for column, width in ((1, 200), (2, 120), (3, 52)):
             self.table.setColumnWidth(column, width)
-        self.table.setWordWrap(False)
+        self.table.setWordWrap(True)
+        self.table.verticalHeader().setMinimumSectionSize(ROW_PX)
         self.table.itemSelectionChanged.connect(self._choose)
         self.limits = sentence_label(tr("Limits of the procedure"), 14)
         self.artefacts = choice_list(tr("Artefacts"))
@@ -137,12 +139,12 @@ class AcceptanceStart(QWidget):
                 localised(f"{known.minutes:g}"),
             )
             self.table.show_words(index, words)
-            self.table.setRowHeight(index, ROW_PX)
             title = self.table.item(index, 0)
             if title is not None:
                 title.setToolTip(literal(f"{known.id}: {known.title}"))
             if known.id == first:
                 row = index
+        self.table.resizeRowsToContents()
         self.table.blockSignals(False)
         for key, text in proposals.items():
             if not self.fields[key].text():
@@ -162,9 +164,11 @@ class AcceptanceStart(QWidget):
         self._open = tuple(open_tests)
         self.unfinished.clear()
         for test in self._open:
-            text = tr("{title}, {who}: {done} of {wanted} points").format(
-                title=test.title, who=test.who, done=test.done, wanted=test.wanted
-            )
+            text = tr(
+                "{title}, {who}: {done} of %n points",
+                "{title}, {who}: {done} of 1 point",
+                test.wanted,
+            ).format(title=test.title, who=test.who, done=test.done)
             add_line(
                 self.unfinished,
                 f"▲ {said(test.title)}: {said(test.blocker)}" if test.blocker else text,

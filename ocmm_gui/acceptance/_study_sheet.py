@@ -81,8 +81,9 @@ class StudySheet(WorkSheet):
         self.word.setFixedHeight(40)
         self.progress = sentence_label(tr("Progress of the study"), 16)
         self.message = sentence_label(tr("What is to be told of the study"), 14)
-        self.table = NumberTable(tr("Characteristics"), tr_all(COLUMNS), whole=False)
-        self.table.setFont(text_font(14))
+        self.table = NumberTable(
+            tr("Characteristics"), tr_all(COLUMNS), whole=False, font=text_font(14)
+        )
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
@@ -232,7 +233,8 @@ class StudySheet(WorkSheet):
             self.table.show_words(row, row_words(one))
         self.table.blockSignals(False)
         simulated = tr("SIMULATED. ") if report.simulated else ""
-        left = tr("{n} files left out").format(n=len(report.left_out)) if report.left_out else ""
+        count = len(report.left_out)
+        left = tr("%n files left out", "1 file left out", count) if count else ""
         self.say(
             tr("{simulated}{done} of {count} measured. {left}").format(
                 simulated=simulated, done=report.measured, count=len(report.plan.runs), left=left

@@ -61,8 +61,9 @@ class TestsPage(QWidget):
         # Records and sessions are read with their hashes, and the disk may be slow.
         self._lists = Worker("ocmm-tests-made", self)
         self.about = sentence_label(tr("About the tests"), 15)
-        self.table = NumberTable(tr("Acceptance tests"), tr_all(_COLUMNS), whole=False)
-        self.table.setFont(text_font(14))
+        self.table = NumberTable(
+            tr("Acceptance tests"), tr_all(_COLUMNS), whole=False, font=text_font(14)
+        )
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
@@ -119,7 +120,7 @@ class TestsPage(QWidget):
 
     def _told(self, made: TestsMade) -> str:
         open_ones = sum(not one.blocker for one in made.unfinished)
-        said = tr("%n tests", "", len(self._shown))
+        said = tr("%n tests", "1 test", len(self._shown))
         if open_ones:
             said += "; " + tr("%n not finished: F7 resumes", "", open_ones)
         if self._bench.is_virtual:

@@ -18,7 +18,7 @@ from ocmm_gui.archive._answer_table import AnswerTable
 from ocmm_gui.archive._asking import Answered, Asking
 from ocmm_gui.archive._labelled import labelled
 from ocmm_gui.archive._recall_panel import RecallPanel
-from ocmm_gui.archive._sheet_texts import FIELDS, KEYS, TITLES, read_day
+from ocmm_gui.archive._sheet_texts import FIELDS, KEYS, TITLES, USE_WORDS, read_day
 from ocmm_gui.charts import TrendChart
 from ocmm_gui.kit import ChoiceBox, FormField, PathPanel, Theme, form_field, sentence_label, tr
 from ocmm_gui.work import WorkSheet
@@ -47,7 +47,7 @@ class ArchiveSheet(WorkSheet):
             tr("Question"), tr("What is asked of the archive"),
             [tr(TITLES[one.name]) for one in QUESTIONS],
         )  # fmt: skip
-        self.kind = ChoiceBox(tr("Kind"), tr("What was used"), USES)
+        self.kind = ChoiceBox(tr("Kind"), tr("What was used"), USES, lambda one: tr(USE_WORDS[one]))
         self.fields: dict[str, FormField] = {}
         self._holders: dict[str, QWidget] = {}
         row = QHBoxLayout()
@@ -197,9 +197,9 @@ class ArchiveSheet(WorkSheet):
             return
         self._answer = answer.answer
         self.say(
-            tr("{title}: {count} rows. {place}").format(
-                title=answer.answer.title, count=len(answer.answer.rows), place=answer.place
-            )
+            tr(
+                "{title}: %n rows. {place}", "{title}: 1 row. {place}", len(answer.answer.rows)
+            ).format(title=answer.answer.title, place=answer.place)
         )
         self.table.show_answer(answer.answer)
         trends = answer.answer.trends

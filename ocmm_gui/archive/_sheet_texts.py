@@ -10,6 +10,17 @@ from ocmm_gui.kit import ActionInfo, later, tr
 
 D = TypeVar("D")
 
+USE_WORDS = {
+    "calibration": later("calibration"),
+    "tip": later("tip"),
+    "probe": later("probe"),
+    "artefact": later("artefact"),
+    "rig": later("rig"),
+    "plan": later("plan"),
+    "reference": later("reference body"),
+}
+"""Kinds of what was used, as they are shown."""
+
 KEYS = (
     ActionInfo("ask", later("Ask"), later("Ask the archive"), ("F8",)),
     ActionInfo("next", later("Next question"), later("Choose the next question"), ("F6",)),

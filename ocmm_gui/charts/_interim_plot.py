@@ -32,11 +32,11 @@ class InterimPlot(Plot):
             return
         last = chart.points[-1]
         self._say(
-            tr("{count} checks, last {error:+.1f} µm: {word}").format(
-                count=len(chart.points),
-                error=1e3 * last.check.error_mm,
-                word=said_word(last.word.value),
-            )
+            tr(
+                "%n checks, last {error:+.1f} µm: {word}",
+                "1 check, last {error:+.1f} µm: {word}",
+                len(chart.points),
+            ).format(error=1e3 * last.check.error_mm, word=said_word(last.word.value))
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:

@@ -48,9 +48,9 @@ class SensorArrows(Plot):
         if len(used) > _MOST_ARROWS:
             self._places, self._arrows = _cell_means(self._places, used, self._size)
             kind = "; " + tr("arrows: means")
-        spots = tr("%n spots, {left_out} left out", "", len(used)).format(
-            left_out=left_out or tr("none")
-        )
+        spots = tr(
+            "%n spots, {left_out} left out", "1 spot, {left_out} left out", len(used)
+        ).format(left_out=left_out or tr("none"))
         self._say(localised(f"RMS {rms:.4f} px, {spots}{kind}"))
 
     def paintEvent(self, event: QPaintEvent) -> None:

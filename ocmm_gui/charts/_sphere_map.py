@@ -81,7 +81,9 @@ class SphereMap(Painted):
         self._mapped = mapped
         total = len(mapped.done) + len(mapped.open)
         self.setAccessibleDescription(
-            tr("{count} of {total} directions").format(count=len(mapped.done), total=total)
+            tr("{count} of %n directions", "{count} of 1 direction", total).format(
+                count=len(mapped.done)
+            )
         )
         self.update()
 

@@ -68,7 +68,13 @@ class TrailPlot(Plot):
         self._trails = tuple(_thinned(trail) for trail in trails)
         poses = sum(int(np.isfinite(one.paths_world[:, 0, 0]).sum()) for one in trails)
         leds = trails[0].paths_world.shape[1] if trails else 0
-        self._say(tr("{poses} poses, {leds} LEDs; drag to rotate").format(poses=poses, leds=leds))
+        self._say(
+            tr(
+                "%n poses, {leds} LEDs; drag to rotate",
+                "1 pose, {leds} LEDs; drag to rotate",
+                poses,
+            ).format(leds=leds)
+        )
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint paths, LEDs and balls."""

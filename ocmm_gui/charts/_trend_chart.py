@@ -131,10 +131,13 @@ def _description(trend: Trend) -> str:
     if not len(values):
         return tr("{name}: no parts included").format(name=trend.name)
     signals = 0 if trend.chart is None else len(trend.chart.signals)
-    return tr("{name}: {count} parts, {least} to {most}, {signals} signals").format(
+    return tr(
+        "{name}: %n parts, {least} to {most}, {signals}",
+        "{name}: 1 part, {least} to {most}, {signals}",
+        len(values),
+    ).format(
         name=trend.name,
-        count=len(values),
         least=kind_value(trend.kind, float(values.min()), 4),
         most=kind_value(trend.kind, float(values.max()), 4),
-        signals=signals,
+        signals=tr("%n signals", "1 signal", signals),
     )

@@ -106,7 +106,9 @@ class CoachPanel(Painted):
         about = [words]
         if self.shows_probe() and self._view.picture is not None:
             about += [
-                tr("Camera {name} sees {count} LEDs.").format(name=name, count=count)
+                tr("Camera {name} sees %n LEDs.", "Camera {name} sees 1 LED.", count).format(
+                    name=name
+                )
                 for name, count in self._view.picture.counts()
             ]
             about.append(_where())

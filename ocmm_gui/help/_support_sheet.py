@@ -185,9 +185,12 @@ class SupportSheet(Sheet):
         total = localised(f"{sum(len(item.content) for item in self._shown) / 1024:.0f}")
         self.say(
             tr(
-                "{count} files, {size} KiB. This is all that is packed; nothing is sent. Passwords "
-                "and keys are never in it."
-            ).format(count=len(self._shown), size=total)
+                "%n files, {size} KiB. This is all that is packed; nothing is sent. Passwords "
+                "and keys are never in it.",
+                "1 file, {size} KiB. This is all that is packed; nothing is sent. Passwords "
+                "and keys are never in it.",
+                len(self._shown),
+            ).format(size=total)
         )
 
     def _show_text(self, row: int) -> None:

@@ -39,6 +39,7 @@ HIGH_PX = 57
 """15 mm at 96 dots an inch: a finger in a glove."""
 _PATHS = (Kind.FILE, Kind.FOLDER)
 _LONGEST = 60
+_FONT_PX = 17
 
 
 class SettingRow(QObject):
@@ -73,14 +74,16 @@ class SettingRow(QObject):
         super().__init__(parent)
         self.spec = spec
         self._shown: Value = spec.default
+        self._about = ""
         label, tip = said_word(spec.label), said(spec.tip)
         self.choice: ChoiceBox | None = None
         self.switch: QPushButton | None = None
         # Without a place in the grid it would be a window of its own.
         self.field = _Field()
+        # Once it was shown the style sheet has dressed it: a font that comes later is lost.
+        self.field.setFont(text_font(_FONT_PX))
         self.field.setAccessibleName(label)
         self.field.setToolTip(literal(tip))
-        self.field.setPlaceholderText(tip)
         self.field.setParent(parent)
         self.field.hide()
         editor: QWidget = self.field
@@ -104,7 +107,8 @@ class SettingRow(QObject):
                 self.field.setCompleter(completer)
         editor.setMinimumHeight(HIGH_PX)
         editor.setMinimumWidth(300)
-        editor.setFont(text_font(17))
+        if editor is not self.field:
+            editor.setFont(text_font(_FONT_PX))
         self.editor = editor
         self.mark = PlainLabel()
         self.mark.setFont(text_font(20, bold=True))
@@ -167,7 +171,8 @@ class SettingRow(QObject):
         told.append(f"{tr(spec.tip)}.")
         if in_job and spec.applies is Applies.REOPEN:
             told.append(tr("Used when the job is opened."))
-        self._say(" ".join(told), fault=False)
+        self._about = " ".join(told)
+        self._say(self._about, fault=False)
 
     def take(self, text: str) -> None:
         """Take a path that was chosen."""
@@ -200,13 +205,13 @@ class SettingRow(QObject):
             self._commit(value)
         else:
             self.field.setText(_typed(self.spec, value))
-            self._say("", fault=False)
+            self._say(self._about, fault=False)
 
     def _on_left(self) -> None:
         if self.field.isModified():
             self.field.setModified(False)
             self.field.setText(_typed(self.spec, self._shown))
-            self._say("", fault=False)
+            self._say(self._about, fault=False)
         else:
             self.left.emit()
 

@@ -87,7 +87,7 @@ class SettingsPage(Sheet):
         self._pages = QStackedWidget()
         self._sections = QButtonGroup(self)
         names = QVBoxLayout()
-        names.setSpacing(8)
+        names.setSpacing(5)
         for number, (section, title) in enumerate(SECTIONS.items()):
             names.addWidget(self._section_button(tr(title), number))
             self._pages.addWidget(

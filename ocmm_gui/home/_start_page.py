@@ -258,12 +258,16 @@ def job_words(job: LastJob) -> str:
     elif job.points == 0:
         state = tr("no points yet")
     elif job.paused:
-        state = tr("paused, {done} of {all} features").format(done=job.finished, all=job.features)
+        state = tr(
+            "paused, {done} of %n features", "paused, {done} of 1 feature", job.features
+        ).format(done=job.finished)
     else:
-        state = tr("{done} of {all} features").format(done=job.finished, all=job.features)
+        state = tr("{done} of %n features", "{done} of 1 feature", job.features).format(
+            done=job.finished
+        )
     return tr(
-        "{part}, serial {serial}: {state}\n{when}, {operator}, {points} points, {name}"
+        "{part}, serial {serial}: {state}\n{when}, {operator}, {points}, {name}"
     ).format(
         part=job.part, serial=job.serial, state=state, when=when, operator=job.operator,
-        points=job.points, name=job.path.name,
+        points=tr("%n points", "1 point", job.points), name=job.path.name,
     )  # fmt: skip

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import PurePath
 from typing import Protocol, runtime_checkable
 
 from PySide6.QtCore import (
@@ -43,6 +44,7 @@ _SLACK_PX = 1.0
 _INSET_PX = 2
 _ITEM_PX = 8
 _PADDING_PX = 3
+_FOLDER_PX = 60
 
 
 def is_longer() -> bool:
@@ -225,7 +227,10 @@ class HintField(QLineEdit):
         return fit_words(self._hint, self.font(), room.width(), room.height(), wraps=True)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the field, and its hint where it is empty."""
+        """Paint the field; its hint where it is empty, a path with the name of its file first."""
+        if self._shows_file():
+            self._paint_file()
+            return
         super().paintEvent(event)
         if self.text() or not self._hint or not is_longer():
             return
@@ -238,6 +243,30 @@ class HintField(QLineEdit):
             Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextWordWrap,
             found.text,
         )
+
+    def _shows_file(self) -> bool:
+        """Return whether it holds a path, and nobody writes in it."""
+        text = self.text()
+        absolute = text.startswith(("/", "\\\\")) or text[1:3] in (":\\", ":/")
+        return absolute and not self.hasFocus() and bool(PurePath(text).name)
+
+    def _paint_file(self) -> None:
+        """Paint the name of the file, then its folder: the name says more than where it lies."""
+        option = QStyleOptionFrame()
+        self.initStyleOption(option)
+        painter = QStylePainter(self)
+        painter.drawPrimitive(QStyle.PrimitiveElement.PE_PanelLineEdit, option)
+        painter.setFont(self.font())
+        room, metrics, path = self._room(), self.fontMetrics(), PurePath(self.text())
+        where = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        elide = Qt.TextElideMode.ElideLeft
+        painter.setPen(self.palette().color(QPalette.ColorRole.Text))
+        painter.drawText(room, where, metrics.elidedText(path.name, elide, room.width()))
+        rest = room.adjusted(metrics.horizontalAdvance(f"{path.name}    "), 0, 0, 0)
+        if rest.width() >= _FOLDER_PX:
+            painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
+            folder = metrics.elidedText(str(path.parent), elide, rest.width())
+            painter.drawText(rest, where, folder)
 
     def _room(self) -> QRect:
         option = QStyleOptionFrame()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, Qt, QTimer
-from PySide6.QtGui import QColor, QPainter, QResizeEvent
+from PySide6.QtGui import QColor, QFont, QPainter, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QFrame,
@@ -67,10 +67,15 @@ class DataTable(QTableWidget):
         Accessible name.
     columns
         Title and explanation of each.
+    font
+        Of the cells. One that is set later is lost where the style sheet has dressed it already.
     """
 
-    def __init__(self, name: str, columns: Sequence[tuple[str, str]]) -> None:
+    def __init__(
+        self, name: str, columns: Sequence[tuple[str, str]], *, font: QFont | None = None
+    ) -> None:
         super().__init__(0, len(columns))
+        self.setFont(font or text_font(13))
         self.setAccessibleName(name)
         self._wraps = False
         self._colours = THEMES[DEFAULT_THEME]
@@ -79,7 +84,6 @@ class DataTable(QTableWidget):
             item.setToolTip(literal(tip))
             item.setTextAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
             self.setHorizontalHeaderItem(column, item)
-        self.setFont(text_font(13))
         self.horizontalHeader().setFont(text_font(12))
         self.horizontalHeader().setHighlightSections(False)
         self.horizontalHeader().setMinimumSectionSize(36)
@@ -162,18 +166,22 @@ class NumberTable(DataTable):
 
     Parameters
     ----------
-    name, columns
+    name, columns, font
         See `DataTable`.
     whole
         It is as high as its rows.
     """
 
     def __init__(
-        self, name: str, columns: Sequence[tuple[str, str]], *, whole: bool = True
+        self,
+        name: str,
+        columns: Sequence[tuple[str, str]],
+        *,
+        whole: bool = True,
+        font: QFont | None = None,
     ) -> None:
-        super().__init__(name, columns)
+        super().__init__(name, columns, font=font or digit_font(15, bold=False))
         self._whole = whole
-        self.setFont(digit_font(15, bold=False))
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)

@@ -155,15 +155,32 @@ class ChoiceBox(QComboBox):
         Accessible name, and what it is for.
     choices
         In their order.
+    words
+        How each is shown; as it is where nothing is given.
     """
 
-    def __init__(self, name: str, tip: str, choices: Sequence[str]) -> None:
+    def __init__(
+        self,
+        name: str,
+        tip: str,
+        choices: Sequence[str],
+        words: Callable[[str], str] | None = None,
+    ) -> None:
         super().__init__()
         self._theme = THEMES[DEFAULT_THEME]
         self.setAccessibleName(name)
         self.setToolTip(literal(tip))
-        self.addItems(list(choices))
+        for one in choices:
+            self.addItem(one if words is None else words(one), one)
         self.setFont(text_font(15))
+
+    def choice(self) -> str:
+        """Return what is chosen, whatever it is called."""
+        return str(self.currentData())
+
+    def choose(self, choice: str) -> None:
+        """Choose what was given to it."""
+        self.setCurrentIndex(self.findData(choice))
 
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""

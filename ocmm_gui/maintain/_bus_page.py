@@ -180,7 +180,13 @@ class BusPage(QStackedWidget):
         if report.notes:
             notes.append(tr("On this computer: {names}.").format(names="; ".join(report.notes)))
         if report.events_dropped:
-            notes.append(tr("%n older events were dropped.", "", report.events_dropped))
+            notes.append(
+                tr(
+                    "%n older events were dropped.",
+                    "1 older event was dropped.",
+                    report.events_dropped,
+                )
+            )
         self._notes.setText("  ".join(notes))
         self._notes.setVisible(bool(notes))
 
@@ -266,6 +272,8 @@ def _in_order(report: BusReport) -> str:
         return tr("{minutes:.1f} minutes, {good:.3f} % of the cycles good, no frames lost.").format(
             minutes=minutes, good=good
         )
-    return tr("{minutes:.1f} minutes, {good:.3f} % of the cycles good, {lost} frames lost.").format(
-        minutes=minutes, good=good, lost=lost
-    )
+    return tr(
+        "{minutes:.1f} minutes, {good:.3f} % of the cycles good, %n frames lost.",
+        "{minutes:.1f} minutes, {good:.3f} % of the cycles good, 1 frame lost.",
+        lost,
+    ).format(minutes=minutes, good=good)

@@ -68,8 +68,11 @@ def _camera_words(names: tuple[str, ...], counts: list[int]) -> str:
         return tr("Camera sees no LED: {names}").format(names=", ".join(blind))
     if len(seen) <= _MOST_NAMED:
         return "   ".join(
-            tr("{name}: {count} spots").format(name=name, count=count) for name, count in seen
+            tr("{name}: %n spots", "{name}: 1 spot", count).format(name=name)
+            for name, count in seen
         )
-    return tr("{count} cameras, at least {least} spots each").format(
-        count=len(seen), least=min(counts)
-    )
+    return tr(
+        "{count} cameras, at least %n spots each",
+        "{count} cameras, at least 1 spot each",
+        min(counts),
+    ).format(count=len(seen))

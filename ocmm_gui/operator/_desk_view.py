@@ -159,9 +159,9 @@ class DeskView(CoachedView):
         """Show the job as it stands."""
         done = sum(feature.state is FeatureState.DONE for feature in job.features)
         self._heading.setText(
-            tr("{part}   {done} / {count} features").format(
-                part=job.part, done=done, count=len(job.features)
-            )
+            tr(
+                "{part}   {done} / %n features", "{part}   {done} / 1 feature", len(job.features)
+            ).format(part=job.part, done=done)
         )
         self._heading.setToolTip(literal(header_words(job)))
         self._header.setText(header_words(job))

@@ -36,7 +36,7 @@ class PointDots(QWidget):
         """Show how many points there are of how many."""
         self._taken, self._needed = taken, needed
         self.setAccessibleDescription(
-            tr("{taken} of {needed} points").format(taken=taken, needed=needed)
+            tr("{taken} of %n points", "{taken} of 1 point", needed).format(taken=taken)
         )
         self.update()
 

@@ -368,9 +368,9 @@ class JobSheet(Sheet):
                 continue
             when = time_words(datetime.fromisoformat(part.created_utc))
             item = QListWidgetItem(
-                tr("Serial {serial}: {points} points, {operator}, {when} UTC, {name}").format(
+                tr("Serial {serial}: {points}, {operator}, {when} UTC, {name}").format(
                     serial=part.serial,
-                    points=part.points,
+                    points=tr("%n points", "1 point", part.points),
                     operator=part.operator,
                     when=when,
                     name=part.path.name,

@@ -67,11 +67,14 @@ class PlanList(QListWidget):
             item.setData(_ROLE, feature)
             item.setData(_VERDICT, verdict)
             item.setText(
-                tr("{name}, {shape_word}, {count} of {needed} points, {progress_word}").format(
+                tr(
+                    "{name}, {shape_word}, {count} of %n points, {progress_word}",
+                    "{name}, {shape_word}, {count} of 1 point, {progress_word}",
+                    feature.needed,
+                ).format(
                     name=feature.name,
                     shape_word=shape_word(feature.shape),
                     count=len(feature.points),
-                    needed=feature.needed,
                     progress_word=progress_word(feature, verdict),
                 )
             )
@@ -88,6 +91,9 @@ class PlanList(QListWidget):
 
 class _Row(QStyledItemDelegate):
     """One row: mark, name, shape, points and word."""
+
+    paints_words = True
+    """Not the style; for tests."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)

@@ -50,8 +50,8 @@ class FaceChoice(PartChoice):
         count = len(self.chosen_rows())
         if not count:
             return tr("Choose faces that leave no motion of the part open.")
-        words = tr("{count} of {all} faces are chosen.")
-        return words.format(count=count, all=len(self._faces))
+        words = tr("%n of {all} faces are chosen.", "1 of {all} faces is chosen.", count)
+        return words.format(all=len(self._faces))
 
     def about(self, row: int) -> str:
         """Return the whole line: the list may cut it."""

@@ -119,8 +119,12 @@ class FromModels(QObject):
         if self._did(lambda: with_model_fit(plan, faces, ball_radius=radius), ALIGNMENT):
             self.close()
             count = len(self._draft().plan.features) - before
-            words = tr("Aligned by {faces} faces; {count} points added. F10 undoes this.")
-            self.told.emit(words.format(faces=len(faces), count=count))
+            words = tr(
+                "Aligned by %n faces; {count} points added. F10 undoes this.",
+                "Aligned by 1 face; {count} points added. F10 undoes this.",
+                len(faces),
+            )
+            self.told.emit(words.format(count=count))
 
     def _on_offered(self, read: ReadModel) -> None:
         """Show what a model offers in the place of the editor."""

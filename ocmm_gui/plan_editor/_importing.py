@@ -188,7 +188,7 @@ def with_offers(
 
     found = _with_features(plan, read.path, surfaces)
     if free_forms and zone_mm is not None:
-        added = tr("%n free-form faces added.", "", len(free_forms))
+        added = tr("%n free-form faces added.", "1 free-form face added.", len(free_forms))
         words = f"{found.words} {added}" if surfaces else added
         key = ItemKey("characteristics", free_forms[0].name)
         found = replace(found, words=words, chosen=found.chosen if surfaces else key)
@@ -210,7 +210,9 @@ def _with_features(plan: Plan, path: Path, found: Sequence[NominalFeature]) -> I
     more = plan
     for feature in found:
         more = add_feature(more, feature)
-    added = tr("%n features added from {name}.", "", len(found)).format(name=path.name)
+    added = tr("%n features added from {name}.", "1 feature added from {name}.", len(found)).format(
+        name=path.name
+    )
     chosen = ItemKey("features", found[0].name) if found else HEAD
     return Imported(plan, more, chosen, added)
 

@@ -92,8 +92,8 @@ class ModelChoice(PartChoice):
     def said(self) -> str:
         """Return how many surfaces are chosen, and whether a zone is missing."""
         count = len(self.chosen_rows())
-        words = tr("{count} of {all} surfaces are chosen.")
-        words = words.format(count=count, all=len(self._offers))
+        words = tr("%n of {all} surfaces are chosen.", "1 of {all} surfaces is chosen.", count)
+        words = words.format(all=len(self._offers))
         if count and not self.can_be_taken():
             missing = tr("Enter the profile of free forms.")
             words = f"{words} {missing}"

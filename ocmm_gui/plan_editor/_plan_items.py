@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QListWidget, QListWidgetItem
 
 from ocmm_core.inspection.plan import Plan
 from ocmm_gui.kit import literal, said_word, text_font, tr
+from ocmm_gui.plan_editor.form import choice_word
 
 LISTS = ("features", "constructions", "characteristics")
 """Lists of a plan, in the order in which they are shown."""
@@ -51,7 +52,9 @@ class PlanItems(QListWidget):
         self._add(tr("Plan {name}").format(name=plan.name), HEAD)
         rule = plan.alignment
         self._add(
-            tr("Alignment   {rule}").format(rule=tr("none") if rule is None else _tag(rule)),
+            tr("Alignment   {rule}").format(
+                rule=tr("none") if rule is None else choice_word(_tag(rule))
+            ),
             ALIGNMENT,
         )
         for feature in plan.features:
@@ -63,7 +66,7 @@ class PlanItems(QListWidget):
         shapes = plan.shapes
         for item in plan.constructions:
             self._add(
-                f"=  {item.name}   {_tag(item)}: {said_word(shapes[item.name].value)}",
+                f"=  {item.name}   {choice_word(_tag(item))}: {said_word(shapes[item.name].value)}",
                 ItemKey("constructions", item.name),
             )
         for wanted in plan.characteristics:

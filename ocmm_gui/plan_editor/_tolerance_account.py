@@ -104,7 +104,13 @@ class ToleranceAccount(QWidget):
         self._fill()
         self.show()
         self.table.resizeRowsToContents()
-        self.question.ask(tr("%n characteristics will be added.", "", characteristics))
+        self.question.ask(
+            tr(
+                "%n characteristics will be added.",
+                "1 characteristic will be added.",
+                characteristics,
+            )
+        )
 
     def close_account(self) -> None:
         """Show it no more; it has been answered."""

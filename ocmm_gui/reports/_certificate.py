@@ -92,7 +92,8 @@ def lay_out(paper: Certificate) -> Canvas:
         _run(canvas, run)
     _state(canvas, "After adjustment", paper.not_after)
     table_of_values(canvas, paper)
-    if any(run.lines for run in paper.runs):
+    if len({abs(line.reference) for run in paper.runs for line in run.lines}) > 1:
+        # Over one length alone a graph says no more than the table.
         canvas.heading("Errors between the permissible errors (MPE)", _PLOT)
         canvas.draw(
             _PLOT, partial(_paint_errors, paper=paper, speech=speech, lengths=canvas.lengths)

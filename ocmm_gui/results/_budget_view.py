@@ -37,8 +37,9 @@ class BudgetTable(NumberTable):
     """The sources, greatest first."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Uncertainty budget"), tr_all(_COLUMNS), whole=False)
-        self.setFont(text_font(13))
+        super().__init__(
+            tr("Uncertainty budget"), tr_all(_COLUMNS), whole=False, font=text_font(13)
+        )
         self.verticalHeader().setDefaultSectionSize(_LINE_PX)
         self.setMinimumHeight(round(4.5 * _LINE_PX))
         self.right_heads((2, 3))

@@ -193,9 +193,11 @@ class CompareSheet(WorkSheet):
         jobs = answer.jobs
         origin = f"{said(SIMULATED_LINE)} " if answer.simulated else ""
         self.say(
-            tr("{origin}{count} jobs of plan {plan}, {first} to {last}.").format(
-                origin=origin, count=len(jobs), plan=answer.plan, first=jobs[0], last=jobs[-1]
-            )
+            tr(
+                "{origin}%n jobs of plan {plan}, {first} to {last}.",
+                "{origin}1 job of plan {plan}, {first} to {last}.",
+                len(jobs),
+            ).format(origin=origin, plan=answer.plan, first=jobs[0], last=jobs[-1])
         )
         self._found, self._left_out = answer, answer.left_out
         self._filter()

@@ -112,7 +112,7 @@ class CameraPlot(QWidget):
         """Show the spots (S, 2), px, of the slots and what is followed in each of them."""
         seen = np.asarray(np.isfinite(spots).all(axis=1))
         count = int(seen.sum())
-        told = tr("{name}:  %n spots", "", count).format(name=self._camera.name)
+        told = tr("{name}:  %n spots", "{name}:  1 spot", count).format(name=self._camera.name)
         if count > _MOST_WORDS:
             named = sum(
                 bool(there) and name != "?" for there, name in zip(seen, names, strict=True)

@@ -8,14 +8,13 @@ from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
-from ocmm_gui.kit import Theme, fitted, is_longer, text_font, tr, wrapped_pixels
+from ocmm_gui.kit import WRAPPED, Theme, text_font, tr, wrapped_pixels
 from ocmm_gui.scene import Dots, Lines, Orbit, Tag, paint_scene
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import grid_step
 from ocmm_gui.views._deviations import SCALE_PX
 
 OVERVIEW_ASPECT = 1.25
-_LEAST_PX = 10
 _GAP_PX = 8.0
 _WORDS_PX = 26.0
 
@@ -47,7 +46,7 @@ class Overview:
         wide = OVERVIEW_ASPECT * side
         left, right = inside.left() + _GAP_PX, inside.right() - wide - _GAP_PX
         top, bottom = inside.top() + _GAP_PX, inside.bottom() - side - _GAP_PX
-        for x, y in ((right, top), (right, bottom), (left, top + _WORDS_PX + _GAP_PX)):
+        for x, y in ((right, top), (right, bottom), (left, top + 2.0 * _WORDS_PX + _GAP_PX)):
             room = QRectF(x, y, wide, side)
             if not any(room.contains(QPointF(*one)) for one in avoided.tolist()):
                 return room
@@ -125,25 +124,20 @@ def grid_place(box: QRectF) -> QRectF:
 
 
 def words_place(box: QRectF, words: str) -> QRectF:
-    """Return where a line of words stands: in the upper left corner."""
-    metrics = QFontMetricsF(text_font(14, bold=True))
-    wide = min(metrics.horizontalAdvance(words) + 20.0, 0.66 * box.width())
-    return QRectF(box.left() + _GAP_PX, box.top() + _GAP_PX, wide, _WORDS_PX)
+    """Return where a sentence stands: in the upper left corner, in two lines where it is long."""
+    metrics, most = QFontMetricsF(text_font(14, bold=True)), 0.66 * box.width()
+    wide = metrics.horizontalAdvance(words) + 20.0
+    lines = 1 if wide <= most else 2
+    place = QRectF(box.left() + _GAP_PX, box.top() + _GAP_PX, min(wide, most), _WORDS_PX)
+    return place.adjusted(0.0, 0.0, 0.0, (lines - 1) * metrics.lineSpacing())
 
 
 def paint_words(painter: QPainter, place: QRectF, words: str, theme: Theme) -> None:
-    """Paint a line of words that nobody should overlook."""
+    """Paint a sentence that nobody should overlook."""
     painter.setPen(QPen(QColor(theme.warn), 1.4))
     painter.setBrush(QColor(theme.panel))
     painter.drawRoundedRect(place, 4, 4)
-    painter.setFont(text_font(14, bold=True))
+    room = place.adjusted(6.0, 0.0, -6.0, 0.0)
+    painter.setFont(text_font(wrapped_pixels(words, room, 14, bold=True), bold=True))
     painter.setPen(QColor(theme.warn))
-    room = place.width() - 12.0
-    if is_longer():
-        least = max(
-            _LEAST_PX, fitted(painter.font(), words, room, place.height(), 14.0).pixelSize()
-        )
-        painter.setFont(text_font(least, bold=True))
-    metrics = QFontMetricsF(painter.font())
-    shown = metrics.elidedText(words, Qt.TextElideMode.ElideRight, room)
-    painter.drawText(place, Qt.AlignmentFlag.AlignCenter, shown)
+    painter.drawText(room, WRAPPED, words)

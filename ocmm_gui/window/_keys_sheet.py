@@ -41,8 +41,9 @@ class KeysSheet(Sheet):
     def __init__(self, changed: Callable[[], Mapping[str, Sequence[str]]]) -> None:
         super().__init__(tr("Keys"), ())
         self._changed = changed
-        self.table = NumberTable(tr("Keys of the window"), tr_all(_COLUMNS), whole=False)
-        self.table.setFont(text_font(15))
+        self.table = NumberTable(
+            tr("Keys of the window"), tr_all(_COLUMNS), whole=False, font=text_font(15)
+        )
         self.table.verticalHeader().setDefaultSectionSize(_ROW_PX)
         self.table.setRowCount(len(ACTIONS))
         self._show()

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import (
-    QComboBox,
     QGridLayout,
     QHBoxLayout,
     QLabel,
@@ -21,6 +20,7 @@ from PySide6.QtWidgets import (
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
+    ChoiceBox,
     HintField,
     NarrowButton,
     PlainLabel,
@@ -58,7 +58,7 @@ class StartPage(QWidget):
         self._title.setFont(text_font(28, bold=True))
         self._purpose = sentence_label(tr("Purpose"), 18)
         self.trouble = sentence_label(tr("Why it cannot start"), 17)
-        self.fields: dict[str, QLineEdit | QComboBox] = {}
+        self.fields: dict[str, QLineEdit | ChoiceBox] = {}
         self._form = QGridLayout()
         self._form.setVerticalSpacing(8)
         self._form.setHorizontalSpacing(14)
@@ -161,11 +161,10 @@ class StartPage(QWidget):
         field.returnPressed.connect(self._begin)
         return field
 
-    @staticmethod
-    def _choice(one: Field) -> QComboBox:
-        field = QComboBox()
-        for value, words in one.choices:
-            field.addItem(tr(words), value)
+    def _choice(self, one: Field) -> ChoiceBox:
+        words = dict(one.choices)
+        field = ChoiceBox(tr(one.label), tr(one.tip), tuple(words), lambda value: tr(words[value]))
+        field.set_theme(self._theme)
         return field
 
     def _new_session(self) -> QWidget:
@@ -203,7 +202,7 @@ class StartPage(QWidget):
     def _begin(self) -> None:
         self.begun.emit(
             {
-                key: field.text() if isinstance(field, QLineEdit) else str(field.currentData())
+                key: field.text() if isinstance(field, QLineEdit) else field.choice()
                 for key, field in self.fields.items()
             }
         )

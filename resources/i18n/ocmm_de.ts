@@ -269,6 +269,7 @@
     </message>
     <message numerus="yes">
         <source>%n artefacts</source>
+        <comment>1 artefact</comment>
         <translation>
             <numerusform>%n Prüfkörper</numerusform>
             <numerusform>%n Prüfkörper</numerusform>
@@ -298,6 +299,14 @@
         <source>Verdict stored. P writes the certificate.</source>
         <translation>Urteil gespeichert. P schreibt das Zertifikat.</translation>
     </message>
+    <message numerus="yes">
+        <source>%n positions</source>
+        <comment>1 position</comment>
+        <translation>
+            <numerusform>%n Position</numerusform>
+            <numerusform>%n Positionen</numerusform>
+        </translation>
+    </message>
     <message>
         <source>Unfinished tests</source>
         <translation>Unfertige Prüfungen</translation>
@@ -319,13 +328,6 @@
 [N]</source>
         <translation>Wiederholen
 [N]</translation>
-    </message>
-    <message numerus="yes">
-        <source>%n positions</source>
-        <translation>
-            <numerusform>%n Position</numerusform>
-            <numerusform>%n Positionen</numerusform>
-        </translation>
     </message>
     <message>
         <source>Points taken</source>
@@ -501,9 +503,13 @@
         <source>Reading unfinished tests</source>
         <translation>Unfertige Prüfungen werden gelesen</translation>
     </message>
-    <message>
-        <source>{title}, {who}: {done} of {wanted} points</source>
-        <translation>{title}, {who}: {done} von {wanted} Punkten</translation>
+    <message numerus="yes">
+        <source>{title}, {who}: {done} of %n points</source>
+        <comment>{title}, {who}: {done} of 1 point</comment>
+        <translation>
+            <numerusform>{title}, {who}: {done} von %n Punkt</numerusform>
+            <numerusform>{title}, {who}: {done} von %n Punkten</numerusform>
+        </translation>
     </message>
     <message>
         <source>Reading the procedures</source>
@@ -829,9 +835,13 @@
         <source>Next: operator {who}, part {part}; serial number {code}.</source>
         <translation>Nächste: Bediener {who}, Werkstück {part}; Seriennummer {code}.</translation>
     </message>
-    <message>
-        <source>{n} files left out</source>
-        <translation>{n} Dateien ausgelassen</translation>
+    <message numerus="yes">
+        <source>%n files left out</source>
+        <comment>1 file left out</comment>
+        <translation>
+            <numerusform>%n Datei ausgelassen</numerusform>
+            <numerusform>%n Dateien ausgelassen</numerusform>
+        </translation>
     </message>
     <message>
         <source>{simulated}{done} of {count} measured. {left}</source>
@@ -899,6 +909,7 @@
     </message>
     <message numerus="yes">
         <source>%n tests</source>
+        <comment>1 test</comment>
         <translation>
             <numerusform>%n Prüfung</numerusform>
             <numerusform>%n Prüfungen</numerusform>
@@ -1111,9 +1122,13 @@ Startet: {source}</translation>
         <source>no checks yet</source>
         <translation>noch keine Prüfungen</translation>
     </message>
-    <message>
-        <source>{count} checks, last {error:+.1f} µm: {word}</source>
-        <translation>{count} Prüfungen, letzte {error:+.1f} µm: {word}</translation>
+    <message numerus="yes">
+        <source>%n checks, last {error:+.1f} µm: {word}</source>
+        <comment>1 check, last {error:+.1f} µm: {word}</comment>
+        <translation>
+            <numerusform>%n Prüfung, letzte {error:+.1f} µm: {word}</numerusform>
+            <numerusform>%n Prüfungen, letzte {error:+.1f} µm: {word}</numerusform>
+        </translation>
     </message>
     <message>
         <source>limit</source>
@@ -1157,6 +1172,7 @@ Startet: {source}</translation>
     </message>
     <message numerus="yes">
         <source>%n spots, {left_out} left out</source>
+        <comment>1 spot, {left_out} left out</comment>
         <translation>
             <numerusform>%n Lichtpunkt, {left_out} ausgelassen</numerusform>
             <numerusform>%n Lichtpunkte, {left_out} ausgelassen</numerusform>
@@ -1186,9 +1202,13 @@ Startet: {source}</translation>
         <source>from above</source>
         <translation>von oben</translation>
     </message>
-    <message>
-        <source>{count} of {total} directions</source>
-        <translation>{count} von {total} Richtungen</translation>
+    <message numerus="yes">
+        <source>{count} of %n directions</source>
+        <comment>{count} of 1 direction</comment>
+        <translation>
+            <numerusform>{count} von %n Richtung</numerusform>
+            <numerusform>{count} von %n Richtungen</numerusform>
+        </translation>
     </message>
     <message>
         <source>▼ cameras</source>
@@ -1262,9 +1282,13 @@ Startet: {source}</translation>
         <source>Paths of the LEDs about the ball</source>
         <translation>Bahnen der LEDs um die Kugel</translation>
     </message>
-    <message>
-        <source>{poses} poses, {leds} LEDs; drag to rotate</source>
-        <translation>{poses} Lagen, {leds} LEDs; mit der Maus drehen</translation>
+    <message numerus="yes">
+        <source>%n poses, {leds} LEDs; drag to rotate</source>
+        <comment>1 pose, {leds} LEDs; drag to rotate</comment>
+        <translation>
+            <numerusform>%n Lage, {leds} LEDs; mit der Maus drehen</numerusform>
+            <numerusform>%n Lagen, {leds} LEDs; mit der Maus drehen</numerusform>
+        </translation>
     </message>
     <message>
         <source>Trend over the parts</source>
@@ -1286,9 +1310,21 @@ Startet: {source}</translation>
         <source>{name}: no parts included</source>
         <translation>{name}: keine Werkstücke einbezogen</translation>
     </message>
-    <message>
-        <source>{name}: {count} parts, {least} to {most}, {signals} signals</source>
-        <translation>{name}: {count} Teile, {least} bis {most}, {signals} Signale</translation>
+    <message numerus="yes">
+        <source>{name}: %n parts, {least} to {most}, {signals}</source>
+        <comment>{name}: 1 part, {least} to {most}, {signals}</comment>
+        <translation>
+            <numerusform>{name}: %n Teil, {least} bis {most}, {signals}</numerusform>
+            <numerusform>{name}: %n Teile, {least} bis {most}, {signals}</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>%n signals</source>
+        <comment>1 signal</comment>
+        <translation>
+            <numerusform>%n Signal</numerusform>
+            <numerusform>%n Signale</numerusform>
+        </translation>
     </message>
     <message>
         <source>Files</source>
@@ -1592,9 +1628,13 @@ Startet: {source}</translation>
         <source>{name}  {size} KiB</source>
         <translation>{name}  {size} KiB</translation>
     </message>
-    <message>
-        <source>{count} files, {size} KiB. This is all that is packed; nothing is sent. Passwords and keys are never in it.</source>
-        <translation>{count} Dateien, {size} KiB. Nur das wird gepackt; nichts wird gesendet. Passwörter und Schlüssel sind nie dabei.</translation>
+    <message numerus="yes">
+        <source>%n files, {size} KiB. This is all that is packed; nothing is sent. Passwords and keys are never in it.</source>
+        <comment>1 file, {size} KiB. This is all that is packed; nothing is sent. Passwords and keys are never in it.</comment>
+        <translation>
+            <numerusform>%n Datei, {size} KiB. Nur das wird gepackt; nichts wird gesendet. Passwörter und Schlüssel sind nie dabei.</numerusform>
+            <numerusform>%n Dateien, {size} KiB. Nur das wird gepackt; nichts wird gesendet. Passwörter und Schlüssel sind nie dabei.</numerusform>
+        </translation>
     </message>
     <message>
         <source>Support bundle written to {path} ({size} KiB). Nothing was sent.</source>
@@ -1731,6 +1771,44 @@ Startet: {source}</translation>
     <message>
         <source>No jobs in {folder} yet</source>
         <translation>Noch keine Aufträge in {folder}</translation>
+    </message>
+    <message numerus="yes">
+        <source>paused, {done} of %n features</source>
+        <comment>paused, {done} of 1 feature</comment>
+        <translation>
+            <numerusform>angehalten, {done} von %n Element</numerusform>
+            <numerusform>angehalten, {done} von %n Elementen</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>{done} of %n features</source>
+        <comment>{done} of 1 feature</comment>
+        <translation>
+            <numerusform>{done} von %n Element</numerusform>
+            <numerusform>{done} von %n Elementen</numerusform>
+        </translation>
+    </message>
+    <message>
+        <source>{part}, serial {serial}: {state}
+{when}, {operator}, {points}, {name}</source>
+        <translation>{part}, Serien-Nr. {serial}: {state}
+{when}, {operator}, {points}, {name}</translation>
+    </message>
+    <message>
+        <source>probe</source>
+        <translation>Taster</translation>
+    </message>
+    <message>
+        <source>rig</source>
+        <translation>Kamerasystem</translation>
+    </message>
+    <message>
+        <source>plan</source>
+        <translation>Plan</translation>
+    </message>
+    <message>
+        <source>reference body</source>
+        <translation>Referenzkörper</translation>
     </message>
     <message>
         <source>Ask</source>
@@ -1881,10 +1959,6 @@ Startet: {source}</translation>
         <translation>Alles hier Gemessene ist im Archiv.</translation>
     </message>
     <message>
-        <source>{title}: {count} rows. {place}</source>
-        <translation>{title}: {count} Zeilen. {place}</translation>
-    </message>
-    <message>
         <source>Table written to {path}.</source>
         <translation>Tabelle nach {path} geschrieben.</translation>
     </message>
@@ -1921,20 +1995,6 @@ Startet: {source}</translation>
     <message>
         <source>no points yet</source>
         <translation>noch keine Punkte</translation>
-    </message>
-    <message>
-        <source>paused, {done} of {all} features</source>
-        <translation>angehalten, {done} von {all} Elementen</translation>
-    </message>
-    <message>
-        <source>{done} of {all} features</source>
-        <translation>{done} von {all} Elementen</translation>
-    </message>
-    <message>
-        <source>{part}, serial {serial}: {state}
-{when}, {operator}, {points} points, {name}</source>
-        <translation>{part}, Serien-Nr. {serial}: {state}
-{when}, {operator}, {points} Punkte, {name}</translation>
     </message>
     <message>
         <source>Open a job to look at it, or a plan to measure by it</source>
@@ -2828,9 +2888,18 @@ Startet: {source}</translation>
     </message>
     <message numerus="yes">
         <source>%n older events were dropped.</source>
+        <comment>1 older event was dropped.</comment>
         <translation>
             <numerusform>%n älteres Ereignis wurde verworfen.</numerusform>
             <numerusform>%n ältere Ereignisse wurden verworfen.</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>{minutes:.1f} minutes, {good:.3f} % of the cycles good, %n frames lost.</source>
+        <comment>{minutes:.1f} minutes, {good:.3f} % of the cycles good, 1 frame lost.</comment>
+        <translation>
+            <numerusform>{minutes:.1f} Minuten, {good:.3f} % der Zyklen gut, %n Bild verloren.</numerusform>
+            <numerusform>{minutes:.1f} Minuten, {good:.3f} % der Zyklen gut, %n Bilder verloren.</numerusform>
         </translation>
     </message>
     <message>
@@ -2856,10 +2925,6 @@ Startet: {source}</translation>
     <message>
         <source>{minutes:.1f} minutes, {good:.3f} % of the cycles good, no frames lost.</source>
         <translation>{minutes:.1f} Minuten, {good:.3f} % der Zyklen gut, keine Bilder verloren.</translation>
-    </message>
-    <message>
-        <source>{minutes:.1f} minutes, {good:.3f} % of the cycles good, {lost} frames lost.</source>
-        <translation>{minutes:.1f} Minuten, {good:.3f} % der Zyklen gut, {lost} Bilder verloren.</translation>
     </message>
     <message>
         <source>Camera</source>
@@ -3832,6 +3897,14 @@ Startet: {source}</translation>
         <source>Storing the recall</source>
         <translation>Rückruf wird gespeichert</translation>
     </message>
+    <message numerus="yes">
+        <source>{title}: %n rows. {place}</source>
+        <comment>{title}: 1 row. {place}</comment>
+        <translation>
+            <numerusform>{title}: %n Zeile. {place}</numerusform>
+            <numerusform>{title}: %n Zeilen. {place}</numerusform>
+        </translation>
+    </message>
     <message>
         <source>Creating the pages</source>
         <translation>Seiten werden erstellt</translation>
@@ -3996,13 +4069,21 @@ Startet: {source}</translation>
         <source>Camera sees no LED: {names}</source>
         <translation>Kamera sieht keine LED: {names}</translation>
     </message>
-    <message>
-        <source>{name}: {count} spots</source>
-        <translation>{name}: {count} Lichtpunkte</translation>
+    <message numerus="yes">
+        <source>{name}: %n spots</source>
+        <comment>{name}: 1 spot</comment>
+        <translation>
+            <numerusform>{name}: %n Lichtpunkt</numerusform>
+            <numerusform>{name}: %n Lichtpunkte</numerusform>
+        </translation>
     </message>
-    <message>
-        <source>{count} cameras, at least {least} spots each</source>
-        <translation>{count} Kameras, je mindestens {least} Lichtpunkte</translation>
+    <message numerus="yes">
+        <source>{count} cameras, at least %n spots each</source>
+        <comment>{count} cameras, at least 1 spot each</comment>
+        <translation>
+            <numerusform>{count} Kameras, je mindestens %n Lichtpunkt</numerusform>
+            <numerusform>{count} Kameras, je mindestens %n Lichtpunkte</numerusform>
+        </translation>
     </message>
     <message>
         <source>Coverage of the feature</source>
@@ -4020,9 +4101,13 @@ Startet: {source}</translation>
         <source>Temperatures</source>
         <translation>Temperaturen</translation>
     </message>
-    <message>
-        <source>{part}   {done} / {count} features</source>
-        <translation>{part}   {done} / {count} Elemente</translation>
+    <message numerus="yes">
+        <source>{part}   {done} / %n features</source>
+        <comment>{part}   {done} / 1 feature</comment>
+        <translation>
+            <numerusform>{part}   {done} / %n Element</numerusform>
+            <numerusform>{part}   {done} / %n Elemente</numerusform>
+        </translation>
     </message>
     <message>
         <source>Next step</source>
@@ -4052,9 +4137,13 @@ Startet: {source}</translation>
         <source>{name}, description</source>
         <translation>{name}, Beschreibung</translation>
     </message>
-    <message>
-        <source>{taken} of {needed} points</source>
-        <translation>{taken} von {needed} Punkten</translation>
+    <message numerus="yes">
+        <source>{taken} of %n points</source>
+        <comment>{taken} of 1 point</comment>
+        <translation>
+            <numerusform>{taken} von %n Punkt</numerusform>
+            <numerusform>{taken} von %n Punkten</numerusform>
+        </translation>
     </message>
     <message>
         <source>Other characteristics of this feature</source>
@@ -4253,8 +4342,8 @@ Startet: {source}</translation>
         <translation>Aufträge in {folder} werden gelesen</translation>
     </message>
     <message>
-        <source>Serial {serial}: {points} points, {operator}, {when} UTC, {name}</source>
-        <translation>Serien-Nr. {serial}: {points} Punkte, {operator}, {when} UTC, {name}</translation>
+        <source>Serial {serial}: {points}, {operator}, {when} UTC, {name}</source>
+        <translation>Serien-Nr. {serial}: {points}, {operator}, {when} UTC, {name}</translation>
     </message>
     <message>
         <source>of batch {batch}</source>
@@ -4283,9 +4372,13 @@ Startet: {source}</translation>
         <source>Features in probing order; Page Up and Page Down change the active one</source>
         <translation>Elemente in Messreihenfolge; Bild↑ und Bild↓ wechseln das aktive</translation>
     </message>
-    <message>
-        <source>{name}, {shape_word}, {count} of {needed} points, {progress_word}</source>
-        <translation>{name}, {shape_word}, {count} von {needed} Punkten, {progress_word}</translation>
+    <message numerus="yes">
+        <source>{name}, {shape_word}, {count} of %n points, {progress_word}</source>
+        <comment>{name}, {shape_word}, {count} of 1 point, {progress_word}</comment>
+        <translation>
+            <numerusform>{name}, {shape_word}, {count} von %n Punkt, {progress_word}</numerusform>
+            <numerusform>{name}, {shape_word}, {count} von %n Punkten, {progress_word}</numerusform>
+        </translation>
     </message>
     <message>
         <source>No points to select yet.</source>
@@ -4765,7 +4858,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>unproven: also such that cannot prove the age of their data</source>
-        <translation>unproven: auch solche, die das Alter ihrer Daten nicht belegen</translation>
+        <translation>ohne Nachweis: auch solche, die das Alter ihrer Daten nicht belegen</translation>
     </message>
     <message>
         <source>Room</source>
@@ -4829,7 +4922,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>between: midway between two faces; across: square to it</source>
-        <translation>between: mittig zwischen zwei Flächen; across: quer dazu</translation>
+        <translation>dazwischen: mittig zwischen zwei Flächen; quer: quer dazu</translation>
     </message>
     <message>
         <source>Pairs of centres in turn, or two faces</source>
@@ -4932,6 +5025,86 @@ Startet: {source}</translation>
         <translation>Sekundär ergibt</translation>
     </message>
     <message>
+        <source>outer</source>
+        <translation>außen</translation>
+    </message>
+    <message>
+        <source>inner</source>
+        <translation>innen</translation>
+    </message>
+    <message>
+        <source>approach</source>
+        <translation>Antastrichtung</translation>
+    </message>
+    <message>
+        <source>pulled</source>
+        <translation>abheben</translation>
+    </message>
+    <message>
+        <source>shank</source>
+        <translation>Schaft</translation>
+    </message>
+    <message>
+        <source>nominal</source>
+        <translation>Nennnormale</translation>
+    </message>
+    <message>
+        <source>proven</source>
+        <translation>mit Nachweis</translation>
+    </message>
+    <message>
+        <source>unproven</source>
+        <translation>ohne Nachweis</translation>
+    </message>
+    <message>
+        <source>between</source>
+        <translation>dazwischen</translation>
+    </message>
+    <message>
+        <source>centres</source>
+        <translation>Mittelpunkte</translation>
+    </message>
+    <message>
+        <source>planes</source>
+        <translation>Ebenen</translation>
+    </message>
+    <message>
+        <source>intersection</source>
+        <translation>Schnitt</translation>
+    </message>
+    <message>
+        <source>projection</source>
+        <translation>Projektion</translation>
+    </message>
+    <message>
+        <source>midpoint</source>
+        <translation>Mittelpunkt</translation>
+    </message>
+    <message>
+        <source>bisector</source>
+        <translation>Symmetrale</translation>
+    </message>
+    <message>
+        <source>offset</source>
+        <translation>Versatz</translation>
+    </message>
+    <message>
+        <source>plane-axis-point</source>
+        <translation>Ebene-Achse-Punkt</translation>
+    </message>
+    <message>
+        <source>given</source>
+        <translation>gegeben</translation>
+    </message>
+    <message>
+        <source>yes</source>
+        <translation>ja</translation>
+    </message>
+    <message>
+        <source>no</source>
+        <translation>nein</translation>
+    </message>
+    <message>
         <source>Faces to align by</source>
         <translation>Flächen zum Ausrichten</translation>
     </message>
@@ -4960,12 +5133,16 @@ Startet: {source}</translation>
         <translation>Das Modell hat keine Fläche mit exakter Form.</translation>
     </message>
     <message>
-        <source>{count} of {all} faces are chosen.</source>
-        <translation>{count} von {all} Flächen sind gewählt.</translation>
-    </message>
-    <message>
         <source>Choose faces that leave no motion of the part open.</source>
         <translation>Flächen wählen, die keine Bewegung des Werkstücks offen lassen.</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n of {all} faces are chosen.</source>
+        <comment>1 of {all} faces is chosen.</comment>
+        <translation>
+            <numerusform>%n von {all} Flächen ist gewählt.</numerusform>
+            <numerusform>%n von {all} Flächen sind gewählt.</numerusform>
+        </translation>
     </message>
     <message>
         <source>face {number}</source>
@@ -5073,16 +5250,18 @@ Startet: {source}</translation>
     </message>
     <message numerus="yes">
         <source>%n free-form faces added.</source>
+        <comment>1 free-form face added.</comment>
         <translation>
-            <numerusform>%n Freiformfläche hinzugefügt.</numerusform>
-            <numerusform>%n Freiformflächen hinzugefügt.</numerusform>
+            <numerusform>%n Freiformfläche angefügt.</numerusform>
+            <numerusform>%n Freiformflächen angefügt.</numerusform>
         </translation>
     </message>
     <message numerus="yes">
         <source>%n features added from {name}.</source>
+        <comment>1 feature added from {name}.</comment>
         <translation>
-            <numerusform>%n Element aus {name} hinzugefügt.</numerusform>
-            <numerusform>%n Elemente aus {name} hinzugefügt.</numerusform>
+            <numerusform>%n Element aus {name} angefügt.</numerusform>
+            <numerusform>%n Elemente aus {name} angefügt.</numerusform>
         </translation>
     </message>
     <message>
@@ -5158,10 +5337,6 @@ Startet: {source}</translation>
         <translation>Zurück ohne Elemente</translation>
     </message>
     <message>
-        <source>{count} of {all} surfaces are chosen.</source>
-        <translation>{count} von {all} Flächen sind gewählt.</translation>
-    </message>
-    <message>
         <source>Enter the profile of free forms.</source>
         <translation>Profil der Freiformen eingeben.</translation>
     </message>
@@ -5172,6 +5347,14 @@ Startet: {source}</translation>
     <message>
         <source>{name}: points and their profile against the model.</source>
         <translation>{name}: Punkte und ihr Profil zum Modell.</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n of {all} surfaces are chosen.</source>
+        <comment>1 of {all} surfaces is chosen.</comment>
+        <translation>
+            <numerusform>%n von {all} Flächen ist gewählt.</numerusform>
+            <numerusform>%n von {all} Flächen sind gewählt.</numerusform>
+        </translation>
     </message>
     <message>
         <source>{name}: {why}.</source>
@@ -5381,9 +5564,13 @@ Startet: {source}</translation>
         <source>No CAD model in this plan. Save it (F8), import one (Shift+F9).</source>
         <translation>Kein CAD-Modell in diesem Plan. Sichern (F8), dann eines importieren (Umschalt+F9).</translation>
     </message>
-    <message>
-        <source>Aligned by {faces} faces; {count} points added. F10 undoes this.</source>
-        <translation>An {faces} Flächen ausgerichtet; {count} Punkte angefügt. F10 nimmt das zurück.</translation>
+    <message numerus="yes">
+        <source>Aligned by %n faces; {count} points added. F10 undoes this.</source>
+        <comment>Aligned by 1 face; {count} points added. F10 undoes this.</comment>
+        <translation>
+            <numerusform>An %n Fläche ausgerichtet; {count} Punkte angefügt. F10 nimmt das zurück.</numerusform>
+            <numerusform>An %n Flächen ausgerichtet; {count} Punkte angefügt. F10 nimmt das zurück.</numerusform>
+        </translation>
     </message>
     <message>
         <source>Nothing to undo.</source>
@@ -5529,6 +5716,14 @@ Startet: {source}</translation>
         <source>Take over the tolerances</source>
         <translation>Toleranzen übernehmen</translation>
     </message>
+    <message numerus="yes">
+        <source>%n characteristics will be added.</source>
+        <comment>1 characteristic will be added.</comment>
+        <translation>
+            <numerusform>%n Merkmal wird angefügt.</numerusform>
+            <numerusform>%n Merkmale werden angefügt.</numerusform>
+        </translation>
+    </message>
     <message>
         <source>Take over</source>
         <translation>Übernehmen</translation>
@@ -5548,13 +5743,6 @@ Startet: {source}</translation>
     <message>
         <source>Taken as a whole: {counts}.</source>
         <translation>Als Ganzes übernommen: {counts}.</translation>
-    </message>
-    <message numerus="yes">
-        <source>%n characteristics will be added.</source>
-        <translation>
-            <numerusform>%n Merkmal wird angefügt.</numerusform>
-            <numerusform>%n Merkmale werden angefügt.</numerusform>
-        </translation>
     </message>
     <message>
         <source>Drawing the PDF</source>
@@ -5772,6 +5960,14 @@ Startet: {source}</translation>
         <source>Write the table of the batch to</source>
         <translation>Tabelle der Serie schreiben nach</translation>
     </message>
+    <message numerus="yes">
+        <source>{origin}%n jobs of plan {plan}, {first} to {last}.</source>
+        <comment>{origin}1 job of plan {plan}, {first} to {last}.</comment>
+        <translation>
+            <numerusform>{origin}%n Auftrag nach Plan {plan}, {first} bis {last}.</numerusform>
+            <numerusform>{origin}%n Aufträge nach Plan {plan}, {first} bis {last}.</numerusform>
+        </translation>
+    </message>
     <message>
         <source>File of the table</source>
         <translation>Datei der Tabelle</translation>
@@ -5791,10 +5987,6 @@ Startet: {source}</translation>
     <message>
         <source>Pages of the batch written to {path}.</source>
         <translation>Seiten der Serie geschrieben nach {path}.</translation>
-    </message>
-    <message>
-        <source>{origin}{count} jobs of plan {plan}, {first} to {last}.</source>
-        <translation>{origin}{count} Aufträge nach Plan {plan}, {first} bis {last}.</translation>
     </message>
     <message>
         <source>Writing the pages</source>
@@ -6173,6 +6365,7 @@ Startet: {source}</translation>
     </message>
     <message numerus="yes">
         <source>{name}:  %n spots</source>
+        <comment>{name}:  1 spot</comment>
         <translation>
             <numerusform>{name}:  %n Lichtpunkt</numerusform>
             <numerusform>{name}:  %n Lichtpunkte</numerusform>
@@ -7283,10 +7476,6 @@ Startet: {source}</translation>
         <translation>Unsicherheit einer Länge</translation>
     </message>
     <message>
-        <source>{done} poses of {wanted}</source>
-        <translation>{done} Lagen von {wanted}</translation>
-    </message>
-    <message>
         <source>Missing: {cells}</source>
         <translation>Es fehlen: {cells}</translation>
     </message>
@@ -7310,9 +7499,21 @@ Startet: {source}</translation>
         <source>Points of the world frame</source>
         <translation>Punkte des Weltsystems</translation>
     </message>
-    <message>
-        <source>{taken} of {count} points taken</source>
-        <translation>{taken} von {count} Punkten aufgenommen</translation>
+    <message numerus="yes">
+        <source>%n poses of {wanted}</source>
+        <comment>1 pose of {wanted}</comment>
+        <translation>
+            <numerusform>%n Lage von {wanted}</numerusform>
+            <numerusform>%n Lagen von {wanted}</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>{taken} of %n points taken</source>
+        <comment>{taken} of 1 point taken</comment>
+        <translation>
+            <numerusform>{taken} von %n Punkt aufgenommen</numerusform>
+            <numerusform>{taken} von %n Punkten aufgenommen</numerusform>
+        </translation>
     </message>
     <message>
         <source>The world fixed to the cameras.</source>
@@ -7442,9 +7643,13 @@ Startet: {source}</translation>
         <source>Where to touch the sphere</source>
         <translation>Wo die Kugel anzutasten ist</translation>
     </message>
-    <message>
-        <source>{title}: {taken} points</source>
-        <translation>{title}: {taken} Punkte</translation>
+    <message numerus="yes">
+        <source>{title}: %n points</source>
+        <comment>{title}: 1 point</comment>
+        <translation>
+            <numerusform>{title}: %n Punkt</numerusform>
+            <numerusform>{title}: %n Punkte</numerusform>
+        </translation>
     </message>
     <message>
         <source>Points on spheres</source>
@@ -7600,9 +7805,18 @@ Startet: {source}</translation>
     </message>
     <message numerus="yes">
         <source>%n points, form {form:.1f} µm</source>
+        <comment>1 point, form {form:.1f} µm</comment>
         <translation>
             <numerusform>%n Punkt, Form {form:.1f} µm</numerusform>
             <numerusform>%n Punkte, Form {form:.1f} µm</numerusform>
+        </translation>
+    </message>
+    <message numerus="yes">
+        <source>{form_mm:.1f} µm, %n points</source>
+        <comment>{form_mm:.1f} µm, 1 point</comment>
+        <translation>
+            <numerusform>{form_mm:.1f} µm, %n Punkt</numerusform>
+            <numerusform>{form_mm:.1f} µm, %n Punkte</numerusform>
         </translation>
     </message>
     <message>
@@ -7628,10 +7842,6 @@ Startet: {source}</translation>
     <message>
         <source>Diameter</source>
         <translation>Durchmesser</translation>
-    </message>
-    <message>
-        <source>{form_mm:.1f} µm, {points} points</source>
-        <translation>{form_mm:.1f} µm, {points} Punkte</translation>
     </message>
     <message>
         <source>In the cone</source>
@@ -7831,6 +8041,7 @@ Startet: {source}</translation>
     </message>
     <message numerus="yes">
         <source>%n spots</source>
+        <comment>1 spot</comment>
         <translation>
             <numerusform>%n Lichtpunkt</numerusform>
             <numerusform>%n Lichtpunkte</numerusform>
@@ -7930,6 +8141,7 @@ Startet: {source}</translation>
     </message>
     <message numerus="yes">
         <source>%n reference points</source>
+        <comment>1 reference point</comment>
         <translation>
             <numerusform>%n Referenzpunkt</numerusform>
             <numerusform>%n Referenzpunkte</numerusform>
@@ -7937,6 +8149,7 @@ Startet: {source}</translation>
     </message>
     <message numerus="yes">
         <source>%n measuring lines</source>
+        <comment>1 measuring line</comment>
         <translation>
             <numerusform>%n Messlinie</numerusform>
             <numerusform>%n Messlinien</numerusform>
@@ -7968,6 +8181,7 @@ Startet: {source}</translation>
     </message>
     <message numerus="yes">
         <source>%n LEDs</source>
+        <comment>1 LED</comment>
         <translation>
             <numerusform>%n LED</numerusform>
             <numerusform>%n LEDs</numerusform>
@@ -8541,9 +8755,13 @@ Startet: {source}</translation>
         <source>U {value} µm</source>
         <translation>U {value} µm</translation>
     </message>
-    <message>
-        <source>Camera {name} sees {count} LEDs.</source>
-        <translation>Kamera {name} sieht {count} LEDs.</translation>
+    <message numerus="yes">
+        <source>Camera {name} sees %n LEDs.</source>
+        <comment>Camera {name} sees 1 LED.</comment>
+        <translation>
+            <numerusform>Kamera {name} sieht %n LED.</numerusform>
+            <numerusform>Kamera {name} sieht %n LEDs.</numerusform>
+        </translation>
     </message>
     <message>
         <source>Ellipsoid of the ball, k = 2: {axes} µm.</source>

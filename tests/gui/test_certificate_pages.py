@@ -141,3 +141,11 @@ def test_a_german_paper_is_german_in_its_head_and_verdict(folder: Path, paper: C
     assert german.number in said
     calibrated = _in(certificate_of_folder(folder, plain_paper(), calibration=True), language="de")
     assert "Verzeichnung k1" in " ".join(texts(pages.lay_out(calibrated)).split())
+
+
+@pytest.mark.usefixtures("qapp")
+def test_a_graph_over_one_length_alone_is_left_out(paper: Certificate) -> None:
+    graph = "Errors between the permissible errors"
+    assert graph in " ".join(texts(pages.lay_out(paper)).split())
+    alone = tuple(replace(run, lines=run.lines[:1]) for run in paper.runs[-1:])
+    assert graph not in " ".join(texts(pages.lay_out(replace(paper, runs=alone))).split())

@@ -7,14 +7,31 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtWidgets import QApplication
+from PySide6.QtGui import QPaintEvent
+from PySide6.QtWidgets import QApplication, QGridLayout, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.calibration.records import CalibrationStatus
 from ocmm_core.export import FORMATS
+from ocmm_core.settings import spec_of
 from ocmm_gui.archive._recall_table import RecallTable
-from ocmm_gui.kit import THEMES, DataTable, apply_theme, said, said_word, use_language
+from ocmm_gui.home._setting_row import SettingRow
+from ocmm_gui.kit import (
+    THEMES,
+    ChoiceBox,
+    DataTable,
+    HintField,
+    NumberTable,
+    Painted,
+    apply_theme,
+    dress_application,
+    said,
+    said_word,
+    text_font,
+    use_language,
+)
 from ocmm_gui.scene._labels import place_labels
+from tests.gui.cut_words import cut_words, watched_words
 
 BOUNDS = QRectF(0.0, 0.0, 400.0, 300.0)
 SIZE = (40.0, 14.0)
@@ -101,3 +118,81 @@ def test_no_line_of_a_cell_is_left_out(qtbot: QtBot) -> None:
         dotted = table.viewport().grab().toImage()
         table.setTextElideMode(Qt.TextElideMode.ElideNone)
         assert table.viewport().grab().toImage() == dotted, width
+
+
+def test_a_path_shows_the_name_of_its_file_until_somebody_writes_in_it(qtbot: QtBot) -> None:
+    field = HintField("/a/folder/of/which/nobody/wants/to/know/everything/verification_bar.toml")
+    qtbot.addWidget(field)
+    with qtbot.waitExposed(field):
+        field.show()
+    field.clearFocus()
+    for width, shown in ((200, 1), (400, 2)):
+        field.resize(width, 36)
+        with watched_words() as painted:
+            field.repaint()
+        assert painted[0].text == "verification_bar.toml"
+        assert [one.text[:1] for one in painted[1:]] == ["…"] * (shown - 1)
+    field.setText("bar.toml")
+    with watched_words() as painted:
+        field.repaint()
+    # Qt paints what fits.
+    assert not painted
+
+
+class Line(Painted):
+    """Paints a word into a place of its own width."""
+
+    def __init__(self) -> None:
+        super().__init__("line", (200, 40), (20, 20))
+        self.room = 200.0
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint it."""
+        place = QRectF(0.0, 0.0, self.room, 40.0)
+        self._painter().drawText(place, Qt.AlignmentFlag.AlignLeft, "NOT MEASURED")
+
+
+Line.__module__ = "ocmm_gui.tried"
+
+
+def test_a_word_that_is_cut_in_a_table_a_choice_or_a_picture_is_found(qtbot: QtBot) -> None:
+    whole, table, line = QWidget(), DataTable("Results", [("Verdict", "")]), Line()
+    choice = ChoiceBox("Choice", "", ["NOT MEASURED"])
+    qtbot.addWidget(whole)
+    layout = QVBoxLayout(whole)
+    for widget in (table, choice, line):
+        layout.addWidget(widget)
+    table.setRowCount(1)
+    table.show_words(0, ["NOT MEASURED"])
+    whole.resize(400, 300)
+    with qtbot.waitExposed(whole):
+        whole.show()
+    table.setColumnWidth(0, 150)
+    assert not list(cut_words(whole))
+    table.setColumnWidth(0, 70)
+    assert ["cell 'NOT MEASURED'" in fault for fault in cut_words(whole)] == [True]
+    table.setColumnWidth(0, 36)
+    assert any("head 'Verdict'" in fault for fault in cut_words(whole))
+    table.setColumnWidth(0, 150)
+    choice.setFixedWidth(90)
+    assert ["choice 'NOT MEASURED'" in fault for fault in cut_words(whole)] == [True]
+    choice.setFixedWidth(300)
+    line.room = 60.0
+    assert ["Line: 'NOT MEASURED'" in fault for fault in cut_words(whole)] == [True]
+
+
+def test_a_table_and_a_setting_keep_their_type_under_the_style_sheet(qtbot: QtBot) -> None:
+    """Where the sheet has dressed a widget, a font that is set later is lost."""
+    dress_application(THEMES["dark"])
+    whole = QWidget()
+    qtbot.addWidget(whole)
+    layout = QVBoxLayout(whole)
+    table = NumberTable("Keys", [("Key", "")], whole=False, font=text_font(15))
+    grid = QGridLayout()
+    row = SettingRow(spec_of("job.operator"), grid, 0, whole)
+    layout.addWidget(table)
+    layout.addLayout(grid)
+    with qtbot.waitExposed(whole):
+        whole.show()
+    assert table.font().families() == text_font(15).families()
+    assert (table.font().pixelSize(), row.field.font().pixelSize()) == (15, 17)

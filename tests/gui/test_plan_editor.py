@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import multiprocessing
 from collections.abc import Iterator
+from enum import Enum
 from pathlib import Path
+from typing import Any, Literal, get_args, get_origin
 
 import msgspec
 import pytest
-from PySide6.QtWidgets import QComboBox, QLineEdit
+from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.plan import EnvironmentLimits, load_plan
+from ocmm_core.inspection.plan import EnvironmentLimits, Plan, load_plan
 from ocmm_core.tolerances.kinds import KINDS
 from ocmm_core.tolerances.zones import Characteristic
+from ocmm_gui.kit import use_language
 from ocmm_gui.plan_editor import PlanSheet
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, item_of
-from ocmm_gui.plan_editor.form._form_lines import FieldKind, form_lines
+from ocmm_gui.plan_editor.form._field_labels import choice_word
+from ocmm_gui.plan_editor.form._field_text import FLAGS
+from ocmm_gui.plan_editor.form._form_lines import GIVEN, FieldKind, form_lines
 from tests.host import HANG_MS
 
 BORE = "BORE_A"
@@ -212,3 +217,44 @@ def test_the_form_of_a_characteristic_offers_every_kind() -> None:
     assert lines["kind"].choices == tuple(KINDS)
     assert lines["kind"].neutral == "diameter"
     assert lines["name"].kind is FieldKind.TEXT
+
+
+def _structs(make: Any, seen: set[type[msgspec.Struct]]) -> set[type[msgspec.Struct]]:
+    for one in (make, *get_args(make)):
+        if isinstance(one, type) and issubclass(one, msgspec.Struct) and one not in seen:
+            seen.add(one)
+            for item in msgspec.structs.fields(one):
+                _structs(item.type, seen)
+        elif one is not make:
+            _structs(one, seen)
+    return seen
+
+
+def _choices(make: Any) -> Iterator[str]:
+    if get_origin(make) is Literal:
+        yield from get_args(make)
+    elif isinstance(make, type) and issubclass(make, Enum):
+        yield from (one.value for one in make)
+    else:
+        for one in get_args(make):
+            yield from _choices(one)
+
+
+def test_every_choice_of_a_plan_is_shown_in_german(qapp: QApplication) -> None:
+    structs = _structs(Plan, set())
+    words = {str(one.__struct_config__.tag) for one in structs if one.__struct_config__.tag}
+    words |= {
+        word
+        for one in structs
+        for item in msgspec.structs.fields(one)
+        for word in _choices(item.type)
+    }
+    words |= {*KINDS, *FLAGS, GIVEN}
+    assert len(words) > 60
+    use_language(qapp, "de")
+    try:
+        left = {word for word in words if word and choice_word(word) == word}
+    finally:
+        use_language(qapp, "en")
+    axes = {*"xyz", "-x", "-y", "-z", "rx", "ry", "rz"}
+    assert left <= axes | {"3-2-1", "rps", "iso14253-1", "ilac-g8", "position", "Ellipse", "Torus"}

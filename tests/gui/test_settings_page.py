@@ -65,6 +65,8 @@ def test_every_setting_has_a_row_or_is_a_list_of_keys(make_page: MakePage) -> No
     page = make_page()
     shown = {spec.key for spec in SETTINGS if spec.kind is not Kind.KEYS}
     assert set(page.rows) == shown
+    # What stands beside a field is not said in it once more.
+    assert not any(row.field.placeholderText() for row in page.rows.values())
 
 
 def test_what_is_typed_is_judged_at_once_and_kept_with_return(
@@ -98,6 +100,7 @@ def test_escape_takes_back_what_was_typed_and_then_leaves(
     _type(qtbot, row.field, "Anna")
     QTest.keyClick(row.field, Qt.Key.Key_Escape)
     assert row.field.text() == ""
+    assert row.told.text()
     with qtbot.waitSignal(page.left):
         QTest.keyClick(row.field, Qt.Key.Key_Escape)
 

@@ -66,6 +66,41 @@ def test_what_is_filled_in_has_the_name_that_the_sentence_gives_it() -> None:
         assert _names(call.sentence) == call.filled, f"{call.file}:{call.line}"
 
 
+_COUNTED = re.compile(r"(%n|\{\w+(?::[^{}]*)?\}) ((?:[a-z-]+ )??)([A-Za-z]+s)\b")
+_MANY = (
+    # Two parts, operators and trials are the least.
+    "{name}: {parts} parts, {operators} operators, {trials} trials",
+    # No probe has fewer than three LEDs, no alignment by faces fewer than six points.
+    "%n poses, {leds} LEDs; drag to rotate",
+    "Aligned by %n faces; {count} points added. F10 undoes this.",
+)
+"""Sentences in which what is counted is never one, and why."""
+
+
+def test_what_is_counted_has_a_sentence_for_one() -> None:
+    sentences = [(call, call.sentence) for call in marked() if call.sentence is not None]
+    counted = [
+        (call, found[3])
+        for call, text in sentences
+        for found in _COUNTED.finditer(text)
+        if found[1] == "%n"
+    ]
+    nouns = {noun for _, noun in counted}
+    assert {"points", "jobs", "LEDs", "frames"} <= nouns
+    assert not [f"{call.file}:{call.line}" for call, _ in counted if not call.comment]
+    left = {
+        f"{call.file}:{call.line}: {text}"
+        for call, text in sentences
+        for found in _COUNTED.finditer(text)
+        if found[1] != "%n"
+        and found[3] in nouns
+        and text not in _MANY
+        # "1 of 3 faces" stays right with one.
+        and not text[: found.start()].endswith(" of ")
+    }
+    assert not left
+
+
 def test_lupdate_finds_every_sentence(tmp_path: Path) -> None:
     needs_tools(LUPDATE)
     target = tmp_path / "window.ts"

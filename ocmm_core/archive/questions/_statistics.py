@@ -57,7 +57,11 @@ def trend(archive: Archive, asked: Asked) -> ArchiveAnswer:
         keep = (newest["low"], newest["high"], newest["unit"])
         other = [row for row in rows if (row["low"], row["high"], row["unit"]) != keep]
         rows = [row for row in rows if (row["low"], row["high"], row["unit"]) == keep]
-        notes.append(f"{len(other)} jobs had other limits and are left out.")
+        notes.append(
+            "1 job had other limits and is left out."
+            if len(other) == 1
+            else f"{len(other)} jobs had other limits and are left out."
+        )
     made = _trend(asked.characteristic, rows)
     if made.why_not:
         notes.append(made.why_not)

@@ -317,7 +317,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         if done < count:
             return Gate(
                 False,
-                f"{count - done} of {count} points are missing.",
+                f"{count - done} of {count} points {'is' if count - done == 1 else 'are'} missing.",
                 "Take them, or skip those no camera sees.",
             )
         uv = self.table().uv

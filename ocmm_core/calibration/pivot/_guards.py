@@ -110,10 +110,11 @@ def judge_left_out(
             last = f" to {own[-1].frame}" if len(own) > 1 else ""
             off = f", by {np.median([one.size for one in own]):.2f} mm" if reason == "tip" else ""
             parts.append(f"{len(own)} {word} (frame {own[0].frame}{last}{off})")
+    were = "was" if len(left_out) == 1 else "were"
     return [
         Finding(
             "pivot.left_out",
-            f"{len(left_out)} of {frames} frames were excluded: {'; '.join(parts)}.",
+            f"{len(left_out)} of {frames} frames {were} excluded: {'; '.join(parts)}.",
             "Keep the ball in its cone and the LEDs towards the cameras, look for reflections, and "
             "sweep again.",
             refuses=len(left_out) > limits.left_out * frames,

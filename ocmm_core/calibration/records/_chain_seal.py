@@ -134,7 +134,8 @@ def fault_of(chain: ChainFile[Any], end: ChainSeal | None, *, needed: bool) -> S
     if end.coming and (count, link) == (end.count + 1, end.coming) and not chain.torn:
         return None
     if count < end.count:
-        what = f"{end.count - count} of {end.count} events are missing at the end"
+        are = "is" if end.count - count == 1 else "are"
+        what = f"{end.count - count} of {end.count} events {are} missing at the end"
     elif count == end.count and chain.torn:
         what = "data follow the last event"
     else:

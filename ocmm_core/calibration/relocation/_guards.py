@@ -92,7 +92,9 @@ def judge_spots(
     return [
         Finding(
             "calibration.outliers",
-            f"{len(wrong)} of {seen} spots are outliers and were excluded: {by_camera}.",
+            f"1 of {seen} spots is an outlier and was excluded: {by_camera}."
+            if len(wrong) == 1
+            else f"{len(wrong)} of {seen} spots are outliers and were excluded: {by_camera}.",
             "Look for reflections and LEDs that hide each other, and wave the probe again.",
             refuses=len(wrong) > OUTLIERS_REFUSED * seen,
         )

@@ -262,7 +262,8 @@ def _check_enough(data: BundleData, rig: Rig, observed: Observations) -> None:
         if frames < LEAST_FRAMES_OF_CAMERA:
             raise CalibrationError(
                 "relocation.camera_sees_little",
-                f"Camera '{camera.name}' contributes to only {frames} frames.",
+                f"Camera '{camera.name}' contributes to only {frames} "
+                f"frame{'' if frames == 1 else 's'}.",
                 "Wave the probe where this camera and another one see it.",
             )
     for index, name in enumerate(observed.seats):

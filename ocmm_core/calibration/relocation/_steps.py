@@ -117,14 +117,16 @@ def _wave_gate(state: RelocationState) -> Gate:
             "Wave it there in this attitude.",
         )
     if poses < wanted:
-        return Gate(False, f"{wanted - poses} poses to go.", "Keep waving the probe.")
+        left = "1 pose" if wanted - poses == 1 else f"{wanted - poses} poses"
+        return Gate(False, f"{left} to go.", "Keep waving the probe.")
     return OPEN
 
 
 def _bar_gate(state: RelocationState, sigma: float | None) -> Gate:
     missing = state.begun.bars_wanted - state.placements
     if missing > 0:
-        return Gate(False, f"{missing:d} bar placements to go.", "Keep showing the bar.")
+        left = "1 bar placement" if missing == 1 else f"{missing:d} bar placements"
+        return Gate(False, f"{left} to go.", "Keep showing the bar.")
     limit = state.begun.length_limit_mm
     if sigma is not None and sigma > limit:
         return Gate(

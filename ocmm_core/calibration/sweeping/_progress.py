@@ -203,9 +203,12 @@ def _missing(
         )
     if progress.coverage.attitudes < limits.least_attitudes:
         left = limits.least_attitudes - progress.coverage.attitudes
-        return f"Keep sweeping along different paths: {left} attitudes to go."
+        attitudes = "1 attitude" if left == 1 else f"{left} attitudes"
+        return f"Keep sweeping along different paths: {attitudes} to go."
     if progress.poses < poses_wanted:
-        return f"Keep sweeping: {poses_wanted - progress.poses} poses to go."
+        left = poses_wanted - progress.poses
+        poses = "1 pose" if left == 1 else f"{left} poses"
+        return f"Keep sweeping: {poses} to go."
     if not np.isfinite(progress.tip_sigma):
         return "Keep sweeping: the tip is not determined yet."
     if progress.tip_sigma > sigma_wanted and progress.poses < ENOUGH_TIMES * poses_wanted:

@@ -354,7 +354,8 @@ class VerificationState:
         touched = sum(isinstance(one.event, SphereTouched) for one in self.taken)
         missing = len(self.begun.spheres) * SPHERE_POINTS - touched
         if missing > 0:
-            return Gate(False, f"{missing} points on spheres to go.", "Touch them.")
+            points = "1 point" if missing == 1 else f"{missing} points"
+            return Gate(False, f"{points} on spheres to go.", "Touch them.")
         for number, one in enumerate(self.begun.spheres):
             centre, _, gain = fit_sphere(self.sphere_tips(number))
             if gain > _MOST_GAIN:

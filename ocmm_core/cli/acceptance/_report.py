@@ -52,7 +52,10 @@ def print_record(console: Console, record: AcceptanceRecord) -> None:
     if record.retests:
         count = sum(one.superseded for one in record.values)
         console.print(
-            say(f"Retests  {record.retests}; {count} values superseded, kept in the record")
+            say(
+                f"Retests  {record.retests}; {count} value{'' if count == 1 else 's'} superseded, "
+                "kept in the record"
+            )
         )
     for refusal in record.refusals:
         console.print(f"{lead('Refused  ')}{say(refusal.reason)}", highlight=False)

@@ -173,7 +173,9 @@ def _print_archive(console: Console, archive: OpenArchive) -> None:
         int(str(archive.ask(f"SELECT count(*) FROM {view}").rows[0][0]))  # noqa: S608 - two views
         for view in ("archived_job", "archive_station")
     )
-    console.print(say(f"Jobs     {jobs} of {stations} stations"), highlight=False)
+    console.print(
+        say(f"Jobs     {jobs} of {stations} station{'' if stations == 1 else 's'}"), highlight=False
+    )
     encrypted = getattr(archive, "encrypted", None)
     if encrypted is not None:
         console.print(

@@ -151,7 +151,8 @@ def export_command(
     with opened(place_of(archive, None), read_only=True) as open_one:
         table = open_one.ask(f"SELECT * FROM {view} LIMIT :most", {"most": most})  # noqa: S608 - one of the views above
     export_answer(ArchiveAnswer(view, table.columns, table.rows), file)
-    make_console().print(say(f"{len(table.rows)} rows  {file}"), highlight=False, markup=False)
+    rows = f"{len(table.rows)} row{'' if len(table.rows) == 1 else 's'}"
+    make_console().print(say(f"{rows}  {file}"), highlight=False, markup=False)
 
 
 def _answer(name: str, archive: str | None, asked: Asked, export: Path | None) -> None:

@@ -55,7 +55,8 @@ def rebuild(
             done = rebuild_archive(target, contents, names, tell)
     for sentence in (*unread, *done.unread):
         console.print(say(sentence), style="yellow", highlight=False, markup=False)
-    console.print(say(f"Kept {done.kept} jobs in {new}"), highlight=False, markup=False)
+    jobs = f"{done.kept} job{'' if done.kept == 1 else 's'}"
+    console.print(say(f"Kept {jobs} in {new}"), highlight=False, markup=False)
     raise typer.Exit(1 if unread or done.unread else 0)
 
 
@@ -93,7 +94,13 @@ def verify(
                 told = differences(open_one, other)
             for sentence in told:
                 console.print(say(sentence), style="yellow", highlight=False, markup=False)
-            console.print(say("The same rows.") if not told else say(f"{len(told)} differences."))
+            console.print(
+                say("The same rows.")
+                if not told
+                else say("1 difference.")
+                if len(told) == 1
+                else say(f"{len(told)} differences.")
+            )
             raise typer.Exit(1 if told else 0)
         with progress_line() as tell:
             found: Checked = (
@@ -106,7 +113,10 @@ def verify(
         if mark:
             marked = mark_altered(open_one, found, who)
             console.print(
-                say(f"Marked {marked} jobs: they count in no statistic."), highlight=False
+                say("Marked 1 job: it counts in no statistic.")
+                if marked == 1
+                else say(f"Marked {marked} jobs: they count in no statistic."),
+                highlight=False,
             )
     console.print(say(f"Checked {found.looked_at}, wrong {len(found.faults)}"), highlight=False)
     raise typer.Exit(1 if found.faults else 0)

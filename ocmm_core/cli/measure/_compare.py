@@ -111,7 +111,8 @@ def compare_command(
 
 
 def _print_table(console: Console, trends: tuple[Trend, ...], count: int) -> None:
-    table = Table(title=say(f"{count:d} jobs"), title_justify="left", box=box.SIMPLE_HEAD)
+    title = say(f"{count:d} job{'' if count == 1 else 's'}")
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column(say_word("Characteristic"), no_wrap=True)
     for name in heads("Parts", "Mean", "Least", "Greatest", "Cp", "Cpk", "95 %"):
         table.add_column(name, justify="right", no_wrap=True)

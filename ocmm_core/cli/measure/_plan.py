@@ -40,13 +40,15 @@ def check(
 
     loaded = load_plan(plan)
     console = make_console()
-    points = sum(feature.points for feature in loaded.features)
+    n_features, n_made = len(loaded.features), len(loaded.constructions)
+    n_points = sum(feature.points for feature in loaded.features)
+    n_wanted = len(loaded.characteristics)
+    features = say(f"{n_features:d} feature{'' if n_features == 1 else 's'}")
+    points = say(f"{n_points:d} point{'' if n_points == 1 else 's'}")
+    constructions = say(f"{n_made:d} construction{'' if n_made == 1 else 's'}")
+    characteristics = say(f"{n_wanted:d} characteristic{'' if n_wanted == 1 else 's'}")
     console.print(
-        say(
-            f"{plan}: good. {len(loaded.features)} features with {points} points, "
-            f"{len(loaded.constructions)} constructions, {len(loaded.characteristics)} "
-            "characteristics."
-        ),
+        say(f"{plan}: good. {features} with {points}, {constructions}, {characteristics}."),
         highlight=False,
     )
     for warning in warnings_of(loaded, plan.parent):
@@ -236,7 +238,10 @@ def part(
     cameras = load_rig(RECOMMENDED_RIG if rig is None else rig)
     made = part_as_planned(plan, plan_file.absolute().parent, cameras, Placement(up_of(up), turn))
     write_atomic(output, part_text(made).encode())
-    make_console().print(say(f"{output}: {len(made.features)} surfaces"), highlight=False)
+    make_console().print(
+        say(f"{output}: {len(made.features)} surface{'' if len(made.features) == 1 else 's'}"),
+        highlight=False,
+    )
 
 
 def _import_qif(
@@ -317,10 +322,9 @@ def _write(plan: Plan, output: Path, *, overwrite: bool, silent: bool = False) -
     save_plan(plan, output)
     if not silent:
         count = len(plan.characteristics)
-        told = f", {count} characteristics" if count else ""
-        make_console().print(
-            say(f"{output}: {len(plan.features)} features{told}."), highlight=False
-        )
+        told = f", {count} characteristic{'' if count == 1 else 's'}" if count else ""
+        features = f"{len(plan.features)} feature{'' if len(plan.features) == 1 else 's'}"
+        make_console().print(say(f"{output}: {features}{told}."), highlight=False)
 
 
 def _require_free(output: Path, *, overwrite: bool) -> None:

@@ -225,7 +225,9 @@ def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
         )
     if len(found) > LISTED:
         console.print(
-            say(f"{len(found) - LISTED:d} more outliers."), style="yellow", highlight=False
+            say(f"{len(found) - LISTED:d} more outlier{'' if len(found) - LISTED == 1 else 's'}."),
+            style="yellow",
+            highlight=False,
         )
     if not found:
         console.print(say("No outliers."), style="dim")

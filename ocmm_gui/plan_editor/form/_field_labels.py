@@ -10,7 +10,7 @@ import msgspec
 
 from ocmm_core.tolerances.kinds import KINDS
 from ocmm_core.tolerances.zones import Characteristic
-from ocmm_gui.kit import later, tr_all, unit_word
+from ocmm_gui.kit import later, said_word, tr, tr_all, unit_word
 
 Words = tuple[str, str]
 """Label and explanation."""
@@ -233,3 +233,20 @@ def measure_of(struct: type[msgspec.Struct], field: str) -> Measure:
 def choices_of(struct: type[msgspec.Struct], field: str) -> tuple[str, ...]:
     """Return the words that are possible in a text field; none where every text is."""
     return tuple(KINDS) if (struct, field) == (Characteristic, "kind") else ()
+
+
+_OWN_WORDS = frozenset(
+    (
+        later("outer"), later("inner"), later("approach"), later("pulled"), later("shank"),
+        later("nominal"), later("proven"), later("unproven"), later("between"), later("centres"),
+        later("all"), later("planes"), later("intersection"), later("projection"),
+        later("midpoint"), later("bisector"), later("offset"), later("plane-axis-point"),
+        later("given"), later("yes"), later("no"),
+    )
+)  # fmt: skip
+"""Words of a plan that the core does not say."""
+
+
+def choice_word(word: str) -> str:
+    """Return a word of a plan as it is shown; the plan has the English one."""
+    return tr(word) if word in _OWN_WORDS else said_word(word)

@@ -10,7 +10,6 @@ import msgspec
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFocusEvent
 from PySide6.QtWidgets import (
-    QComboBox,
     QGridLayout,
     QLabel,
     QLineEdit,
@@ -31,6 +30,7 @@ from ocmm_gui.kit import (
     literal,
     text_font,
 )
+from ocmm_gui.plan_editor.form._field_labels import choice_word
 from ocmm_gui.plan_editor.form._field_text import FLAGS, text_of, value_of
 from ocmm_gui.plan_editor.form._form_lines import FieldKind, FormLine, closed, form_lines, opened
 
@@ -60,7 +60,7 @@ class RowsField(QPlainTextEdit):
         self.editingFinished.emit()
 
 
-Field = QLineEdit | QComboBox | RowsField
+Field = QLineEdit | ChoiceBox | RowsField
 
 
 class ItemForm(QScrollArea):
@@ -163,8 +163,8 @@ class ItemForm(QScrollArea):
             if self._text(line.key) == text:
                 continue
             field.blockSignals(True)
-            if isinstance(field, QComboBox):
-                field.setCurrentText(text)
+            if isinstance(field, ChoiceBox):
+                field.choose(text)
             elif isinstance(field, RowsField):
                 field.setPlainText(text)
             else:
@@ -202,8 +202,8 @@ class ItemForm(QScrollArea):
 
     def _text(self, key: str) -> str:
         field = self.fields[key]
-        if isinstance(field, QComboBox):
-            return field.currentText()
+        if isinstance(field, ChoiceBox):
+            return field.choice()
         return (field.toPlainText() if isinstance(field, RowsField) else field.text()).strip()
 
     def _decided(self, key: str) -> None:
@@ -246,7 +246,7 @@ class ItemForm(QScrollArea):
 
     def _field(self, line: FormLine) -> Field:
         if line.kind in (FieldKind.CHOICE, FieldKind.FLAG):
-            choice = ChoiceBox(line.label, line.tip, line.choices or FLAGS)
+            choice = ChoiceBox(line.label, line.tip, line.choices or FLAGS, choice_word)
             choice.setFont(text_font(_FONT))
             choice.set_theme(self._theme)
             if line.decides:

@@ -66,8 +66,7 @@ class LedTable(NumberTable):
     """The LEDs with the directions of their light; every number can be changed."""
 
     def __init__(self) -> None:
-        super().__init__(tr("LEDs"), tr_all(_COLUMNS), whole=False)
-        self.setFont(digit_font(14, bold=False))
+        super().__init__(tr("LEDs"), tr_all(_COLUMNS), whole=False, font=digit_font(14, bold=False))
         self.setEditTriggers(QTableWidget.EditTrigger.AllEditTriggers)
         self.setSelectionBehavior(QTableWidget.SelectionBehavior.SelectItems)
         self.setTabKeyNavigation(False)

@@ -146,7 +146,9 @@ class WavePage(CollectPage):
         super().show_seen(seen)
         view = seen.view_as(RelocationView)
         step, fraction = view.base.step, view.coverage.fraction
-        note = tr("{done} poses of {wanted}").format(done=step.done, wanted=step.wanted)
+        note = tr("%n poses of {wanted}", "1 pose of {wanted}", step.done).format(
+            wanted=step.wanted
+        )
         share = min(fraction, step.done / step.wanted if step.wanted else 1.0)
         self.score.show_score(f"{100.0 * fraction:.0f} %", note, share)
         show_prediction(self.length, view)
@@ -201,7 +203,9 @@ class SeatPicture(Painted):
         if (tuple(names), taken) != (self._names, self._taken):
             self._names, self._taken = tuple(names), taken
             self.setAccessibleDescription(
-                tr("{taken} of {count} points taken").format(taken=taken, count=len(names))
+                tr("{taken} of %n points taken", "{taken} of 1 point taken", len(names)).format(
+                    taken=taken
+                )
             )
             self.update()
 

@@ -121,7 +121,7 @@ class ResultPage(ResultFrame):
         facts = [
             (tr("Residuals"), localised(f"{record.rms_px:.4f} px RMS")),
             (tr("chi² / dof"), localised(f"{record.chi2_per_dof:.3f}")),
-            (tr("Used"), tr("%n positions", "", record.points)),
+            (tr("Used"), tr("%n positions", "1 position", record.points)),
             (
                 tr("Left out"),
                 f"{len(record.outliers)}  {left_out}" if record.outliers else tr("none"),

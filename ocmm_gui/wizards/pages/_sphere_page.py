@@ -32,7 +32,7 @@ class SpherePicture(Painted):
         if (taken, title) != (self._taken, self._title):
             self._taken, self._title = taken, title
             self.setAccessibleDescription(
-                tr("{title}: {taken} points").format(title=title, taken=taken)
+                tr("{title}: %n points", "{title}: 1 point", taken).format(title=title)
             )
             self.update()
 

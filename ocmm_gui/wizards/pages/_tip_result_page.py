@@ -89,7 +89,11 @@ class FormPlot(Plot):
         cosines = directions_world @ (middle / max(float(np.linalg.norm(middle)), 1e-9))
         self._below = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
         form = float(np.ptp(self._residuals_um)) if len(residuals_mm) else 0.0
-        self._say(tr("%n points, form {form:.1f} µm", "", len(residuals_mm)).format(form=form))
+        self._say(
+            tr(
+                "%n points, form {form:.1f} µm", "1 point, form {form:.1f} µm", len(residuals_mm)
+            ).format(form=form)
+        )
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint every residual over its angle from the pole."""
@@ -180,9 +184,9 @@ class TipResultPage(ResultFrame):
             ("", localised(f"± {1e3 * record.diameter_sigma_mm:.1f} µm (k = 1)")),
             (
                 tr("Form"),
-                tr("{form_mm:.1f} µm, {points} points").format(
-                    form_mm=1e3 * record.form_mm, points=record.points
-                ),
+                tr(
+                    "{form_mm:.1f} µm, %n points", "{form_mm:.1f} µm, 1 point", record.points
+                ).format(form_mm=1e3 * record.form_mm),
             ),
             (tr("In the cone"), localised(f"2s {1e3 * record.articulation_2s_mm:.1f} µm")),
             (tr("Largest"), localised(f"{1e3 * record.articulation_max_mm:.1f} µm")),

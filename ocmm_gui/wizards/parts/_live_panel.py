@@ -113,7 +113,7 @@ class MiniCamera(Painted):
     def show_live(self, live: CameraLive | None) -> None:
         """Show the latest spots."""
         self._live = live
-        self.setAccessibleDescription(tr("%n spots", "", 0 if live is None else len(live.uv)))
+        self.setAccessibleDescription(tr("%n spots", "1 spot", 0 if live is None else len(live.uv)))
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:

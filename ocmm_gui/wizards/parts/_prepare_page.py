@@ -35,14 +35,18 @@ class Planned:
 def planned_points(seen: Seen) -> Planned:
     """Return the list of reference points."""
     points = seen.view_as(KnownPointsView).points
-    return Planned(reference_points(points, None), tr("%n reference points", "", len(points)))
+    return Planned(
+        reference_points(points, None), tr("%n reference points", "1 reference point", len(points))
+    )
 
 
 def planned_lines(seen: Seen) -> Planned:
     """Return the lines of a verification."""
     view = seen.view_as(VerificationView)
     places = bar_places(view.lines)
-    return Planned(bars(places, None), tr("%n measuring lines", "", len(places)), view.notes)
+    return Planned(
+        bars(places, None), tr("%n measuring lines", "1 measuring line", len(places)), view.notes
+    )
 
 
 class PreparePage(StepPage):

@@ -27,7 +27,7 @@ class ProbePicture(Painted):
     def show_probe(self, leds_probe: Points3, directions_probe: Points3, tip_probe: Float) -> None:
         """Show LEDs (n, 3), mm, with their directions (n, 3), and the ball (3,)."""
         self._leds, self._directions, self._tip = leds_probe, directions_probe, tip_probe
-        self.setAccessibleDescription(tr("%n LEDs", "", len(leds_probe)))
+        self.setAccessibleDescription(tr("%n LEDs", "1 LED", len(leds_probe)))
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:

@@ -252,3 +252,25 @@ def test_a_damaged_catalogue_is_refused(tmp_path: Path, monkeypatch: pytest.Monk
     )
     with pytest.raises(InputError, match="speaks English"):
         load_translation.__wrapped__("de")
+
+
+_LEFT = re.compile(r"\{\w+(?::n)?\} ((?:\w+ )?)(\w{3,}?)s (?:\w+ )*?(?:to go|missing|left out)\b")
+
+
+def test_what_is_still_to_do_has_a_sentence_for_one(texts: Texts) -> None:
+    """What is counted down comes to one at last."""
+    counted = [(one, found) for one in texts.sentences if (found := _LEFT.search(one))]
+    assert len(counted) > 8
+    alone = [
+        one
+        for one, found in counted
+        # "3 of 12 attitudes to go" stays right with one.
+        if not one[: found.end(2)].partition(" of ")[2]
+        and not any(_says_one(other, found) for other in texts.sentences)
+    ]
+    assert not alone
+
+
+def _says_one(sentence: str, found: re.Match[str]) -> bool:
+    head, tail = re.escape(found.string[: found.start()]), re.escape(found[1] + found[2])
+    return re.match(rf"{head}(1|\{{\w+(:n)?\}}) {tail}\b(?!s)", sentence) is not None
