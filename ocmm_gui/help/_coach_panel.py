@@ -145,8 +145,10 @@ class CoachPanel(Painted):
             if self._far:
                 place = QRectF(frame)
                 place.setTop(frame.bottom() - 1.7 * high)
-                self._paint_where(painter, place, 40)
-                frame = frame.adjusted(0.0, 0.0, 0.0, -place.height())
+                # On the smallest screens it would be words that nobody can read.
+                if place.height() >= _LINE_PX:
+                    self._paint_where(painter, place, 40)
+                    frame = frame.adjusted(0.0, 0.0, 0.0, -place.height())
             counts = "  ".join(f"{name} {count}" for name, count in view.picture.counts())
             frame = self._paint_line(painter, frame, counts, self._theme.text, 1.2 * high)
             paint_probe(painter, view.picture, frame, self._theme)

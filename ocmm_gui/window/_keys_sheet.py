@@ -44,7 +44,8 @@ class KeysSheet(Sheet):
         self.table = NumberTable(
             tr("Keys of the window"), tr_all(_COLUMNS), whole=False, font=text_font(15)
         )
-        self.table.verticalHeader().setDefaultSectionSize(_ROW_PX)
+        self.table.setWordWrap(True)
+        self.table.verticalHeader().setMinimumSectionSize(_ROW_PX)
         self.table.setRowCount(len(ACTIONS))
         self._show()
         header = self.table.horizontalHeader()
@@ -68,6 +69,7 @@ class KeysSheet(Sheet):
         changed = self._changed()
         for row, info in enumerate(ACTIONS):
             self.table.show_words(row, _row(info, shortcuts_of(info, changed)))
+        self.table.resizeRowsToContents()
 
 
 def _row(info: ActionInfo, shortcuts: Sequence[str]) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.settings import SECTIONS
 from ocmm_gui.kit import FitText, Mode, NarrowButton, fits, is_longer
 from ocmm_gui.window import MainWindow
+from tests.gui.cut_words import cut_words
 
 _SLACK_PX = 2
 TURNS = 50
@@ -117,6 +118,7 @@ def faults(window: QWidget) -> Iterator[str]:
                 yield f"hint {widget.placeholderText()!r} needs {need} px, has {room.width()}"
         elif isinstance(widget, FitText) and widget.text() and not fits(widget):
             yield f"line {widget.text()!r} has {room.width()} px at its least size"
+    yield from cut_words(window)
 
 
 def walk(
