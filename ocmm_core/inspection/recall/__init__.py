@@ -5,8 +5,8 @@ in doubt, and who decided so.
 
 Read `_recall` (the whole of it), `_doubting` (which jobs are in doubt), `_recall_job` (one job
 under two calibrations) with `_recall_fit`, `_recall_judge` (which of both counts),
-`_recall_artefact` and `_recall_messages`. What was decided is `_recall_record` of `archive`, where
-it is asked whenever a job is opened. It must not know an archive of a shop or a running station.
+`_recall_artefact` and `_recall_messages`. What was decided is kept by the room `archive`, where it
+is asked whenever a job is opened. It must not know an archive of a shop or a running station.
 """
 
 from __future__ import annotations

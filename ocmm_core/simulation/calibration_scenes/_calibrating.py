@@ -174,10 +174,10 @@ class CalibrationScenesRig:
         still_s = rest_s(STILL_S, self.rig)
         leds, directions = world.leds_probe, body.led_directions_probe
         cos_emission, origin = float(np.cos(body.emission_half_angle)), world.tip_probe
-        tremor, hidden = tremor(self.seed), 0
+        shaking, hidden = tremor(self.seed), 0
         if isinstance(scene, TargetScene | ShowBar):
             still = np.zeros(3)
-            leds, origin, tremor = np.zeros((1, 3)), still, np.zeros_like(tremor)
+            leds, origin, shaking = np.zeros((1, 3)), still, np.zeros_like(shaking)
             directions, cos_emission = np.array([[0.0, -1.0, 0.0]]), -2.0
         if isinstance(scene, TargetScene):
             segments = visits([np.array(place) for place in scene.positions], still_s=still_s)
@@ -202,7 +202,7 @@ class CalibrationScenesRig:
             segments = touches(scene, world, body, self.rig)
         duration = float(segments[-1, kernels.T1])
         return _Shown(
-            leds, directions, cos_emission, origin, segments, tremor, first,
+            leds, directions, cos_emission, origin, segments, shaking, first,
             int(np.ceil(duration * 1e9 / self.frame_period_ns)), hidden,
         )  # fmt: skip
 

@@ -58,7 +58,7 @@ def test_a_job_is_sent_and_the_status_says_so(place: Place, job: Path, tmp_path:
     assert "Nothing waits for the archive." in sent.output
     told = run("status", *where)
     assert told.exit_code == 0, told.output
-    assert "Jobs     1 of 1 stations" in told.output
+    assert "Jobs     1 of 1 station" in told.output
     assert "Waiting  0, set aside 0" in told.output
     assert ("TLS      no" in told.output) is (place.store == "postgresql")
     assert run("send", tmp_path / "missing.ocmm", *where).exit_code == 1
@@ -131,7 +131,7 @@ def test_an_archive_is_rebuilt_compared_and_verified(
     assert "Checked 1, wrong 0" in run("verify", *archive).output
     assert "Checked 1, wrong 0" in run("verify", job, *archive).output
     new = tmp_path / "new.sqlite"
-    assert "Kept 1 jobs" in run("rebuild", new, *archive).output
+    assert "Kept 1 job in" in run("rebuild", new, *archive).output
     same = run("verify", "--against", new, *archive)
     assert same.exit_code == 0, same.output
     assert "The same rows." in same.output

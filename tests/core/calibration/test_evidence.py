@@ -226,7 +226,7 @@ def test_a_crash_while_an_event_is_written_leaves_a_whole_store(
         chain = simple.folder / "events.jsonl"
         whole = chain.read_bytes()
         chain.write_bytes(b"".join(whole.splitlines(keepends=True)[:-1]))
-        with pytest.raises(StorageError, match="1 of 3 events are missing at the end"):
+        with pytest.raises(StorageError, match="1 of 3 events is missing at the end"):
             CalibrationStore(simple.folder)
         chain.write_bytes(whole)
     again.suspect("monitor", "A camera has turned.", MADE, NOW)
