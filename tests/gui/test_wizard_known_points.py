@@ -94,7 +94,7 @@ def test_one_key_takes_one_point_and_says_why_next_is_closed(bench: WizardBench)
     assert bench.errors[0].code == "session.not_ready"
     bench.show(None, _scene(points, 0, 1))
     bench.until(lambda: page.live.word() == "READY")
-    assert [camera.accessibleDescription() for camera in page.live.cameras] == ["1 spots"] * 2
+    assert [camera.accessibleDescription() for camera in page.live.cameras] == ["1 spot"] * 2
     for _ in range(5):
         # Between the picture and the key a window of frames may not have been whole.
         bench.key(Qt.Key.Key_Space)

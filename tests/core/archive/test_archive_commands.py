@@ -141,7 +141,7 @@ def test_an_archive_is_rebuilt_compared_and_verified(
     assert wrong.exit_code == 1
     assert "altered there" in wrong.output
     assert refused("verify", "--mark", *archive).code == "archive.by"
-    assert "Marked 1 jobs" in run("verify", "--mark", "--by", "Anna", *archive).output
+    assert "Marked 1 job" in run("verify", "--mark", "--by", "Anna", *archive).output
     with place.open() as opened:
         assert opened.ask("SELECT held FROM archived_job").rows == ((1,),)
     assert run("verify", "--against", new, *archive).exit_code == 1

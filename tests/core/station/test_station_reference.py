@@ -17,7 +17,6 @@ from ocmm_core.measuring import Refusal, RefusalCode
 from ocmm_core.simulation.scene import ScriptedBump, ScriptedNudge, ScriptedOcclusion, WorldOptions
 from ocmm_core.storage import JobFile
 from tests.core.station.test_station_calibration import wait_until
-from tests.host import HANG_S
 
 Build = Callable[..., BuiltStation]
 
