@@ -273,7 +273,7 @@ def test_the_interim_check_is_charted_and_points_are_taken_by_hand(desk: Desk) -
     desk.key(Qt.Key.Key_Y)
     page = desk.verdict()
     desk.store()
-    desk.until(lambda: page.interim.word().startswith("1 check:"))
+    desk.until(lambda: page.interim.word().startswith("1 check,"))
     assert "learns" in page.sentence.text()
 
 

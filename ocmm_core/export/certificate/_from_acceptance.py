@@ -178,7 +178,8 @@ def found_before(record: AcceptanceRecord, folder: Path) -> tuple[AcceptanceReco
             continue
         if same_test(record, one) and one.ended_utc <= record.begun_utc:
             before.append(one)
-    left = f"; {unread} files beside it are no sound records" if unread else ""
+    several = f"; {unread} files beside it are no sound records" if unread else ""
+    left = "; 1 file beside it is no sound record" if unread == 1 else several
     if not before:
         return None, f"no earlier test of this machine by this procedure lies beside it{left}"
     last = max(before, key=lambda one: one.ended_utc)

@@ -149,7 +149,7 @@ def test_without_an_adjustment_there_is_no_state_before(
     (tmp_path / "broken.json").write_text("{}")
     alone = save_record(tmp_path / "alone", adjusted(record))
     (tmp_path / "alone" / "broken.json").write_text("{}")
-    assert "1 files beside it are no sound records" in condition_of(alone)
+    assert "1 file beside it is no sound record" in condition_of(alone)
 
 
 def test_unproven_cameras_stand_in_title_facts_and_dcc(

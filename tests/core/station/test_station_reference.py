@@ -52,8 +52,8 @@ def test_a_nudge_of_part_against_cameras_changes_no_result_and_raises_no_alarm(
     station.start()
     seen = set()
     while not station.wait_finished(0.02):
-        reference = station.looks.live().reference
-        seen.add(reference.seen if reference is not None else 0)
+        now = station.looks.live().reference
+        seen.add(now.seen if now is not None else 0)
     assert max(seen) == 4
     job = station.job.view()
     assert job.complete
