@@ -8,6 +8,7 @@ from pathlib import Path
 from ocmm_core.composition._climate import ClimateRequest
 from ocmm_core.composition._defaults import DEFAULT_SEED, DEMO_PART
 from ocmm_core.composition._feeds import StationRequest
+from ocmm_core.composition._sources import Origin, origin_of
 from ocmm_core.composition._stream_options import stream_options
 from ocmm_core.settings import Settings
 
@@ -41,7 +42,7 @@ class Errand:
 
 
 def request_of_settings(settings: Settings, errand: Errand) -> StationRequest:
-    """Return what is asked of a station; InputError as `stream_options`."""
+    """Return what is asked of a station; InputError as `stream_options` and `origin_of`."""
     return StationRequest(
         plan=errand.plan,
         # The report of a job that is gone on with stays beside it.
@@ -54,7 +55,7 @@ def request_of_settings(settings: Settings, errand: Errand) -> StationRequest:
         seed=errand.seed,
         speed=errand.speed,
         stay=errand.stay,
-        operator=errand.operator or settings.job_operator or "demo",
+        operator=errand.operator or settings.job_operator or _nobody(settings.instrument_source),
         serial=errand.serial,
         resume=errand.resume,
         force=errand.force,
@@ -81,3 +82,8 @@ def request_of_settings(settings: Settings, errand: Errand) -> StationRequest:
             settings.stream_key,
         ),
     )
+
+
+def _nobody(source: str) -> str:
+    """Return what stands for an operator without a name: of real cameras never demo."""
+    return "demo" if origin_of(source) is Origin.VIRTUAL else "unnamed"
