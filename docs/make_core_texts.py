@@ -12,6 +12,7 @@ import json
 import re
 import string
 import sys
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -79,6 +80,12 @@ TITLES = (
 )  # fmt: skip
 """Words that no source has as one."""
 
+PROCEDURES = tuple(
+    tomllib.loads(path.read_text(encoding="utf-8"))["title"]
+    for path in sorted((ROOT / "resources" / "acceptance").glob("*.toml"))
+)
+"""Titles of the procedures that are shipped: documents, but on the screen they are ours."""
+
 WORD_FILES = re.compile(
     r"_steps|_procedure_\w+|_guided_view|settings/_specs|_facts|_paper_facts|_report_data|_head"
     r"|_tables|_recall_messages|_causes|_registry|_station_state|_gauge_rr|_linearity|_in_use"
@@ -108,7 +115,7 @@ class Texts:
 
 def collect(root: Path = ROOT) -> Texts:
     """Read the sources."""
-    found: dict[str, set[str]] = {sentence: set() for sentence in COMPOSED}
+    found: dict[str, set[str]] = {sentence: set() for sentence in (*COMPOSED, *PROCEDURES)}
     words = set(TITLES)
     remedies: set[str] = set()
     for path in sorted(p for room in (ROOMS[0], "ocmm_gui") for p in (root / room).rglob("*.py")):

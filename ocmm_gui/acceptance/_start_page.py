@@ -133,7 +133,7 @@ class AcceptanceStart(QWidget):
             known = one.procedure
             needs = ", ".join(kind_word(role) for role in one.roles) or tr("nothing")
             words = (
-                known.title,
+                said(known.title),
                 f"{known.standard}:{known.edition}",
                 needs,
                 localised(f"{known.minutes:g}"),
@@ -141,7 +141,7 @@ class AcceptanceStart(QWidget):
             self.table.show_words(index, words)
             title = self.table.item(index, 0)
             if title is not None:
-                title.setToolTip(literal(f"{known.id}: {known.title}"))
+                title.setToolTip(literal(f"{known.id}: {said(known.title)}"))
             if known.id == first:
                 row = index
         self.table.resizeRowsToContents()
@@ -168,7 +168,7 @@ class AcceptanceStart(QWidget):
                 "{title}, {who}: {done} of %n points",
                 "{title}, {who}: {done} of 1 point",
                 test.wanted,
-            ).format(title=test.title, who=test.who, done=test.done)
+            ).format(title=said(test.title), who=test.who, done=test.done)
             add_line(
                 self.unfinished,
                 f"▲ {said(test.title)}: {said(test.blocker)}" if test.blocker else text,
