@@ -48,7 +48,7 @@ from benchmarks.soak_books import (
     once_in_operation,
     words,
 )
-from benchmarks.soak_observer import Observer, observed
+from benchmarks.soak_observer import Observer, run_observed
 from ocmm_core.acquisition.frames import read_status
 from ocmm_core.camera import load_rig
 from ocmm_core.composition import (
@@ -211,13 +211,7 @@ def _with_window(
     freezing.setInterval(round(1000 * FREEZE_EVERY_S))
     freezing.timeout.connect(stand_still)
     once_in_operation(station, ring, START_S, wait_until_it_follows, window.close)
-    with observed(observer):
-        try:
-            bridge.start()
-            app.exec()
-        finally:
-            bridge.close()
-            station.close()
+    run_observed(app, bridge, station, observer)
     cable.order(())
     report = decode_report(ring.report())
     status = read_status(ring)

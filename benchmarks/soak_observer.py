@@ -7,9 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from PySide6.QtWidgets import QApplication
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameRing, quantise
 from ocmm_core.simulation.slave import CameraFrames
+from ocmm_core.station import MeasuringStation
+from ocmm_gui.bridge import StationBridge
 
 SAMPLE, SAMPLED_FRAMES = 50, 16
 """Of one block in so many, so many frames are compared with what the rig shows."""
@@ -101,3 +104,16 @@ def observed(observer: Observer) -> Iterator[None]:
         yield
     finally:
         FrameRing.read = read  # type: ignore[method-assign]
+
+
+def run_observed(
+    app: QApplication, bridge: StationBridge, station: MeasuringStation, observer: Observer
+) -> None:
+    """Let a window measure until it is closed, and the observer see what the station takes."""
+    with observed(observer):
+        try:
+            bridge.start()
+            app.exec()
+        finally:
+            bridge.close()
+            station.close()

@@ -36,7 +36,7 @@ from benchmarks.soak_books import (
     once_in_operation,
     taken_by_station,
 )
-from benchmarks.soak_observer import Observer, observed
+from benchmarks.soak_observer import Observer, run_observed
 from ocmm_core.acquisition.frames import FrameRing, read_status
 from ocmm_core.camera import load_rig
 from ocmm_core.composition import (
@@ -138,13 +138,7 @@ def play(folder: Path, seconds: float, at_most_s: float) -> tuple[Soak, str]:
 
     sampling.timeout.connect(sample)
     once_in_operation(station, ring, START_S, begin, window.close)
-    with observed(observer):
-        try:
-            bridge.start()
-            app.exec()
-        finally:
-            bridge.close()
-            station.close()
+    run_observed(app, bridge, station, observer)
     report, status = decode_report(ring.report()), read_status(ring)
     ring.close()
     if soak.last is None or report is None:

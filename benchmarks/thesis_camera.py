@@ -31,6 +31,7 @@ use_one_thread()
 from ocmm_core.acquisition.frames import FrameBlock  # noqa: E402
 from ocmm_core.camera import CameraModel, load_rig  # noqa: E402
 from ocmm_core.cli.measure import run_job  # noqa: E402
+from ocmm_core.cli.study import touch_all  # noqa: E402
 from ocmm_core.cli.terminal import make_console  # noqa: E402
 from ocmm_core.cluster import Site, run_tasks  # noqa: E402
 from ocmm_core.composition import (  # noqa: E402
@@ -58,7 +59,7 @@ from ocmm_core.geometry import Float  # noqa: E402
 from ocmm_core.inspection.evaluation import SessionOptions  # noqa: E402
 from ocmm_core.inspection.plan import load_plan  # noqa: E402
 from ocmm_core.inspection.session import InspectionSession  # noqa: E402
-from ocmm_core.measuring import PointOptions, Refusal, TouchCollector  # noqa: E402
+from ocmm_core.measuring import PointOptions, TouchCollector  # noqa: E402
 from ocmm_core.simulation.described_slave import DescribedCamera  # noqa: E402
 from ocmm_core.simulation.scene import VirtualRig, load_part  # noqa: E402
 from ocmm_core.storage import JobFile, make_head  # noqa: E402
@@ -69,11 +70,8 @@ _SPOTS = '{ index = 0x6000, sub = 1, type = "REAL32", role = ["x", "y"], slots =
 _BUTTON = '{ index = 0x6001, sub = 1, type = "USINT", role = ["button"] }'
 _FAR = 1.5
 _SIZE = "\nheight_px = 2048\n"
-_BATCH = 2000
 _COMPARED = 50
 """Frames of each seed that are compared with those of the parts of the bus."""
-_MOST_ROUNDS = 3
-"""How often is tried again what was refused."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,24 +137,15 @@ def without_wire(seed: int) -> list[Outcome]:
         pipeline = TrackingPipeline(rig, body)
         options = PointOptions(untimed_mm=resting_doubt_mm(device))
         collector = TouchCollector(virtual.frame_period_ns * 1e-9, options)
-        meant = [name for name, count in touches for _ in range(count)]
         head = make_head(
             plan=DEMO_PLAN, rig=path, probe=STANDARD_PROBE, operator="", part="", serial=""
         )
         with JobFile.create(folder / "job.ocmm", head) as job:
             session = InspectionSession(plan, rig, body, job, SessionOptions(point=options))
-            first = taken = rounds = 0
-            while first < virtual.n_frames:
-                count = min(_BATCH, virtual.n_frames - first)
-                block = as_sent(virtual.frames(first, count), device, lenses)
-                for touch in collector.feed(pipeline.process(block)):
-                    if isinstance(session.touches.take(touch, meant[taken]), Refusal):
-                        meant.append(meant[taken])
-                    taken += 1
-                first += count
-                if first >= virtual.n_frames and taken < len(meant) and rounds < _MOST_ROUNDS:
-                    rounds += 1
-                    virtual.extend([(name, 1) for name in meant[taken:]], first)
+            touch_all(
+                virtual, touches, session, pipeline, collector,
+                lambda block: as_sent(block, device, lenses),
+            )  # fmt: skip
             view = session.view
         truth = true_values(plan, part)
         return [

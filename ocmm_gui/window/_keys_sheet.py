@@ -63,13 +63,13 @@ class KeysSheet(Sheet):
     def open(self) -> None:
         """Give the table the keyboard."""
         self._show()
+        self.table.resizeRowsToContents()
         self.table.setFocus()
 
     def _show(self) -> None:
         changed = self._changed()
         for row, info in enumerate(ACTIONS):
             self.table.show_words(row, _row(info, shortcuts_of(info, changed)))
-        self.table.resizeRowsToContents()
 
 
 def _row(info: ActionInfo, shortcuts: Sequence[str]) -> tuple[str, ...]:

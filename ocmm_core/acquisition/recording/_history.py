@@ -59,9 +59,10 @@ class FrameHistory:
 
     def append(self, block: FrameBlock) -> None:
         """Keep a block, and forget what is too old."""
+        records = to_records(block)
         with self._lock:
             capacity = len(self._ring)
-            records = to_records(block)[-capacity:]
+            records = records[-capacity:]
             if not len(records) or not capacity:
                 return
             newest = self._ring["time_ns"][self._next - 1]
@@ -84,8 +85,9 @@ class FrameHistory:
     @property
     def seconds(self) -> float:
         """Return how long a time is kept now, s."""
-        times = self._kept()["time_ns"]
-        return float(times[-1] - times[0]) * 1e-9 if len(times) else 0.0
+        with self._lock:
+            times = self._ring["time_ns"][self._places()[[0, -1]]] if self._count else np.zeros(2)
+        return float(times[-1] - times[0]) * 1e-9
 
     @property
     def size_bytes(self) -> int:
@@ -94,21 +96,21 @@ class FrameHistory:
 
     def blocks(self) -> Sequence[FrameBlock]:
         """Return what is kept, the oldest first, as copies."""
-        records = self._kept()
+        with self._lock:
+            records = self._ring[self._places()]
         return [
             from_records(records[first : first + FRAMES_PER_READ])
             for first in range(0, len(records), FRAMES_PER_READ)
         ]
 
-    def _kept(self) -> NDArray[np.void]:
-        with self._lock:
-            at = np.arange(self._next - self._count, self._next)
-            records: NDArray[np.void] = self._ring[at % max(1, len(self._ring))]
-        if not len(records):
-            return records
+    def _places(self) -> NDArray[np.int64]:
+        """Return where the frames lie that are kept, the oldest first; called with the lock."""
+        places = np.arange(self._next - self._count, self._next) % max(1, len(self._ring))
+        if not len(places):
+            return places
         # Frames that were lost leave room for some that are older than the span.
-        times = records["time_ns"]
-        return records[np.searchsorted(times, times[-1] - self._span_ns) :]
+        times = self._ring["time_ns"][places]
+        return places[np.searchsorted(times, times[-1] - self._span_ns) :]
 
     def write(self, path: Path, blocks: Sequence[FrameBlock] | None = None) -> int:
         """Write a recording that `ReplaySource` plays back, and return how many frames it has.

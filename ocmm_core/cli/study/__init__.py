@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         CoverageSetup,
         coverage_table,
         run_coverage,
+        touch_all,
     )
     from ocmm_core.cli.study._endurance import print_run, run_for
     from ocmm_core.cli.study._fit import fit_command
@@ -32,7 +33,7 @@ else:
     __getattr__ = door(
         __name__,
         _bench="BenchRow measure_speed run_bench",
-        _coverage="CoverageOutcome CoverageSetup coverage_table run_coverage",
+        _coverage="CoverageOutcome CoverageSetup coverage_table run_coverage touch_all",
         _endurance="print_run run_for",
         _fit="fit_command",
         _probe="probe_app",
@@ -55,6 +56,7 @@ __all__ = [
     "run_coverage",
     "run_for",
     "study_app",
+    "touch_all",
     "uncertainty_command",
     "verify_fits_command",
 ]

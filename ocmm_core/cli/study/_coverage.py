@@ -18,6 +18,7 @@ from typing import Literal
 import msgspec
 import numpy as np
 
+from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.cluster import HERE, Site, run_tasks
 from ocmm_core.composition import DEMO_PART, DEMO_PLAN, RECOMMENDED_RIG, STANDARD_PROBE, true_values
@@ -179,19 +180,7 @@ def _measure(
     pipeline = TrackingPipeline(rig, body)
     collector = TouchCollector(virtual.frame_period_ns * 1e-9, PointOptions())
     session = InspectionSession(plan, rig, body, job, SessionOptions())
-    meant = [name for name, count in touches for _ in range(count)]
-    first = taken = rounds = 0
-    while first < virtual.n_frames:
-        count = min(_BATCH, virtual.n_frames - first)
-        for touch in collector.feed(pipeline.process(virtual.frames(first, count))):
-            if isinstance(session.touches.take(touch, meant[taken]), Refusal):
-                meant.append(meant[taken])
-            taken += 1
-        first += count
-        # Who sees that a touch was refused touches again.
-        if first >= virtual.n_frames and taken < len(meant) and rounds < _MOST_ROUNDS:
-            rounds += 1
-            virtual.extend([(name, 1) for name in meant[taken:]], first)
+    touch_all(virtual, touches, session, pipeline, collector)
     truth = true_values(plan, part)
     return [
         CoverageOutcome(
@@ -201,6 +190,40 @@ def _measure(
         )
         for item in session.view.characteristics
     ]
+
+
+def touch_all(
+    virtual: VirtualRig,
+    touches: Sequence[tuple[str, int]],
+    session: InspectionSession,
+    pipeline: TrackingPipeline,
+    collector: TouchCollector,
+    seen: Callable[[FrameBlock], FrameBlock] = lambda block: block,
+) -> None:
+    """Take all touches of a virtual rig into a session, and again what was refused.
+
+    Parameters
+    ----------
+    virtual, touches
+        The rig, and the features that it was made to touch, each with how often.
+    session, pipeline, collector
+        What measures.
+    seen
+        What becomes of frames between the cameras and the pipeline.
+    """
+    meant = [name for name, count in touches for _ in range(count)]
+    first = taken = rounds = 0
+    while first < virtual.n_frames:
+        count = min(_BATCH, virtual.n_frames - first)
+        for touch in collector.feed(pipeline.process(seen(virtual.frames(first, count)))):
+            if isinstance(session.touches.take(touch, meant[taken]), Refusal):
+                meant.append(meant[taken])
+            taken += 1
+        first += count
+        # Who sees that a touch was refused touches again.
+        if first >= virtual.n_frames and taken < len(meant) and rounds < _MOST_ROUNDS:
+            rounds += 1
+            virtual.extend([(name, 1) for name in meant[taken:]], first)
 
 
 def coverage_table(
