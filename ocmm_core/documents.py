@@ -43,18 +43,12 @@ _SHORT.maxstring = _SHORT.maxlong = _SHORT.maxother = 80
 
 
 class Document(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Head of every document: what it is, its version and its unit.
-
-    Attributes
-    ----------
-    schema
-        Kind and version, e.g. ``"ocmm.rig/1"``.
-    unit
-        Unit of every length in the document; only ``"mm"`` is accepted.
-    """
+    """Head of every document: what it is, its version and its unit."""
 
     schema: str
+    """Kind and version, e.g. ``"ocmm.rig/1"``."""
     unit: str
+    """Unit of every length in the document; only ``"mm"`` is accepted."""
 
     @classmethod
     def completed(cls, data: dict[str, Any]) -> dict[str, Any]:

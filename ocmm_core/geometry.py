@@ -27,18 +27,12 @@ Pixels: TypeAlias = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class RigidTransform:
-    """A proper rigid motion ``x_a = rotation @ x_b + translation``.
-
-    Attributes
-    ----------
-    rotation
-        (3, 3), determinant +1.
-    translation
-        (3,), mm, in frame a.
-    """
+    """A proper rigid motion ``x_a = rotation @ x_b + translation``."""
 
     rotation: Float
+    """(3, 3), determinant +1."""
     translation: Float
+    """(3,), mm, in frame a."""
 
     @classmethod
     def identity(cls) -> RigidTransform:

@@ -21,22 +21,15 @@ _READING = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """What can be read off.
-
-    Attributes
-    ----------
-    field
-        Its name where it is typed.
-    unit
-        Of its numbers.
-    least, most
-        What it can be in a room where people measure.
-    """
+    """What can be read off."""
 
     field: str
+    """Its name where it is typed."""
     unit: str
+    """Of its numbers."""
     least: float
     most: float
+    """`least`, `most`: What it can be in a room where people measure."""
 
     def __contains__(self, value: float) -> bool:
         """Return whether a room can have it; never for what is no number."""
@@ -51,37 +44,25 @@ QUANTITIES = (ROOM, HUMIDITY, PRESSURE)
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What was read off.
-
-    Attributes
-    ----------
-    low, high
-        Ends of the range; the same for one number.
-    spread
-        What it is uncertain by.
-    words
-        Numbers and unit, in no language.
-    """
+    """What was read off."""
 
     low: float
     high: float
+    """`low`, `high`: Ends of the range; the same for one number."""
     spread: float
+    """What it is uncertain by."""
     words: str
+    """Numbers and unit, in no language."""
 
 
 @dataclass(frozen=True, slots=True)
 class TypedRoom:
-    """What was read off in a room at one time, as it was typed; empty where nobody read it.
-
-    Attributes
-    ----------
-    room, humidity, pressure
-        Temperature, relative humidity and pressure of the air.
-    """
+    """What was read off in a room at one time, as it was typed; empty where nobody read it."""
 
     room: str = ""
     humidity: str = ""
     pressure: str = ""
+    """`room`, `humidity`, `pressure`: Temperature, relative humidity and pressure of the air."""
 
     @property
     def empty(self) -> bool:

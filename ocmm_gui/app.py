@@ -51,33 +51,22 @@ _SAFE = "All points taken are saved in the job file."
 
 @dataclass(frozen=True, slots=True)
 class WindowOptions:
-    """How the window is opened and how it ends.
-
-    Attributes
-    ----------
-    theme
-        Name of the theme.
-    far
-        Begin with the far view.
-    size
-        Width and height, px; None opens it maximised.
-    export
-        Folder of the report; None asks in the window.
-    quit_after_s
-        Close after so many seconds; zero stays open.
-    screenshots
-        Files that get a picture of the window just before it closes.
-    sound
-        Play sounds.
-    """
+    """How the window is opened and how it ends."""
 
     theme: str = DEFAULT_THEME
+    """Name of the theme."""
     far: bool = False
+    """Begin with the far view."""
     size: tuple[int, int] | None = None
+    """Width and height, px; None opens it maximised."""
     export: Path | None = None
+    """Folder of the report; None asks in the window."""
     quit_after_s: float = 0.0
+    """Close after so many seconds; zero stays open."""
     screenshots: tuple[Path, ...] = ()
+    """Files that get a picture of the window just before it closes."""
     sound: bool = True
+    """Play sounds."""
 
 
 def make_application(zoom_percent: int = 100) -> QApplication:

@@ -98,44 +98,30 @@ class Line(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class AcceptanceView:
-    """A snapshot for any screen.
-
-    Attributes
-    ----------
-    title, wording
-        Of the procedure.
-    positions, done
-        The plan with retests, and how many points of each were taken.
-    current, next_item
-        Which position and point come next; -1 where all were taken.
-    instruction
-        One sentence.
-    values
-        Judged so far.
-    verdict
-        If it were finished now; None before all is complete.
-    retests_left
-        How many are allowed still.
-    needs_temperature
-        The temperature is to be noted before the next point.
-    refusals, void_reasons
-        Sentences.
-    finished, abandoned
-        Whether the verdict was given, or the test was ended without one.
-    """
+    """A snapshot for any screen."""
 
     title: str
     wording: str
+    """`title`, `wording`: Of the procedure."""
     positions: tuple[PlannedPosition, ...]
     done: tuple[int, ...]
+    """`positions`, `done`: The plan with retests, and how many points of each were taken."""
     current: int
     next_item: int
+    """`current`, `next_item`: Which position and point come next; -1 where all were taken."""
     instruction: str
+    """One sentence."""
     values: tuple[JudgedValue, ...]
+    """Judged so far."""
     verdict: Verdict | None
+    """If it were finished now; None before all is complete."""
     retests_left: int
+    """How many are allowed still."""
     needs_temperature: bool
+    """The temperature is to be noted before the next point."""
     refusals: tuple[str, ...]
     void_reasons: tuple[str, ...]
+    """`refusals`, `void_reasons`: Sentences."""
     finished: bool
     abandoned: bool = False
+    """`finished`, `abandoned`: Whether the verdict was given, or the test was ended without one."""

@@ -60,34 +60,23 @@ class GuidedKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class AcceptanceOutcome:
-    """The verdict as it would be stored, or as it was.
-
-    Attributes
-    ----------
-    verdict
-        Of the whole test.
-    values, quantities
-        As in `AcceptanceRecord`.
-    void_reasons
-        Why it shows nothing; empty where it does.
-    retests_left
-        How many are allowed still.
-    record
-        Once it is stored; None before.
-    file
-        Of the record; None before.
-    chart
-        Of the interim checks with this one; None where it is none.
-    """
+    """The verdict as it would be stored, or as it was."""
 
     verdict: Verdict
+    """Of the whole test."""
     values: tuple[JudgedValue, ...]
     quantities: tuple[QuantityResult, ...]
+    """`values`, `quantities`: As in `AcceptanceRecord`."""
     void_reasons: tuple[str, ...]
+    """Why it shows nothing; empty where it does."""
     retests_left: int
+    """How many are allowed still."""
     record: AcceptanceRecord | None = None
+    """Once it is stored; None before."""
     file: Path | None = None
+    """Of the record; None before."""
     chart: InterimChart | None = None
+    """Of the interim checks with this one; None where it is none."""
 
     @property
     def word(self) -> str:
@@ -109,36 +98,24 @@ class AcceptanceOutcome:
 
 @dataclass(frozen=True, slots=True)
 class GuidedAcceptanceView:
-    """The snapshot of a test that is shown.
-
-    Attributes
-    ----------
-    base
-        As of every guided procedure.
-    test
-        Plan, what was taken, values.
-    stage
-        Procedure, instrument, artefacts.
-    notes
-        What of the advice could not be followed, and what only warned.
-    latest
-        Values of the position that was completed last; empty before the first.
-    hint
-        Why that position is measured again, or what was refused last; empty where nothing was.
-    temperature_c
-        Of the room, as it is noted.
-    outcome
-        None before it was computed.
-    """
+    """The snapshot of a test that is shown."""
 
     base: ProcedureView
+    """As of every guided procedure."""
     test: AcceptanceView
+    """Plan, what was taken, values."""
     stage: Stage
+    """Procedure, instrument, artefacts."""
     notes: tuple[str, ...]
+    """What of the advice could not be followed, and what only warned."""
     latest: tuple[JudgedValue, ...]
+    """Values of the position that was completed last; empty before the first."""
     hint: str
+    """Why that position is measured again, or what was refused last; empty where nothing was."""
     temperature_c: float
+    """Of the room, as it is noted."""
     outcome: AcceptanceOutcome | None
+    """None before it was computed."""
 
     def artefact(self) -> UsedArtefact | None:
         """Return the artefact of the current position; None where none is needed."""

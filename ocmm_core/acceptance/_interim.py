@@ -42,71 +42,49 @@ class InterimWord(StrEnum):
 
 
 class InterimCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One check.
-
-    Attributes
-    ----------
-    utc
-        When.
-    calibration, artefact, tip
-        Hash of the calibration, serial of the artefact, name of the tip: a chart is of one of each.
-    error_mm, limit_mm
-        Of the length, and the hard limit.
-    record
-        Hash of its acceptance record; empty where it has none.
-    """
+    """One check."""
 
     utc: str
+    """When."""
     calibration: str
     artefact: str
     tip: str
+    """`calibration`, `artefact`, `tip`: Hash of the calibration, serial of the artefact, name of
+    the tip: a chart is of one of each."""
     error_mm: float
     limit_mm: float
+    """`error_mm`, `limit_mm`: Of the length, and the hard limit."""
     record: str = ""
+    """Hash of its acceptance record; empty where it has none."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChartPoint:
-    """A check on the chart.
-
-    Attributes
-    ----------
-    check
-        See `InterimCheck`.
-    z
-        (e - c) / s; NaN while the chart learns.
-    high, low
-        The sums after it.
-    word, reason
-        What it says, and why.
-    """
+    """A check on the chart."""
 
     check: InterimCheck
+    """See `InterimCheck`."""
     z: float
+    """(e - c) / s; NaN while the chart learns."""
     high: float
     low: float
+    """`high`, `low`: The sums after it."""
     word: InterimWord
     reason: str
+    """`word`, `reason`: What it says, and why."""
 
 
 @dataclass(frozen=True, slots=True)
 class InterimChart:
-    """All checks of one calibration, artefact and tip.
-
-    Attributes
-    ----------
-    points
-        Oldest first.
-    centre, sigma
-        mm; NaN while the chart learns.
-    last_good
-        When the last check was good; None where none was.
-    """
+    """All checks of one calibration, artefact and tip."""
 
     points: tuple[ChartPoint, ...]
+    """Oldest first."""
     centre: float
     sigma: float
+    """`centre`, `sigma`: mm; NaN while the chart learns."""
     last_good: datetime | None
+    """When the last check was good; None where none was."""
 
     @property
     def word(self) -> InterimWord:

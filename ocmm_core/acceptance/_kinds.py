@@ -40,35 +40,24 @@ Retest: TypeAlias = tuple[PlannedPosition, ...]
 
 @dataclass(frozen=True, slots=True)
 class TestKind:
-    """What distinguishes a kind of test.
-
-    Attributes
-    ----------
-    roles
-        Of the artefacts that it needs.
-    quantities
-        That its procedure must state limits of.
-    plan
-        All positions before the first point.
-    values
-        All judged values of what is complete.
-    retest
-        The positions that may be measured again. It raises CalibrationError where none may.
-    open_end
-        What is missing when all positions are complete; empty where nothing is.
-    shuffled
-        The order of the positions is drawn.
-    """
+    """What distinguishes a kind of test."""
 
     __test__ = False
 
     roles: tuple[str, ...]
+    """Of the artefacts that it needs."""
     quantities: tuple[str, ...]
+    """That its procedure must state limits of."""
     plan: Callable[[Stage, Any], plan.Planned]
+    """All positions before the first point."""
     values: Callable[[Situation], list[JudgedValue]]
+    """All judged values of what is complete."""
     retest: Callable[[Situation], Retest]
+    """The positions that may be measured again. It raises CalibrationError where none may."""
     open_end: Callable[[Situation, Any], str] = lambda _at, _numbers: ""
+    """What is missing when all positions are complete; empty where nothing is."""
     shuffled: bool = True
+    """The order of the positions is drawn."""
 
 
 def _whole(at: Situation) -> Retest:

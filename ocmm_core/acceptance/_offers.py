@@ -42,67 +42,45 @@ _TEXTS = (
 
 @dataclass(frozen=True, slots=True)
 class ProcedureOffer:
-    """A procedure that can be run.
-
-    Attributes
-    ----------
-    procedure, file, sha256
-        Its document.
-    roles
-        Of the artefacts that it needs.
-    """
+    """A procedure that can be run."""
 
     procedure: Procedure
     file: Path
     sha256: str
+    """`procedure`, `file`, `sha256`: Its document."""
     roles: tuple[str, ...]
+    """Of the artefacts that it needs."""
 
 
 @dataclass(frozen=True, slots=True)
 class ArtefactOffer:
-    """An artefact for a test.
-
-    Attributes
-    ----------
-    name
-        Its id in the register, or what the virtual rig calls it.
-    used
-        As a test uses it.
-    refusal
-        Why it may not be used, and what to do; empty where it may.
-    warnings
-        What only warns.
-    """
+    """An artefact for a test."""
 
     name: str
+    """Its id in the register, or what the virtual rig calls it."""
     used: UsedArtefact
+    """As a test uses it."""
     refusal: str = ""
+    """Why it may not be used, and what to do; empty where it may."""
     warnings: tuple[str, ...] = ()
+    """What only warns."""
 
 
 @dataclass(frozen=True, slots=True)
 class OpenTest:
-    """A test that was begun and has no stored verdict.
-
-    Attributes
-    ----------
-    path
-        Of its session.
-    title, who, begun_utc
-        Of the procedure; who begun it, and when.
-    done, wanted
-        Points.
-    blocker
-        Why it cannot go on; empty where it can.
-    """
+    """A test that was begun and has no stored verdict."""
 
     path: Path
+    """Of its session."""
     title: str
     who: str
     begun_utc: str
+    """`title`, `who`, `begun_utc`: Of the procedure; who begun it, and when."""
     done: int
     wanted: int
+    """`done`, `wanted`: Points."""
     blocker: str = ""
+    """Why it cannot go on; empty where it can."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,58 +26,42 @@ _USUAL = PartTest(
 
 
 class PartTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What was measured, and how; a U of the study holds where this is alike.
-
-    Attributes
-    ----------
-    dimension
-        mm.
-    angle_deg
-        Of the characteristic in the volume.
-    points
-        Of the strategy.
-    strategy, stylus, material, clamping
-        In words; compared letter by letter without case.
-    """
+    """What was measured, and how; a U of the study holds where this is alike."""
 
     dimension: float
+    """mm."""
     angle_deg: float = 0.0
+    """Of the characteristic in the volume."""
     points: int
+    """Of the strategy."""
     strategy: str
     stylus: str
     material: str
     clamping: str
+    """`strategy`, `stylus`, `material`, `clamping`: In words; compared letter by letter without
+    case."""
 
 
 @dataclass(frozen=True, slots=True)
 class PartUncertainty:
-    """What a study of one characteristic says; mm.
-
-    Attributes
-    ----------
-    bias, scatter
-        Mean less certified value, and s of the results.
-    u_cal, u_workpiece, u_expansion
-        Standard uncertainties of the certificate, of the workpieces, of the expansion.
-    expanded
-        U (k = 2) of a result that the bias was taken off.
-    expanded_uncorrected
-        U + |b|, of a result as it was measured.
-    normalized
-        E_n = |b| / sqrt(U_model^2 + U_cal^2); None where no U of the model was given.
-    results
-        N.
-    """
+    """What a study of one characteristic says; mm."""
 
     bias: float
     scatter: float
+    """`bias`, `scatter`: Mean less certified value, and s of the results."""
     u_cal: float
     u_workpiece: float
     u_expansion: float
+    """`u_cal`, `u_workpiece`, `u_expansion`: Standard uncertainties of the certificate, of the
+    workpieces, of the expansion."""
     expanded: float
+    """U (k = 2) of a result that the bias was taken off."""
     expanded_uncorrected: float
+    """U + |b|, of a result as it was measured."""
     normalized: float | None
+    """E_n = |b| / sqrt(U_model^2 + U_cal^2); None where no U of the model was given."""
     results: int
+    """N."""
 
 
 def part_uncertainty(

@@ -55,48 +55,32 @@ class _Numbers(
 
 
 class LengthTest(_Numbers, frozen=True, kw_only=True, tag="length"):
-    """Lengths along lines in the volume (VDI/VDE 2634 part 1): E.
-
-    Attributes
-    ----------
-    lines, lengths
-        At least so many lines, and test lengths on each.
-    diagonal_share, corner_share
-        Longest length over the space diagonal; an end reaches a corner within this share of
-        each edge.
-    angle_deg
-        Between two lines, at least.
-    """
+    """Lengths along lines in the volume (VDI/VDE 2634 part 1): E."""
 
     lines: int
     lengths: int
+    """`lines`, `lengths`: At least so many lines, and test lengths on each."""
     diagonal_share: float
     corner_share: float
+    """`diagonal_share`, `corner_share`: Longest length over the space diagonal; an end reaches a
+    corner within this share of each edge."""
     angle_deg: float
+    """Between two lines, at least."""
 
 
 class SphereTest(_Numbers, frozen=True, kw_only=True, tag="sphere"):
-    """A sphere probed with rings of points at some places (ISO 10360-5): P_Form, P_Size.
-
-    Attributes
-    ----------
-    rings
-        (angle below the pole, number, azimuth of the first), degrees.
-    places
-        Thirds of the volume.
-    diameter
-        Smallest and largest, mm.
-    gain
-        Largest standard deviation of the diameter over that of a point.
-    match_deg
-        So far a point may be from its place.
-    """
+    """A sphere probed with rings of points at some places (ISO 10360-5): P_Form, P_Size."""
 
     rings: tuple[tuple[float, int, float], ...]
+    """(angle below the pole, number, azimuth of the first), degrees."""
     places: tuple[str, ...]
+    """Thirds of the volume."""
     diameter: tuple[float, float]
+    """Smallest and largest, mm."""
     gain: float
+    """Largest standard deviation of the diameter over that of a point."""
     match_deg: float
+    """So far a point may be from its place."""
 
 
 class LocationTest(_Numbers, frozen=True, kw_only=True, tag="location"):
@@ -109,62 +93,43 @@ class LocationTest(_Numbers, frozen=True, kw_only=True, tag="location"):
 
 
 class E0Test(_Numbers, frozen=True, kw_only=True, tag="e0"):
-    """Calibrated lengths, repeated, in several positions (ISO 10360-2): E0, R0.
-
-    Attributes
-    ----------
-    positions, lengths, repeats
-        7, 5 and 3.
-    line_share
-        Longest length over the longest possible on that line.
-    sets_outside
-        So many of the sets of repeats may have one value outside, and are measured again.
-    retest_repeats
-        How often.
-    angle_deg
-        As in `LengthTest`.
-    """
+    """Calibrated lengths, repeated, in several positions (ISO 10360-2): E0, R0."""
 
     positions: int
     lengths: int
     repeats: int
+    """`positions`, `lengths`, `repeats`: 7, 5 and 3."""
     line_share: float
+    """Longest length over the longest possible on that line."""
     sets_outside: int
+    """So many of the sets of repeats may have one value outside, and are measured again."""
     retest_repeats: int
+    """How often."""
     angle_deg: float
+    """As in `LengthTest`."""
 
 
 class E0BlockTest(E0Test, frozen=True, kw_only=True, tag="e0-block"):
     """The same with gauge blocks besides, which are probed from both sides: E0, R0.
 
     A bar is unidirectional, so that an error of the ball's radius would not be seen.
-
-    Attributes
-    ----------
-    block_largest
-        No block is longer, mm.
-    block_face
-        Of a measuring face, mm: where the points lie.
-    block_points, block_repeats
-        On either face, which are averaged; how often the block is measured.
     """
 
     block_largest: float
+    """No block is longer, mm."""
     block_face: tuple[float, float]
+    """Of a measuring face, mm: where the points lie."""
     block_points: int
     block_repeats: int
+    """`block_points`, `block_repeats`: On either face, which are averaged; how often the block is
+    measured."""
 
 
 class LongStylusTest(E0Test, frozen=True, kw_only=True, tag="e0-stylus"):
-    """The same on two diagonals with the longest stylus (as E150 of ISO 10360-2): E_L, R0.
-
-    Attributes
-    ----------
-    stylus
-        From the ball to the nearest LED, mm, at least.
-    """
+    """The same on two diagonals with the longest stylus (as E150 of ISO 10360-2): E_L, R0."""
 
     stylus: float
+    """From the ball to the nearest LED, mm, at least."""
 
 
 class SpatTest(_Numbers, frozen=True, kw_only=True, tag="spat"):
@@ -191,18 +156,12 @@ class DiameterTest(_Numbers, frozen=True, kw_only=True, tag="diameter"):
 
 
 class PlateTest(_Numbers, frozen=True, kw_only=True, tag="plate"):
-    """Thickness and coplanarity of a plate (the thesis, Table 5): Thickness, Coplanarity.
-
-    Attributes
-    ----------
-    points
-        On either face.
-    size
-        Of the plate in x and y, mm.
-    """
+    """Thickness and coplanarity of a plate (the thesis, Table 5): Thickness, Coplanarity."""
 
     points: int
+    """On either face."""
     size: tuple[float, float]
+    """Of the plate in x and y, mm."""
 
 
 class BallTest(_Numbers, frozen=True, kw_only=True, tag="ball"):
@@ -224,24 +183,18 @@ class PartTest(_Numbers, frozen=True, kw_only=True, tag="part"):
     """Results of a calibrated workpiece (ISO 15530-3): its U, for similar parts alone.
 
     It is computed from jobs (`ocmm msa part`), not taken point by point.
-
-    Attributes
-    ----------
-    cycles, results
-        At least so many, each with the part taken out and clamped again.
-    large, large_share, small
-        How far the dimension of another part may be: the share above ``large`` mm, else ``small``
-        mm.
-    angle_deg
-        How far it may be turned.
     """
 
     cycles: int
     results: int
+    """`cycles`, `results`: At least so many, each with the part taken out and clamped again."""
     large: float
     large_share: float
     small: float
+    """`large`, `large_share`, `small`: How far the dimension of another part may be: the share
+    above ``large`` mm, else ``small`` mm."""
     angle_deg: float
+    """How far it may be turned."""
 
 
 TestNumbers: TypeAlias = (
@@ -262,52 +215,36 @@ TestNumbers: TypeAlias = (
 
 
 class Procedure(Document, frozen=True, kw_only=True):
-    """A procedure.
-
-    Attributes
-    ----------
-    id, title
-        What it is called.
-    standard, edition
-        What it is modelled on.
-    checked_by
-        Who compared it with the standard clause by clause; empty: nobody.
-    accreditation
-        Number under which certificates are issued; empty: in-house record.
-    by_agreement
-        Why it is outside the scope of the standard; empty where it is inside.
-    rule
-        "simple", or "guarded": U(q) is taken off the limit.
-    retests_allowed
-        Of the whole test.
-    minutes
-        That it takes a trained person.
-    fixing
-        U (k = 2) of how the artefact is held, mm.
-    limits
-        Of every quantity of the test.
-    climate, test
-        See there.
-    cameras
-        "unproven" allows cameras that cannot prove the age or the order of their data; records
-        from before it could be said keep their hash.
-    """
+    """A procedure."""
 
     id: str
     title: str
+    """`id`, `title`: What it is called."""
     standard: str
     edition: str
+    """`standard`, `edition`: What it is modelled on."""
     checked_by: str = ""
+    """Who compared it with the standard clause by clause; empty: nobody."""
     accreditation: str = ""
+    """Number under which certificates are issued; empty: in-house record."""
     by_agreement: str = ""
+    """Why it is outside the scope of the standard; empty where it is inside."""
     rule: Literal["simple", "guarded"]
+    """"simple", or "guarded": U(q) is taken off the limit."""
     retests_allowed: int
+    """Of the whole test."""
     minutes: float
+    """That it takes a trained person."""
     fixing: float = 0.0
+    """U (k = 2) of how the artefact is held, mm."""
     limits: dict[str, Mpe]
+    """Of every quantity of the test."""
     climate: ClimateRule
     test: TestNumbers
+    """`climate`, `test`: See there."""
     cameras: Literal["proven", "unproven"] | msgspec.UnsetType = msgspec.UNSET
+    """"unproven" allows cameras that cannot prove the age or the order of their data; records from
+    before it could be said keep their hash."""
 
     @property
     def wording(self) -> str:

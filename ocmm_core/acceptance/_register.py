@@ -41,53 +41,39 @@ _ATTEMPTS = 5
 
 
 class ArtefactEntry(Document, frozen=True, kw_only=True):
-    """A calibrated artefact as the register keeps it; lengths in mm at 20 degrees, U with k = 2.
-
-    Attributes
-    ----------
-    id
-        What commands call it.
-    kind, name, maker, serial
-        What it is.
-    laboratory, certificate, certificate_sha256
-        Who calibrated it, the number of the certificate, and the hash of its file.
-    due_utc
-        ISO 8601 text: it holds until then.
-    sizes
-        Diameter of a sphere; nests of a bar; length of a block; two diameters and the distance of
-        a dumbbell; certified values of a part.
-    expanded, expanded_per_length
-        U: constant part, and part of the length.
-    form
-        Certified form error; zero where it is within U.
-    expansion, expansion_sigma
-        1/K.
-    temperatures
-        Where the certificate holds, degrees Celsius.
-    supports
-        How it is to be held.
-    source
-        "typed", or which file it was read from.
-    """
+    """A calibrated artefact as the register keeps it; lengths in mm at 20 degrees, U with k = 2."""
 
     id: str
+    """What commands call it."""
     kind: ArtefactKind
     name: str
     maker: str = ""
     serial: str
+    """`kind`, `name`, `maker`, `serial`: What it is."""
     laboratory: str
     certificate: str
     certificate_sha256: str = ""
+    """`laboratory`, `certificate`, `certificate_sha256`: Who calibrated it, the number of the
+    certificate, and the hash of its file."""
     due_utc: str
+    """ISO 8601 text: it holds until then."""
     sizes: tuple[float, ...]
+    """Diameter of a sphere; nests of a bar; length of a block; two diameters and the distance of a
+    dumbbell; certified values of a part."""
     expanded: float
     expanded_per_length: float = 0.0
+    """`expanded`, `expanded_per_length`: U: constant part, and part of the length."""
     form: float = 0.0
+    """Certified form error; zero where it is within U."""
     expansion: float
     expansion_sigma: float
+    """`expansion`, `expansion_sigma`: 1/K."""
     temperatures: tuple[float, float] = (10.0, 35.0)
+    """Where the certificate holds, degrees Celsius."""
     supports: str = ""
+    """How it is to be held."""
     source: str = "typed"
+    """"typed", or which file it was read from."""
 
     def used(self, role: str | None = None) -> UsedArtefact:
         """Return it as a test uses it."""

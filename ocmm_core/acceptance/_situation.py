@@ -30,20 +30,14 @@ THIRDS = ("near third", "middle third", "far third")
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """What is tested, how, and with what; what a plan follows from.
-
-    Attributes
-    ----------
-    procedure, instrument, artefacts
-        See `AcceptanceRecord`.
-    seed
-        Of the order.
-    """
+    """What is tested, how, and with what; what a plan follows from."""
 
     procedure: Procedure
     instrument: Instrument
     artefacts: tuple[UsedArtefact, ...]
+    """`procedure`, `instrument`, `artefacts`: See `AcceptanceRecord`."""
     seed: int = 0
+    """Of the order."""
 
     @property
     def volume(self) -> Float:
@@ -79,27 +73,18 @@ class Stage:
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What was taken: ball centres and handles of every position.
-
-    Attributes
-    ----------
-    stage
-        See there.
-    plan
-        Positions, retests last.
-    tips
-        (n, 3), mm, of every position, in the order of its points.
-    handles
-        (n, 3) or (0, 3) where nobody knows them.
-    celsius
-        Of every position; None where nobody noted it.
-    """
+    """What was taken: ball centres and handles of every position."""
 
     stage: Stage
+    """See there."""
     plan: tuple[PlannedPosition, ...]
+    """Positions, retests last."""
     tips: tuple[Points3, ...]
+    """(n, 3), mm, of every position, in the order of its points."""
     handles: tuple[Points3, ...]
+    """(n, 3) or (0, 3) where nobody knows them."""
     celsius: tuple[float | None, ...]
+    """Of every position; None where nobody noted it."""
 
     def root(self, position: int) -> int:
         """Return the position that one is a retest of, in the end; itself where it is none."""

@@ -21,58 +21,38 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class SphereValues:
-    """A sphere that was probed.
-
-    Attributes
-    ----------
-    centre
-        (3,), mm.
-    diameter
-        Of the surface on which the ball centres lie, mm.
-    form
-        Largest less smallest distance from the centre, mm (P_Form).
-    gain
-        Standard deviation of the diameter over that of one point.
-    """
+    """A sphere that was probed."""
 
     centre: Float
+    """(3,), mm."""
     diameter: float
+    """Of the surface on which the ball centres lie, mm."""
     form: float
+    """Largest less smallest distance from the centre, mm (P_Form)."""
     gain: float
+    """Standard deviation of the diameter over that of one point."""
 
 
 @dataclass(frozen=True, slots=True)
 class SpatValues:
-    """Single point articulation (ASME B89.4.22).
-
-    Attributes
-    ----------
-    largest
-        Distance of the farthest point from the mean, mm.
-    two_sigma
-        2 sqrt(sum d^2 / (n - 1)), mm.
-    half_ranges
-        Half of largest less smallest coordinate, axis by axis (3,), mm.
-    """
+    """Single point articulation (ASME B89.4.22)."""
 
     largest: float
+    """Distance of the farthest point from the mean, mm."""
     two_sigma: float
+    """2 sqrt(sum d^2 / (n - 1)), mm."""
     half_ranges: Float
+    """Half of largest less smallest coordinate, axis by axis (3,), mm."""
 
 
 @dataclass(frozen=True, slots=True)
 class VolumetricValues:
-    """Volumetric performance (ASME B89.4.22): deviations D_i = L_i - L_cal of one bar.
-
-    Attributes
-    ----------
-    largest, half_range, two_rms
-        max |D|, (max - min) / 2, and 2 sqrt(sum D^2 / n), mm.
-    """
+    """Volumetric performance (ASME B89.4.22): deviations D_i = L_i - L_cal of one bar."""
 
     largest: float
     half_range: float
     two_rms: float
+    """`largest`, `half_range`, `two_rms`: max |D|, (max - min) / 2, and 2 sqrt(sum D^2 / n), mm."""
 
 
 def nest_lengths(nests: Points3) -> Float:

@@ -29,45 +29,30 @@ _CLEARLY = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class DatumMisfit:
-    """How far a datum is from its nominal once the frame is set.
-
-    Attributes
-    ----------
-    name
-        Of the datum.
-    offset
-        mm: of its place, along what it has a place for.
-    angle
-        rad: of its direction; zero for points.
-    """
+    """How far a datum is from its nominal once the frame is set."""
 
     name: str
+    """Of the datum."""
     offset: float
+    """mm: of its place, along what it has a place for."""
     angle: float
+    """rad: of its direction; zero for points."""
 
 
 @dataclass(frozen=True, slots=True)
 class DatumFrame:
-    """A frame that datums hold.
-
-    Attributes
-    ----------
-    T_frame_from_world
-        In this frame the datums lie where their nominals are.
-    free
-        What the datums leave open. The motion is one of those that differ by it; which one means
-        nothing.
-    misfits
-        Of every datum, in their order; zero for the first.
-    choice
-        Which of the senses of directions without a sense was taken; `datum_frame` takes the same
-        one again when it is given it.
-    """
+    """A frame that datums hold."""
 
     T_frame_from_world: RigidTransform
+    """In this frame the datums lie where their nominals are."""
     free: Freedom
+    """What the datums leave open. The motion is one of those that differ by it; which one means
+    nothing."""
     misfits: tuple[DatumMisfit, ...]
+    """Of every datum, in their order; zero for the first."""
     choice: int = 0
+    """Which of the senses of directions without a sense was taken; `datum_frame` takes the same one
+    again when it is given it."""
 
 
 def datum_frame(

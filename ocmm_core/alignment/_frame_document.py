@@ -28,42 +28,29 @@ _ASYMMETRY = 1e-9
 
 
 class FrameDocument(Document, frozen=True, kw_only=True):
-    """A frame as it is written down; lengths in mm.
-
-    Attributes
-    ----------
-    name
-        Of the frame, as reports say it.
-    made
-        When it was measured, ISO 8601 with its offset from UTC.
-    source
-        Where it comes from: part, serial number, job.
-    rotation
-        Rows of the rotation from the world to the frame.
-    translation
-        mm, frame.
-    control
-        Points of the part with their places in the frame; at them it is found again after the part
-        was moved. May be empty.
-    covariance
-        Six rows of six: of a small turn, rad, about the axes of the frame through its origin, and
-        a shift, mm, along them, as the job knew them. Empty in documents that are older.
-    simulated
-        It was measured on a virtual rig. Left out where it was not, so that the hashes of older
-        documents hold.
-    sha256
-        Of all else (`content_hash`).
-    """
+    """A frame as it is written down; lengths in mm."""
 
     name: str
+    """Of the frame, as reports say it."""
     made: str
+    """When it was measured, ISO 8601 with its offset from UTC."""
     source: str
+    """Where it comes from: part, serial number, job."""
     rotation: tuple[Vector3, Vector3, Vector3]
+    """Rows of the rotation from the world to the frame."""
     translation: Vector3
+    """mm, frame."""
     control: tuple[ControlPoint, ...] = ()
+    """Points of the part with their places in the frame; at them it is found again after the part
+    was moved. May be empty."""
     covariance: tuple[tuple[float, ...], ...] = ()
+    """Six rows of six: of a small turn, rad, about the axes of the frame through its origin, and a
+    shift, mm, along them, as the job knew them. Empty in documents that are older."""
     simulated: bool = False
+    """It was measured on a virtual rig. Left out where it was not, so that the hashes of older
+    documents hold."""
     sha256: str = ""
+    """Of all else (`content_hash`)."""
     schema: str = SCHEMA
     unit: str = "mm"
 

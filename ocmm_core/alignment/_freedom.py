@@ -28,22 +28,15 @@ SHORTEST_MM = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Freedom:
-    """Motions of the frame that leave all datums so far in place.
-
-    Attributes
-    ----------
-    turn
-        (0, 3), (1, 3) or (3, 3): no axis, one, or any about which turning is open; unit, frame.
-    centre
-        (3,), mm, frame: the axes pass through it. Says nothing while sliding square to the axes
-        is open too.
-    slide
-        (0 to 3, 3): orthonormal directions of open translations, frame.
-    """
+    """Motions of the frame that leave all datums so far in place."""
 
     turn: Float
+    """(0, 3), (1, 3) or (3, 3): no axis, one, or any about which turning is open; unit, frame."""
     centre: Float
+    """(3,), mm, frame: the axes pass through it. Says nothing while sliding square to the axes is
+    open too."""
     slide: Float
+    """(0 to 3, 3): orthonormal directions of open translations, frame."""
 
     @classmethod
     def full(cls) -> Freedom:

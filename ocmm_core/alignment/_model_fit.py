@@ -28,34 +28,23 @@ _AGAIN = 5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ModelFit:
-    """Where the part lies by faces of its model, and how well they are met.
-
-    Attributes
-    ----------
-    T_part_from_world
-        The frame of the model.
-    residuals
-        (n,), mm: distance of each ball from its face, positive outside.
-    faces
-        (n,): number of the face in the model that each point was held against.
-    by_tips
-        (6, 3 n): turn, rad, over shift, mm, of the frame by every ball centre, world; without what
-        residuals make of the curvature of faces.
-    by_radius
-        (6,): the same by one radius more of all balls.
-    normals
-        (n, 3): of the faces at the feet, part frame.
-    locked
-        What stayed as the start had it.
-    """
+    """Where the part lies by faces of its model, and how well they are met."""
 
     T_part_from_world: RigidTransform
+    """The frame of the model."""
     residuals: Float
+    """(n,), mm: distance of each ball from its face, positive outside."""
     faces: tuple[int, ...]
+    """(n,): number of the face in the model that each point was held against."""
     by_tips: Float
+    """(6, 3 n): turn, rad, over shift, mm, of the frame by every ball centre, world; without what
+    residuals make of the curvature of faces."""
     by_radius: Float
+    """(6,): the same by one radius more of all balls."""
     normals: Float
+    """(n, 3): of the faces at the feet, part frame."""
     locked: tuple[LockedMotion, ...]
+    """What stayed as the start had it."""
 
 
 def fit_to_faces(

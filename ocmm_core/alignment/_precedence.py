@@ -42,20 +42,14 @@ SEEN_MM = 0.02
 
 @dataclass(frozen=True, slots=True)
 class ConstrainedAssociation:
-    """Features with datums that were associated again.
-
-    Attributes
-    ----------
-    features
-        All of them, by name.
-    turned
-        mm, by name of the datum: how much farther its points, from end to end, turn the part than
-        the datum as it was fitted alone. That of a face out of square depends on where it was
-        touched.
-    """
+    """Features with datums that were associated again."""
 
     features: Mapping[str, ActualFeature]
+    """All of them, by name."""
     turned: Mapping[str, float]
+    """mm, by name of the datum: how much farther its points, from end to end, turn the part than
+    the datum as it was fitted alone. That of a face out of square depends on where it was touched.
+    """
 
     @property
     def geometries(self) -> Mapping[str, Float]:

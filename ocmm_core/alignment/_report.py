@@ -31,34 +31,24 @@ _SEEN_MM = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class AlignmentReport:
-    """An alignment as it stands, to be accepted or not.
-
-    Attributes
-    ----------
-    frame
-        In which frame results are.
-    T_part_from_world
-        None where there is no frame; ``advice`` then says why.
-    T_nominal_from_world
-        To the frame in which nominals are written.
-    residuals
-        Of all measured features with a nominal, those that the frame rests on first.
-    free
-        Degrees of freedom that remain, in words; empty where the part is held.
-    origin_uncertainty, turn_uncertainty
-        (3,), mm and rad, k = 2: of the origin along, and of turns about, the axes of the frame.
-    advice
-        What to know and what to do, in sentences.
-    """
+    """An alignment as it stands, to be accepted or not."""
 
     frame: str
+    """In which frame results are."""
     T_part_from_world: RigidTransform | None
+    """None where there is no frame; ``advice`` then says why."""
     T_nominal_from_world: RigidTransform | None
+    """To the frame in which nominals are written."""
     residuals: tuple[Residual, ...]
+    """Of all measured features with a nominal, those that the frame rests on first."""
     free: tuple[str, ...]
+    """Degrees of freedom that remain, in words; empty where the part is held."""
     origin_uncertainty: Float | None
     turn_uncertainty: Float | None
+    """`origin_uncertainty`, `turn_uncertainty`: (3,), mm and rad, k = 2: of the origin along, and
+    of turns about, the axes of the frame."""
     advice: tuple[str, ...]
+    """What to know and what to do, in sentences."""
 
     @property
     def can_be_accepted(self) -> bool:

@@ -24,31 +24,21 @@ from ocmm_core.measuring import COVERAGE_FACTOR, PointFactors, Rows
 
 @dataclass(frozen=True, slots=True)
 class Residual:
-    """How far one feature lies from its nominal in the frame.
-
-    Attributes
-    ----------
-    feature
-        Its name.
-    aligned
-        Whether the frame rests on it; where not, it checks the frame.
-    offset
-        (3,), mm, frame: from its nominal place, only along what it has a place for.
-    distance
-        mm: length of ``offset``.
-    distance_uncertainty
-        mm, k = 2, in the least certain direction; None while that of the points is unknown.
-    angle, angle_uncertainty
-        rad, of its direction; zero where it has none, and k = 2.
-    """
+    """How far one feature lies from its nominal in the frame."""
 
     feature: str
+    """Its name."""
     aligned: bool
+    """Whether the frame rests on it; where not, it checks the frame."""
     offset: Float
+    """(3,), mm, frame: from its nominal place, only along what it has a place for."""
     distance: float
+    """mm: length of ``offset``."""
     distance_uncertainty: float | None
+    """mm, k = 2, in the least certain direction; None while that of the points is unknown."""
     angle: float
     angle_uncertainty: float | None
+    """`angle`, `angle_uncertainty`: rad, of its direction; zero where it has none, and k = 2."""
 
 
 def residuals_of(

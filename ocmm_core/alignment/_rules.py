@@ -33,31 +33,22 @@ class _Rule(
 class DatumAlignment(
     _Rule, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag=OLDEST
 ):
-    """The part frame from measured features (3-2-1).
-
-    Attributes
-    ----------
-    primary
-        Plane whose normal, or line or axis whose direction, is the z axis of the part frame.
-    secondary
-        What gives the x axis, seen along z: two features with centres, x points from the first to
-        the second; or one line, axis or plane, x along it or its normal.
-    origin
-        Feature whose centre is the origin, once it is dropped on the primary and, where that is a
-        single feature, the secondary.
-    towards
-        Where x is along a single line or axis: a feature that lies at the positive side. Without
-        it the nominals must tell, because a measured axis has no sense.
-    primary_axis, secondary_axis
-        Which axes of the part frame they give, if not z and x.
-    """
+    """The part frame from measured features (3-2-1)."""
 
     primary: str
+    """Plane whose normal, or line or axis whose direction, is the z axis of the part frame."""
     secondary: tuple[str, ...]
+    """What gives the x axis, seen along z: two features with centres, x points from the first to
+    the second; or one line, axis or plane, x along it or its normal."""
     origin: str
+    """Feature whose centre is the origin, once it is dropped on the primary and, where that is a
+    single feature, the secondary."""
     towards: str = ""
+    """Where x is along a single line or axis: a feature that lies at the positive side. Without it
+    the nominals must tell, because a measured axis has no sense."""
     primary_axis: AxisName = "z"
     secondary_axis: AxisName = "x"
+    """`primary_axis`, `secondary_axis`: Which axes of the part frame they give, if not z and x."""
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -74,17 +65,12 @@ class PlaneAxisPoint(
     tag_field="type",
     tag="plane-axis-point",
 ):
-    """A plane first, then an axis, then a point, each brought to its nominal place.
-
-    Attributes
-    ----------
-    plane, axis, point
-        Names; the axis may stand on the plane or lie along it.
-    """
+    """A plane first, then an axis, then a point, each brought to its nominal place."""
 
     plane: str
     axis: str
     point: str
+    """`plane`, `axis`, `point`: Names; the axis may stand on the plane or lie along it."""
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -100,15 +86,10 @@ class DatumReferenceFrame(
     tag_field="type",
     tag="datum reference frame",
 ):
-    """Datums in their precedence (ISO 5459), each brought to its nominal place.
-
-    Attributes
-    ----------
-    datums
-        One to three names, primary first.
-    """
+    """Datums in their precedence (ISO 5459), each brought to its nominal place."""
 
     datums: tuple[str, ...]
+    """One to three names, primary first."""
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -119,26 +100,18 @@ class DatumReferenceFrame(
 class BestFit(
     _Rule, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag="best fit"
 ):
-    """The motion that brings centres and points nearest to their nominal places.
-
-    Attributes
-    ----------
-    points
-        Names of at least three features with centres.
-    weights
-        Of their squared distances, in the same order; empty is one for each.
-    locked
-        Motions of the part frame that stay as ``start`` has them.
-    start
-        The alignment that comes first; needed where something is locked.
-    """
+    """The motion that brings centres and points nearest to their nominal places."""
 
     points: tuple[str, ...]
+    """Names of at least three features with centres."""
     weights: tuple[float, ...] = ()
+    """Of their squared distances, in the same order; empty is one for each."""
     locked: tuple[LockedMotion, ...] = ()
+    """Motions of the part frame that stay as ``start`` has them."""
     start: (
         DatumAlignment | PlaneAxisPoint | DatumReferenceFrame | SavedFrame | Relocation | None
     ) = None
+    """The alignment that comes first; needed where something is locked."""
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -158,17 +131,12 @@ class ModelBestFit(
     """The motion that brings touches nearest to faces of the model, whatever their shape.
 
     The search begins where the points are nearest to their nominal places.
-
-    Attributes
-    ----------
-    points
-        Names of single points on these faces, at least seven.
-    faces
-        Of the model; every ball is held against the nearest of them.
     """
 
     points: tuple[str, ...]
+    """Names of single points on these faces, at least seven."""
     faces: tuple[NominalFace, ...]
+    """Of the model; every ball is held against the nearest of them."""
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -177,38 +145,26 @@ class ModelBestFit(
 
 
 class Condition(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One of the six conditions of reference points.
-
-    Attributes
-    ----------
-    feature
-        Name of a feature with a centre or of a point.
-    direction
-        (3,), part frame: along it the feature lies exactly at its nominal place.
-    """
+    """One of the six conditions of reference points."""
 
     feature: str
+    """Name of a feature with a centre or of a point."""
     direction: Vector3
+    """(3,), part frame: along it the feature lies exactly at its nominal place."""
 
 
 class ReferencePoints(
     _Rule, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag="rps"
 ):
-    """Reference points (RPS): six conditions on directions that all hold exactly.
-
-    Attributes
-    ----------
-    conditions
-        Six.
-    start
-        The alignment that comes first. Without it the best fit of all points is the start, and
-        the conditions name at least three features that do not lie on one line.
-    """
+    """Reference points (RPS): six conditions on directions that all hold exactly."""
 
     conditions: tuple[Condition, ...]
+    """Six."""
     start: (
         DatumAlignment | PlaneAxisPoint | DatumReferenceFrame | SavedFrame | Relocation | None
     ) = None
+    """The alignment that comes first. Without it the best fit of all points is the start, and the
+    conditions name at least three features that do not lie on one line."""
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -228,28 +184,20 @@ class SavedFrame(
     """A frame that was stored once, as that of the machine (`alignment.frame_document`).
 
     The plan holds the frame itself, so that a job can be opened where its file is not.
-
-    Attributes
-    ----------
-    name, digest
-        Name of the frame, and SHA-256 of its document.
-    rotation
-        Rows of the rotation from the world to the frame.
-    translation
-        mm, frame.
-    covariance
-        Six rows of six: of a small turn, rad, about the axes of the frame through its origin, and
-        a shift, mm, along them. Empty where it is not known: then nothing is proven in the frame.
-    simulated
-        It was measured on a virtual rig: nothing is proven in it about a real part.
     """
 
     name: str
     digest: str
+    """`name`, `digest`: Name of the frame, and SHA-256 of its document."""
     rotation: tuple[Vector3, Vector3, Vector3]
+    """Rows of the rotation from the world to the frame."""
     translation: Vector3
+    """mm, frame."""
     covariance: tuple[tuple[float, ...], ...] = ()
+    """Six rows of six: of a small turn, rad, about the axes of the frame through its origin, and a
+    shift, mm, along them. Empty where it is not known: then nothing is proven in the frame."""
     simulated: bool = False
+    """It was measured on a virtual rig: nothing is proven in it about a real part."""
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -267,26 +215,19 @@ class ControlPoint(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 class Relocation(
     _Rule, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag="relocation"
 ):
-    """The frame of before, found again at control points after the part was moved.
-
-    Attributes
-    ----------
-    name, digest
-        Name of the frame in which the control points were measured, and SHA-256 of its document.
-    control
-        At least three that do not lie on one line.
-    limit
-        mm: a control point that lies farther off after the best fit was moved, or touched wrongly;
-        then there is no frame.
-    simulated
-        It was measured on a virtual rig: nothing is proven in it about a real part.
-    """
+    """The frame of before, found again at control points after the part was moved."""
 
     name: str
     digest: str
+    """`name`, `digest`: Name of the frame in which the control points were measured, and SHA-256 of
+    its document."""
     control: tuple[ControlPoint, ...]
+    """At least three that do not lie on one line."""
     limit: float = 0.1
+    """mm: a control point that lies farther off after the best fit was moved, or touched wrongly;
+    then there is no frame."""
     simulated: bool = False
+    """It was measured on a virtual rig: nothing is proven in it about a real part."""
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -318,24 +259,16 @@ def simulated_frame(rule: Alignment | None) -> str:
 
 @dataclass(frozen=True, slots=True)
 class BoundAlignment:
-    """A rule together with what the plan says about all its features, probed and constructed.
-
-    Attributes
-    ----------
-    rule
-        How the part is aligned.
-    shapes
-        Of the features, by name.
-    nominals
-        Geometry vectors (12,), mm, part frame, by name; those that are not known are missing.
-    choice
-        Which way axes without a sense run, once it is settled (`alignment.datums.settled`).
-    """
+    """A rule together with what the plan says about all its features, probed and constructed."""
 
     rule: Alignment
+    """How the part is aligned."""
     shapes: Mapping[str, Shape]
+    """Of the features, by name."""
     nominals: Mapping[str, Float]
+    """Geometry vectors (12,), mm, part frame, by name; those that are not known are missing."""
     choice: int | None = None
+    """Which way axes without a sense run, once it is settled (`alignment.datums.settled`)."""
 
     @property
     def features(self) -> tuple[str, ...]:

@@ -21,18 +21,12 @@ NO_BLACK: NDArray[np.uint16] = np.zeros((0, 0), np.uint16)
 
 @dataclass(frozen=True, slots=True)
 class FinderState:
-    """Everything that a camera remembers from frame to frame; the arrays are written in place.
-
-    Attributes
-    ----------
-    slots
-        (8, N_SLOT): columns in `windows`.
-    cursor
-        (2,) int64: where the search is, see `search`.
-    """
+    """Everything that a camera remembers from frame to frame; the arrays are written in place."""
 
     slots: Float
+    """(8, N_SLOT): columns in `windows`."""
     cursor: Int
+    """(2,) int64: where the search is, see `search`."""
 
     @classmethod
     def fresh(cls) -> FinderState:

@@ -32,44 +32,32 @@ NEWTON_STEPS = 3
 
 @dataclass(frozen=True, slots=True)
 class CameraModel:
-    """One calibrated camera.
-
-    Attributes
-    ----------
-    name, serial
-        What the rig document calls it and the serial number that its electronics report.
-    width, height
-        Sensor size, px.
-    pitch_mm
-        Pixel pitch, mm.
-    focal
-        Focal length, mm.
-    aspect
-        Sx / Sy, dimensionless.
-    u0, v0
-        Principal point, px.
-    k1, k2
-        Radial distortion, mm^-2 and mm^-4.
-    p1, p2
-        Tangential distortion, mm^-1.
-    T_camera_from_world
-        Pose; the camera looks along its +z.
-    """
+    """One calibrated camera."""
 
     name: str
     serial: int
+    """`name`, `serial`: What the rig document calls it and the serial number that its electronics
+    report."""
     width: int
     height: int
+    """`width`, `height`: Sensor size, px."""
     pitch_mm: float
+    """Pixel pitch, mm."""
     focal: float
+    """Focal length, mm."""
     aspect: float
+    """Sx / Sy, dimensionless."""
     u0: float
     v0: float
+    """`u0`, `v0`: Principal point, px."""
     k1: float
     k2: float
+    """`k1`, `k2`: Radial distortion, mm^-2 and mm^-4."""
     p1: float
     p2: float
+    """`p1`, `p2`: Tangential distortion, mm^-1."""
     T_camera_from_world: RigidTransform
+    """Pose; the camera looks along its +z."""
 
     @property
     def sx(self) -> float:

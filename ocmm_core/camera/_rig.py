@@ -70,21 +70,14 @@ class CameraEntry(
 
 
 class SpotNoise(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How far a spot position can be wrong, px per axis.
-
-    Attributes
-    ----------
-    white_px
-        Standard deviation of one exposure, independent from frame to frame.
-    pattern_px
-        Standard deviation of the part that stays at a place of the sensor.
-    pattern_length_px
-        Distance over which that part is alike (Gaussian correlation).
-    """
+    """How far a spot position can be wrong, px per axis."""
 
     white_px: float
+    """Standard deviation of one exposure, independent from frame to frame."""
     pattern_px: float
+    """Standard deviation of the part that stays at a place of the sensor."""
     pattern_length_px: float
+    """Distance over which that part is alike (Gaussian correlation)."""
 
 
 class CalibrationDesign(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -117,45 +110,30 @@ class RigDocument(Document, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class Rig:
-    """The calibrated cameras and the uncertainty of their calibration.
-
-    Attributes
-    ----------
-    name
-        Name of the rig.
-    cameras
-        Two to `MAX_CAMERAS` cameras.
-    aliases
-        EtherCAT station alias of each camera.
-    frame_rate_hz
-        Exposures a second.
-    noise
-        Spot noise.
-    volume_world
-        (2, 3), mm: corners of the calibrated volume.
-    parameter_covariance
-        (14 C, 14 C), in the order of `camera.model.PARAMETERS`, camera by camera.
-    identity
-        SHA-256 of the document.
-    sensors
-        Serial number of the sensor of each camera, 0 where not known; empty: of none.
-    device
-        Name, or whole path, of the description of its cameras; empty: they are ours.
-    calibrate_unproven
-        Its document allows to calibrate cameras that cannot prove the age of their data.
-    """
+    """The calibrated cameras and the uncertainty of their calibration."""
 
     name: str
+    """Name of the rig."""
     cameras: tuple[CameraModel, ...]
+    """Two to `MAX_CAMERAS` cameras."""
     aliases: tuple[int, ...]
+    """EtherCAT station alias of each camera."""
     frame_rate_hz: int
+    """Exposures a second."""
     noise: SpotNoise
+    """Spot noise."""
     volume_world: Float
+    """(2, 3), mm: corners of the calibrated volume."""
     parameter_covariance: Float
+    """(14 C, 14 C), in the order of `camera.model.PARAMETERS`, camera by camera."""
     identity: str
+    """SHA-256 of the document."""
     sensors: tuple[int, ...] = ()
+    """Serial number of the sensor of each camera, 0 where not known; empty: of none."""
     device: str = ""
+    """Name, or whole path, of the description of its cameras; empty: they are ours."""
     calibrate_unproven: bool = False
+    """Its document allows to calibrate cameras that cannot prove the age of their data."""
     # Every call of a kernel takes it, and making it takes longer than a single tip.
     _packed: Float = dataclasses.field(init=False, repr=False, compare=False)
 

@@ -64,69 +64,49 @@ class Window:
 
 @dataclass(frozen=True, slots=True)
 class SpotOptions:
-    """How spots are found and judged; lengths in px, light in counts of the converter.
-
-    Attributes
-    ----------
-    threshold
-        Height above the background from which on a pixel belongs to a spot: five times the read
-        noise, so that dark pixels pass once in a minute or less.
-    read_noise
-        Standard deviation of a dark pixel from frame to frame.
-    dark_spread
-        Standard deviation of the dark signal from pixel to pixel; counts as noise where there is
-        no black image.
-    black_frames
-        Frames of which a black image is the mean.
-    response_spread
-        Relative standard deviation of the response to light from pixel to pixel.
-    electrons_per_count
-        For the shot noise.
-    full_scale
-        A pixel with this value is overexposed.
-    weight_sigma
-        Of the Gaussian weight; best near 1.3 times that of the spot.
-    min_pixels, max_pixels
-        Above the threshold.
-    max_elongation
-        Ratio of the axes that a spot without noise may have; noise is allowed for. Two equal LEDs
-        in one spot are told from 2 px on; what is nearer tells itself by its light.
-    max_sigma
-        A position that is less certain is not reported.
-    window
-        Width and height of a window.
-    separation
-        Spots of two slots nearer than this are the same spot.
-    flux_low, flux_high
-        How far the light may change against what this LED usually has.
-    confirm
-        A new spot is reported from this frame on.
-    hold
-        Frames for which a window waits for its LED before the slot is given up.
-    search_step, search_lines
-        The search reads every second line and pixel (two), and so many lines a frame.
-    """
+    """How spots are found and judged; lengths in px, light in counts of the converter."""
 
     threshold: float = 200.0
+    """Height above the background from which on a pixel belongs to a spot: five times the read
+    noise, so that dark pixels pass once in a minute or less."""
     read_noise: float = 40.0
+    """Standard deviation of a dark pixel from frame to frame."""
     dark_spread: float = 60.0
+    """Standard deviation of the dark signal from pixel to pixel; counts as noise where there is no
+    black image."""
     black_frames: int = 64
+    """Frames of which a black image is the mean."""
     response_spread: float = 0.01
+    """Relative standard deviation of the response to light from pixel to pixel."""
     electrons_per_count: float = 1.0
+    """For the shot noise."""
     full_scale: float = 16383.0
+    """A pixel with this value is overexposed."""
     weight_sigma: float = 1.3
+    """Of the Gaussian weight; best near 1.3 times that of the spot."""
     min_pixels: int = 4
     max_pixels: int = 64
+    """`min_pixels`, `max_pixels`: Above the threshold."""
     max_elongation: float = 1.25
+    """Ratio of the axes that a spot without noise may have; noise is allowed for. Two equal LEDs in
+    one spot are told from 2 px on; what is nearer tells itself by its light."""
     max_sigma: float = 0.15
+    """A position that is less certain is not reported."""
     window: int = 16
+    """Width and height of a window."""
     separation: float = 3.0
+    """Spots of two slots nearer than this are the same spot."""
     flux_low: float = 0.5
     flux_high: float = 1.6
+    """`flux_low`, `flux_high`: How far the light may change against what this LED usually has."""
     confirm: int = 3
+    """A new spot is reported from this frame on."""
     hold: int = 800
+    """Frames for which a window waits for its LED before the slot is given up."""
     search_step: int = 2
     search_lines: int = 2
+    """`search_step`, `search_lines`: The search reads every second line and pixel (two), and so
+    many lines a frame."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot work.
@@ -179,56 +159,39 @@ class SpotOptions:
 
 @dataclass(frozen=True, slots=True)
 class SpotReading:
-    """What one window says by itself.
-
-    Attributes
-    ----------
-    status
-        Whether this is one LED.
-    uv
-        (2,), px of the sensor: also given where the spot is refused, NaN in the dark.
-    variance
-        (2,), px^2: of read noise, photons and converter, and of what the pixels keep of their
-        differences.
-    flux, peak, background
-        Counts: weighted light, brightest pixel of the spot above the background, background.
-    pixels
-        Above the threshold.
-    elongation
-        Ratio of the axes.
-    """
+    """What one window says by itself."""
 
     status: SpotStatus
+    """Whether this is one LED."""
     uv: Float
+    """(2,), px of the sensor: also given where the spot is refused, NaN in the dark."""
     variance: Float
+    """(2,), px^2: of read noise, photons and converter, and of what the pixels keep of their
+    differences."""
     flux: float
     peak: float
     background: float
+    """`flux`, `peak`, `background`: Counts: weighted light, brightest pixel of the spot above the
+    background, background."""
     pixels: int
+    """Above the threshold."""
     elongation: float
+    """Ratio of the axes."""
 
 
 @dataclass(frozen=True, slots=True)
 class SpotBlock:
-    """What a camera says about consecutive frames.
-
-    Attributes
-    ----------
-    valid
-        (n,) uint16: bit s says that slot s holds a spot.
-    saturated
-        (n,) bool: a spot is overexposed.
-    status
-        (n, 8) uint8: `SpotStatus`.
-    uv, variance
-        (n, 8, 2), px and px^2; NaN where not valid.
-    """
+    """What a camera says about consecutive frames."""
 
     valid: NDArray[np.uint16]
+    """(n,) uint16: bit s says that slot s holds a spot."""
     saturated: NDArray[np.bool_]
+    """(n,) bool: a spot is overexposed."""
     status: NDArray[np.uint8]
+    """(n, 8) uint8: `SpotStatus`."""
     uv: Float
     variance: Float
+    """`uv`, `variance`: (n, 8, 2), px and px^2; NaN where not valid."""
 
     @classmethod
     def empty(cls, n: int) -> SpotBlock:

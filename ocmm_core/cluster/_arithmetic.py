@@ -24,21 +24,14 @@ _CORES = (
 
 @dataclass(frozen=True, slots=True)
 class Arithmetic:
-    """What three libraries use of a processor.
-
-    Attributes
-    ----------
-    loops
-        For which kind loops are compiled, as LLVM calls it.
-    numpy
-        Groups of instructions beyond those that numpy always uses.
-    blas
-        For which processor each OpenBLAS works; as many as could be asked.
-    """
+    """What three libraries use of a processor."""
 
     loops: str
+    """For which kind loops are compiled, as LLVM calls it."""
     numpy: tuple[str, ...]
+    """Groups of instructions beyond those that numpy always uses."""
     blas: tuple[str, ...]
+    """For which processor each OpenBLAS works; as many as could be asked."""
 
     def __str__(self) -> str:
         """Return it in words."""

@@ -71,27 +71,10 @@ def end_client(client: Client, timeout_s: float) -> None:
 
 @dataclass(slots=True)
 class Tasks:
-    """The tasks of one call.
-
-    Attributes
-    ----------
-    connect
-        Makes a client within so many seconds.
-    begun
-        So many have been given out at least once.
-    alone
-        Places that are given out one by one, before those that have not been: of a task about
-        several that failed as a whole, and of those that were open when the scheduler went.
-    suspects
-        Places that are given out while nothing else is open: a worker that ended took with it
-        also what only waited there.
-    asked_alone
-        Those of them that were: what ends a worker then ends it by itself.
-    thing_s
-        How long one thing takes.
-    """
+    """The tasks of one call."""
 
     connect: Callable[[float], Client]
+    """Makes a client within so many seconds."""
     address: str
     work: Callable[..., Any]
     things: Sequence[Any]
@@ -101,10 +84,17 @@ class Tasks:
     open: dict[str, _Open] = field(default_factory=dict)
     kept: Contents = field(default_factory=Contents)
     begun: int = 0
+    """So many have been given out at least once."""
     alone: deque[int] = field(default_factory=deque)
+    """Places that are given out one by one, before those that have not been: of a task about
+    several that failed as a whole, and of those that were open when the scheduler went."""
     suspects: deque[int] = field(default_factory=deque)
+    """Places that are given out while nothing else is open: a worker that ended took with it also
+    what only waited there."""
     asked_alone: set[int] = field(default_factory=set)
+    """Those of them that were: what ends a worker then ends it by itself."""
     thing_s: float = math.inf
+    """How long one thing takes."""
     done: queue.SimpleQueue[str] = field(default_factory=queue.SimpleQueue)
 
     def run(self) -> Iterator[Any]:

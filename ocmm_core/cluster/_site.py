@@ -14,31 +14,23 @@ from ocmm_core.cluster._sentences import bad_address, no_certificates, no_dask, 
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    """Where work is done.
-
-    Attributes
-    ----------
-    scheduler
-        ``tls://HOST:PORT`` or ``tcp://HOST:PORT`` of a Dask scheduler; empty: this computer.
-    workers
-        Processes of this computer; None for one a core where it pays. Unused with a scheduler.
-    ca, cert, key
-        PEM files for ``tls``: who signed all certificates, the one of this computer, its key.
-    unencrypted
-        A scheduler without TLS may be in a network.
-    dask
-        Processes of this computer may be those of Dask where it is installed and pays; else they
-        are our own, which start sooner and leave a task undone whose process ended. A script that
-        sets it guards its main module, as for `multiprocessing`.
-    """
+    """Where work is done."""
 
     scheduler: str = ""
+    """``tls://HOST:PORT`` or ``tcp://HOST:PORT`` of a Dask scheduler; empty: this computer."""
     workers: int | None = None
+    """Processes of this computer; None for one a core where it pays. Unused with a scheduler."""
     ca: Path | None = None
     cert: Path | None = None
     key: Path | None = None
+    """`ca`, `cert`, `key`: PEM files for ``tls``: who signed all certificates, the one of this
+    computer, its key."""
     unencrypted: bool = False
+    """A scheduler without TLS may be in a network."""
     dask: bool = False
+    """Processes of this computer may be those of Dask where it is installed and pays; else they are
+    our own, which start sooner and leave a task undone whose process ended. A script that sets it
+    guards its main module, as for `multiprocessing`."""
 
     def check(self) -> None:
         """Raise InputError where work cannot or must not be done there."""

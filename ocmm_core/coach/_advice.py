@@ -37,22 +37,16 @@ _LOWEST = float(np.cos(np.radians(100.0)))
 
 @dataclass(frozen=True, slots=True)
 class Hint:
-    """A turn, or two, and what they are good for.
-
-    Attributes
-    ----------
-    turns
-        What to do, in this order; the second is a turn about another axis.
-    now_mm, then_mm
-        U, k = 2, of one averaged point in its worst direction: as the probe is held, and turned.
-    leds
-        How many LEDs two cameras see then.
-    """
+    """A turn, or two, and what they are good for."""
 
     turns: tuple[Turn, ...]
+    """What to do, in this order; the second is a turn about another axis."""
     now_mm: float
     then_mm: float
+    """`now_mm`, `then_mm`: U, k = 2, of one averaged point in its worst direction: as the probe is
+    held, and turned."""
     leds: int
+    """How many LEDs two cameras see then."""
 
     @property
     def share(self) -> float:
@@ -76,19 +70,13 @@ class Hint:
 
 @dataclass(frozen=True, slots=True)
 class Advice:
-    """What the coach found.
-
-    Attributes
-    ----------
-    now_mm
-        U as the probe is held; NaN where there is none.
-    hints
-        The best of every way that keeps enough LEDs, the least U for the effort first; some may
-        make U worse.
-    """
+    """What the coach found."""
 
     now_mm: float
+    """U as the probe is held; NaN where there is none."""
     hints: tuple[Hint, ...] = ()
+    """The best of every way that keeps enough LEDs, the least U for the effort first; some may make
+    U worse."""
 
     def best(self, share: float = REAL_SHARE) -> Hint | None:
         """Return the best turn that takes so much off; None where none does."""

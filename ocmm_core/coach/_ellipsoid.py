@@ -13,25 +13,17 @@ from ocmm_core.measuring import COVERAGE_FACTOR
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ellipsoid:
-    """Where the ball is, with k = 2 along every axis.
-
-    Attributes
-    ----------
-    half_axes_mm
-        (3,), the longest first: it is the U of the readout.
-    directions_world
-        (3, 3), unit: the axes as rows.
-    outline_mm
-        (3,): of what the inspector sees of it the longer and the shorter half axis, mm, and the
-        angle of the longer one from his right, rad, towards up.
-    depth_mm
-        How far it reaches towards him and away.
-    """
+    """Where the ball is, with k = 2 along every axis."""
 
     half_axes_mm: Float
+    """(3,), the longest first: it is the U of the readout."""
     directions_world: Float
+    """(3, 3), unit: the axes as rows."""
     outline_mm: Float
+    """(3,): of what the inspector sees of it the longer and the shorter half axis, mm, and the
+    angle of the longer one from his right, rad, towards up."""
     depth_mm: float
+    """How far it reaches towards him and away."""
 
     @property
     def u_mm(self) -> float:

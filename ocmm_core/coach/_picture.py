@@ -17,40 +17,27 @@ from ocmm_core.tracking import ProbeBody
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProbePicture:
-    """The probe, flat, about the middle of its ball; mm, to the right and up.
-
-    Attributes
-    ----------
-    leds
-        (L, 2).
-    behind
-        (L,): the LED looks away from the inspector, so that he sees its back.
-    outline
-        (k, 2): about the LEDs.
-    foot
-        (2,): where the stylus ends in the body.
-    ball_radius
-        mm.
-    cameras
-        Their names, as they stand before him from left to right.
-    seen
-        (C, L): which of them sees which LED, in that order.
-    turn
-        What is to be done; None where nothing is known.
-    known
-        Whether the attitude is that of the probe; otherwise it is drawn upright, with its LEDs to
-        the cameras.
-    """
+    """The probe, flat, about the middle of its ball; mm, to the right and up."""
 
     leds: Float
+    """(L, 2)."""
     behind: Bool
+    """(L,): the LED looks away from the inspector, so that he sees its back."""
     outline: Float
+    """(k, 2): about the LEDs."""
     foot: Float
+    """(2,): where the stylus ends in the body."""
     ball_radius: float
+    """mm."""
     cameras: tuple[str, ...]
+    """Their names, as they stand before him from left to right."""
     seen: Bool
+    """(C, L): which of them sees which LED, in that order."""
     turn: Turn | None
+    """What is to be done; None where nothing is known."""
     known: bool = True
+    """Whether the attitude is that of the probe; otherwise it is drawn upright, with its LEDs to
+    the cameras."""
 
     def counts(self) -> tuple[tuple[str, int], ...]:
         """Return the name of each camera and how many LEDs it sees."""

@@ -24,40 +24,26 @@ Sensitivities = Callable[[Float], Sequence[TipSensitivity]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Held:
-    """How a probe is held.
-
-    Attributes
-    ----------
-    rotation_world_from_probe
-        (3, 3).
-    tip_world
-        (3,), mm: of the resting ball.
-    seen
-        (C, L): which camera sees which LED now.
-    """
+    """How a probe is held."""
 
     rotation_world_from_probe: Float
+    """(3, 3)."""
     tip_world: Float
+    """(3,), mm: of the resting ball."""
     seen: Bool
+    """(C, L): which camera sees which LED now."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sight:
-    """Which LEDs cameras see by the model of their light, and where.
-
-    Attributes
-    ----------
-    seen
-        (n, C, L).
-    on_sensor
-        (n, C, L): whether the picture of the LED lies on the sensor, lit or not.
-    spots
-        (n, C, L, 2), px, of all LEDs, seen or not.
-    """
+    """Which LEDs cameras see by the model of their light, and where."""
 
     seen: Bool
+    """(n, C, L)."""
     on_sensor: Bool
+    """(n, C, L): whether the picture of the LED lies on the sensor, lit or not."""
     spots: Float
+    """(n, C, L, 2), px, of all LEDs, seen or not."""
 
 
 def sight_of(

@@ -21,18 +21,12 @@ _HIDDEN_SHARE = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProbeHelp:
-    """A picture and one remedy.
-
-    Attributes
-    ----------
-    remedy
-        One short sentence, to be read from afar; empty where the reason says all.
-    picture
-        Of the probe, with the turn of the remedy where it is one.
-    """
+    """A picture and one remedy."""
 
     remedy: str
+    """One short sentence, to be read from afar; empty where the reason says all."""
     picture: ProbePicture
+    """Of the probe, with the turn of the remedy where it is one."""
 
 
 def help_when_lost(

@@ -21,18 +21,13 @@ _LEAST = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stance:
-    """The directions of the inspector, (3,), unit, world.
-
-    Attributes
-    ----------
-    right, up, away
-        To his right, up, and away from him: towards the cameras. A right-handed frame is
-        (right, away, up).
-    """
+    """The directions of the inspector, (3,), unit, world."""
 
     right: Float
     up: Float
     away: Float
+    """`right`, `up`, `away`: To his right, up, and away from him: towards the cameras. A
+    right-handed frame is (right, away, up)."""
 
     def flat(self, vectors: Float) -> Float:
         """Return what he sees of vectors (..., 3), mm, world: (..., 2), to the right and up."""

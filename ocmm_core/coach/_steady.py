@@ -18,15 +18,10 @@ _OTHER_DEG, _OTHER_U = 10, 0.1
 
 @dataclass(slots=True)
 class SteadyHint:
-    """Keep what is shown; fed with the advice of every moment.
-
-    Attributes
-    ----------
-    shown
-        What stands on the screen; None where nothing does.
-    """
+    """Keep what is shown; fed with the advice of every moment."""
 
     shown: Hint | None = None
+    """What stands on the screen; None where nothing does."""
     _coming: Hint | None = None
     _changing: bool = False
     _since_s: float = 0.0

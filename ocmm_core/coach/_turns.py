@@ -27,18 +27,12 @@ class Way(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """One turn about the ball.
-
-    Attributes
-    ----------
-    way
-        Where it goes.
-    degrees
-        How far, greater than zero.
-    """
+    """One turn about the ball."""
 
     way: Way
+    """Where it goes."""
     degrees: int
+    """How far, greater than zero."""
 
     def rotation_world(self, stance: Stance) -> Float:
         """Return it as a rotation (3, 3) of the world about the ball."""

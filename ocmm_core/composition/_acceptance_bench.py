@@ -63,68 +63,46 @@ from ocmm_core.errors import InputError, OcmmError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conditions:
-    """What is filled in before a test begins.
-
-    Attributes
-    ----------
-    who, place, customer, condition
-        As in `AcceptanceRecord`.
-    temperature_c
-        Of the room.
-    air
-        Humidity and pressure, where somebody read them off.
-    """
+    """What is filled in before a test begins."""
 
     who: str
     place: str = ""
     customer: str = ""
     condition: str = "as found"
+    """`who`, `place`, `customer`, `condition`: As in `AcceptanceRecord`."""
     temperature_c: float = 20.0
+    """Of the room."""
     air: RoomAir = field(default_factory=RoomAir)
+    """Humidity and pressure, where somebody read them off."""
 
 
 @dataclass(frozen=True, slots=True)
 class TestsMade:
-    """What a folder of tests holds.
-
-    Attributes
-    ----------
-    finished, unread
-        As `finished_tests`.
-    unfinished
-        As `open_tests`.
-    chart
-        Of the artefact of the last interim check; None where there was none.
-    """
+    """What a folder of tests holds."""
 
     __test__ = False
 
     finished: tuple[FinishedTest, ...]
     unread: tuple[str, ...]
+    """`finished`, `unread`: As `finished_tests`."""
     unfinished: tuple[OpenTest, ...]
+    """As `open_tests`."""
     chart: InterimChart | None
+    """Of the artefact of the last interim check; None where there was none."""
 
 
 @dataclass(frozen=True, slots=True)
 class AcceptanceBench:
-    """Where the tests of a station are made.
-
-    Attributes
-    ----------
-    request
-        What the station was built from.
-    recorded
-        Name of the source that was recorded; empty where nothing is replayed.
-    folder
-        Of sessions, records and checks; None for that of this user, apart for virtual rigs.
-    register
-        Folder of the artefacts; None for that of this user.
-    """
+    """Where the tests of a station are made."""
 
     request: StationRequest
+    """What the station was built from."""
     recorded: str = ""
+    """Name of the source that was recorded; empty where nothing is replayed."""
     folder: Path | None = None
+    """Of sessions, records and checks; None for that of this user, apart for virtual rigs."""
     register: Path | None = None
+    """Folder of the artefacts; None for that of this user."""
     shipped: dict[str, UsedArtefact] = field(default_factory=dict)
     """Artefacts of the virtual rig, by role, read once."""
 

@@ -70,26 +70,19 @@ SHIPPED = {
 
 @dataclass(frozen=True, slots=True)
 class AcceptanceSite:
-    """See the module.
-
-    Attributes
-    ----------
-    stage, procedure_sha256
-        Of the test.
-    cameras, probe
-        In use.
-    source, rig, probe_document, seed
-        As they were given.
-    """
+    """See the module."""
 
     stage: Stage
     procedure_sha256: str
+    """`stage`, `procedure_sha256`: Of the test."""
     cameras: CalibrationInUse
     probe: ProbeInUse
+    """`cameras`, `probe`: In use."""
     source: str
     rig: Path
     probe_document: Path
     seed: int
+    """`source`, `rig`, `probe_document`, `seed`: As they were given."""
 
 
 def open_test_site(

@@ -44,22 +44,15 @@ _ALSO_DEG = (0.0, 180.0, 24.0, 204.0, -24.0, 156.0, 6.0, 186.0, -18.0, 162.0)
 
 @dataclass(frozen=True, slots=True)
 class VirtualSite:
-    """The virtual rig that a procedure is run with.
-
-    Attributes
-    ----------
-    rig, probe
-        Documents.
-    seed
-        Of the world.
-    move
-        Seed of what happened to the frame since; None: nothing.
-    """
+    """The virtual rig that a procedure is run with."""
 
     rig: Path
     probe: Path
+    """`rig`, `probe`: Documents."""
     seed: int
+    """Of the world."""
     move: int | None
+    """Seed of what happened to the frame since; None: nothing."""
 
     def script(self, scenes: tuple[Scene, ...]) -> CalibratingScript:
         """Return the rig with scenes, in words."""

@@ -31,48 +31,32 @@ _GIVEN = "given by the operator"
 
 @dataclass(frozen=True, slots=True)
 class ClimateRequest:
-    """What is asked for about temperatures; None where nobody knows.
-
-    Attributes
-    ----------
-    probe_design
-        Design document of the probe.
-    probe_c, part_c
-        Temperatures, °C.
-    sigma_k
-        Standard uncertainty of each.
-    part_expansion_ppm
-        1e-6/K; None takes the material of the plan.
-    compensate_probe, compensate_part
-        The two switches.
-    """
+    """What is asked for about temperatures; None where nobody knows."""
 
     probe_design: Path | None = None
+    """Design document of the probe."""
     probe_c: float | None = None
     part_c: float | None = None
+    """`probe_c`, `part_c`: Temperatures, °C."""
     sigma_k: float = _SIGMA_K
+    """Standard uncertainty of each."""
     part_expansion_ppm: float | None = None
+    """1e-6/K; None takes the material of the plan."""
     compensate_probe: bool = False
     compensate_part: bool = False
+    """`compensate_probe`, `compensate_part`: The two switches."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClimateInUse:
-    """What a job is measured with.
-
-    Attributes
-    ----------
-    climate
-        For the job file, the reports and the window.
-    body
-        The probe, with its geometry as it is to be used.
-    contact
-        What the hand's force does; None where the design is not known.
-    """
+    """What a job is measured with."""
 
     climate: Climate
+    """For the job file, the reports and the window."""
     body: ProbeBody
+    """The probe, with its geometry as it is to be used."""
     contact: ContactForce | None
+    """What the hand's force does; None where the design is not known."""
 
 
 def climate_in_use(

@@ -16,18 +16,12 @@ from ocmm_core.host import HOST
 
 @dataclass(frozen=True, slots=True)
 class Compilation:
-    """What was compiled.
-
-    Attributes
-    ----------
-    listed
-        Functions that there are, each with its types.
-    compiled
-        Functions that were compiled now, also those that others call; the rest was there already.
-    """
+    """What was compiled."""
 
     listed: int
+    """Functions that there are, each with its types."""
     compiled: int
+    """Functions that were compiled now, also those that others call; the rest was there already."""
 
 
 def compile_all(processes: int | None = None) -> Compilation:

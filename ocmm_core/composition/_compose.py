@@ -46,37 +46,25 @@ from ocmm_core.tracking import (
 
 @dataclass(frozen=True, slots=True)
 class BuiltStation:
-    """A station and what a composition root wants to know beside it.
-
-    Attributes
-    ----------
-    station
-        Not started yet; `MeasuringStation.close` gives everything back.
-    job_path
-        The job file.
-    description
-        What the source says about itself.
-    virtual
-        The virtual rig whose script is played, None for anything else.
-    live
-        Frames come by themselves; such a source does not end.
-    passed_over
-        Why jobs in the folder of a batch could not be looked at.
-    recorded
-        Name of the source that was recorded; empty where nothing is replayed.
-    hand
-        Whoever sits before the screen may hold the probe; None where that is a real one, or the
-        script ends.
-    """
+    """A station and what a composition root wants to know beside it."""
 
     station: MeasuringStation
+    """Not started yet; `MeasuringStation.close` gives everything back."""
     job_path: Path
+    """The job file."""
     description: SourceDescription
+    """What the source says about itself."""
     virtual: VirtualRig | None
+    """The virtual rig whose script is played, None for anything else."""
     live: bool
+    """Frames come by themselves; such a source does not end."""
     passed_over: tuple[OcmmError, ...] = ()
+    """Why jobs in the folder of a batch could not be looked at."""
     recorded: str = ""
+    """Name of the source that was recorded; empty where nothing is replayed."""
     hand: HandAtRig | None = None
+    """Whoever sits before the screen may hold the probe; None where that is a real one, or the
+    script ends."""
 
 
 def build_station(request: StationRequest) -> BuiltStation:

@@ -40,83 +40,65 @@ class StationRequest:
     ----------
     plan, rig, probe, part
         Documents; the part is only for virtual rigs.
-    source
-        One of `SOURCES`, with what comes behind its prefix.
-    out
-        Folder of the job file; made if it does not exist.
-    seed, speed, world, frame_rate_hz
-        Of the virtual rig; a speed of zero is as fast as possible, a rate of zero the rig's own.
-    stay, rest_speed
-        At the end of the script the operator stays and goes on touching what is missing. While
-        nothing is, a virtual rig without a speed has this one, and zero is as fast as possible.
-    operator, serial, order, batch
-        Names for the job; order and batch may be empty.
-    resume
-        Job file that is gone on with, by its own plan; None for a new job.
-    probing
-        In the order of the plan, or in any.
-    record
-        File that takes all raw frames, or None.
-    force
-        Use a network interface although the computer needs it itself.
-    bus_processor
-        Number of the processor that the bus process stays on; None lets it choose.
-    method
-        How poses are computed.
-    control
-        Socket over which faults can be made to the cameras of a virtual wire; empty: none.
-    calibrations
-        Folder of calibrations; None is that of this user for real cameras, and the rig document
-        itself for virtual ones and replays.
-    uncalibrated
-        Take points whatever is the matter with calibration and tip; they prove nothing.
-    probes, tip
-        Folder of records of probes, as ``calibrations``; name of the tip that is on the probe, or
-        None for the one that the records say.
-    check_after_h
-        After so many hours without a point or a check the tip must be checked.
-    climate
-        Temperatures of probe and part, and what is to be compensated for them.
-    reference
-        Document of the reference body to which everything is given; None without one.
-    stream
-        How points and poses are given to other programs; None where they are not.
-    room
-        What was read off in the room before the first point; kept in the job.
     """
 
     plan: Path
     out: Path
+    """Folder of the job file; made if it does not exist."""
     rig: Path = RECOMMENDED_RIG
     probe: Path = STANDARD_PROBE
     part: Path = DEMO_PART
     source: str = DEFAULT_SOURCE
+    """One of `SOURCES`, with what comes behind its prefix."""
     seed: int = DEFAULT_SEED
     speed: float = 0.0
     world: WorldOptions = field(default_factory=WorldOptions)
     frame_rate_hz: int = 0
+    """`seed`, `speed`, `world`, `frame_rate_hz`: Of the virtual rig; a speed of zero is as fast as
+    possible, a rate of zero the rig's own."""
     stay: bool = False
     rest_speed: float = 1.0
+    """`stay`, `rest_speed`: At the end of the script the operator stays and goes on touching what
+    is missing. While nothing is, a virtual rig without a speed has this one, and zero is as fast as
+    possible."""
     operator: str = "demo"
     serial: str = "1"
     order: str = ""
     batch: str = ""
+    """`operator`, `serial`, `order`, `batch`: Names for the job; order and batch may be empty."""
     resume: Path | None = None
+    """Job file that is gone on with, by its own plan; None for a new job."""
     probing: Probing = "plan"
+    """In the order of the plan, or in any."""
     record: Path | None = None
+    """File that takes all raw frames, or None."""
     force: bool = False
+    """Use a network interface although the computer needs it itself."""
     bus_processor: int | None = None
+    """Number of the processor that the bus process stays on; None lets it choose."""
     method: Method = "gauss-newton"
+    """How poses are computed."""
     control: str = ""
+    """Socket over which faults can be made to the cameras of a virtual wire; empty: none."""
     calibrations: Path | None = None
+    """Folder of calibrations; None is that of this user for real cameras, and the rig document
+    itself for virtual ones and replays."""
     uncalibrated: bool = False
+    """Take points whatever is the matter with calibration and tip; they prove nothing."""
     probes: Path | None = None
     tip: str | None = None
+    """`probes`, `tip`: Folder of records of probes, as ``calibrations``; name of the tip that is on
+    the probe, or None for the one that the records say."""
     check_after_h: float = 8.0
+    """After so many hours without a point or a check the tip must be checked."""
     climate: ClimateRequest = field(default_factory=ClimateRequest)
+    """Temperatures of probe and part, and what is to be compensated for them."""
     reference: Path | None = None
+    """Document of the reference body to which everything is given; None without one."""
     stream: StreamOptions | None = None
+    """How points and poses are given to other programs; None where they are not."""
     room: TypedRoom = field(default_factory=TypedRoom)
+    """What was read off in the room before the first point; kept in the job."""
 
 
 _STOP_S = 3.0
@@ -125,31 +107,22 @@ _STOP_S = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Feed:
-    """A source of frames made ready.
-
-    Attributes
-    ----------
-    acquisition, ring
-        Not started; whoever takes the feed calls `end`, which stops the one and closes the other.
-    description
-        What the source says about itself.
-    live
-        Frames come by themselves.
-    virtual
-        The virtual rig whose script is played, None for anything else.
-    simulated
-        The source itself, where it is the virtual rig of this process.
-    recorded
-        Name of the source that was recorded; empty where nothing is replayed.
-    """
+    """A source of frames made ready."""
 
     acquisition: Acquisition
     ring: FrameRing
+    """`acquisition`, `ring`: Not started; whoever takes the feed calls `end`, which stops the one
+    and closes the other."""
     description: SourceDescription
+    """What the source says about itself."""
     live: bool
+    """Frames come by themselves."""
     virtual: VirtualRig | None = None
+    """The virtual rig whose script is played, None for anything else."""
     simulated: SimulatedSource | None = None
+    """The source itself, where it is the virtual rig of this process."""
     recorded: str = ""
+    """Name of the source that was recorded; empty where nothing is replayed."""
 
     def end(self) -> AcquisitionStatus:
         """Stop the acquisition, close the ring, and return what became of it."""

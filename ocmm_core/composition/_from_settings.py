@@ -15,30 +15,22 @@ from ocmm_core.settings import Settings
 
 @dataclass(frozen=True, slots=True)
 class Errand:
-    """What is measured now, and how the virtual rig plays it: no setting.
-
-    Attributes
-    ----------
-    plan, part, seed, speed, stay
-        See `StationRequest`.
-    operator, serial
-        Names for the job; an empty operator is that of the settings.
-    resume
-        Job that is gone on with.
-    force, uncalibrated
-        See `StationRequest`; never kept, so that nobody forgets them.
-    """
+    """What is measured now, and how the virtual rig plays it: no setting."""
 
     plan: Path
     part: Path = DEMO_PART
     seed: int = DEFAULT_SEED
     speed: float = 1.0
     stay: bool = True
+    """`plan`, `part`, `seed`, `speed`, `stay`: See `StationRequest`."""
     operator: str = ""
     serial: str = "1"
+    """`operator`, `serial`: Names for the job; an empty operator is that of the settings."""
     resume: Path | None = None
+    """Job that is gone on with."""
     force: bool = False
     uncalibrated: bool = False
+    """`force`, `uncalibrated`: See `StationRequest`; never kept, so that nobody forgets them."""
 
 
 def request_of_settings(settings: Settings, errand: Errand) -> StationRequest:

@@ -39,43 +39,29 @@ class Origin(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SourceSpec:
-    """One kind of source.
-
-    Attributes
-    ----------
-    prefix
-        How its name begins; the whole name where nothing follows.
-    forms
-        What a person types, and what that is: one row for each way to write it.
-    takes_value
-        Something follows the prefix, such as an interface or a file.
-    origin
-        What is behind the frames.
-    live
-        Frames come by themselves; other sources wait for who reads them.
-    on_bus
-        A bus process brings them, which can be asked about its cameras.
-    recorded_as
-        How its name begins in recordings; empty for a recording, which keeps the name it has.
-    make
-        Makes it ready, from the request, its plan, the rig and what follows the prefix.
-    segment
-        The software cameras on its virtual wire; None where there is none.
-    scenes
-        Makes the virtual rig with the scenes of a calibration, times real time; None where there
-        are no such scenes.
-    """
+    """One kind of source."""
 
     prefix: str
+    """How its name begins; the whole name where nothing follows."""
     forms: tuple[tuple[str, str], ...]
+    """What a person types, and what that is: one row for each way to write it."""
     takes_value: bool
+    """Something follows the prefix, such as an interface or a file."""
     origin: Origin
+    """What is behind the frames."""
     live: bool
+    """Frames come by themselves; other sources wait for who reads them."""
     on_bus: bool
+    """A bus process brings them, which can be asked about its cameras."""
     recorded_as: str
+    """How its name begins in recordings; empty for a recording, which keeps the name it has."""
     make: Callable[[StationRequest, Plan, Rig, str], Feed]
+    """Makes it ready, from the request, its plan, the rig and what follows the prefix."""
     segment: Callable[[StationRequest, Plan, Rig], SegmentConfig] | None
+    """The software cameras on its virtual wire; None where there is none."""
     scenes: Callable[[CalibratingScript, float], Feed] | None
+    """Makes the virtual rig with the scenes of a calibration, times real time; None where there are
+    no such scenes."""
 
 
 @dataclass(frozen=True, slots=True)

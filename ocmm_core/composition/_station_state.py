@@ -16,28 +16,19 @@ _SOON = timedelta(days=7)
 
 @dataclass(frozen=True, slots=True)
 class StateLine:
-    """What is to be said about one thing.
-
-    Attributes
-    ----------
-    what
-        ``Cameras`` or ``Tip``.
-    word
-        In one word.
-    sentence
-        Name, reason, and what to do.
-    due_utc
-        Until when it holds, ISO 8601; empty where it does not end.
-    usable, soon
-        Points may be taken; it ends within a week.
-    """
+    """What is to be said about one thing."""
 
     what: str
+    """``Cameras`` or ``Tip``."""
     word: str
+    """In one word."""
     sentence: str
+    """Name, reason, and what to do."""
     due_utc: str
+    """Until when it holds, ISO 8601; empty where it does not end."""
     usable: bool
     soon: bool = False
+    """`usable`, `soon`: Points may be taken; it ends within a week."""
 
 
 @dataclass(frozen=True, slots=True)

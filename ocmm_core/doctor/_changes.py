@@ -29,22 +29,16 @@ class ChangeKind(StrEnum):
 
 
 class SystemChange(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One change.
-
-    Attributes
-    ----------
-    kind
-        See `ChangeKind`.
-    place
-        Path of the computer, or for an adapter ``INTERFACE OPTION NAME`` as ethtool takes them.
-    before, after
-        What is there and what shall be there; ``before`` of a new file is empty.
-    """
+    """One change."""
 
     kind: ChangeKind
+    """See `ChangeKind`."""
     place: str
+    """Path of the computer, or for an adapter ``INTERFACE OPTION NAME`` as ethtool takes them."""
     before: str
     after: str
+    """`before`, `after`: What is there and what shall be there; ``before`` of a new file is empty.
+    """
 
     @property
     def words(self) -> str:

@@ -42,40 +42,29 @@ class NotAskedError(OcmmError):
 
 @dataclass(frozen=True, slots=True)
 class Computer:
-    """A computer below a root folder; see `this_computer`.
-
-    Attributes
-    ----------
-    root
-        ``/``, or a folder that stands in for it.
-    user, uid
-        Who works at the station; with sudo, who typed it.
-    by_sudo
-        Rights and limits of this process are not those of ``user``.
-    home, data, state, jobs
-        Folders of that user, and that of the jobs, as paths of the computer.
-    program
-        The interpreter or program that runs, as a path of the computer.
-    interface
-        Network adapter of the cameras; empty where nobody said it.
-    environment
-        Variables.
-    calls
-        See `HostCalls`.
-    """
+    """A computer below a root folder; see `this_computer`."""
 
     root: Path
+    """``/``, or a folder that stands in for it."""
     user: str
     uid: int
+    """`user`, `uid`: Who works at the station; with sudo, who typed it."""
     by_sudo: bool
+    """Rights and limits of this process are not those of ``user``."""
     home: Path
     data: Path
     state: Path
     jobs: Path
+    """`home`, `data`, `state`, `jobs`: Folders of that user, and that of the jobs, as paths of the
+    computer."""
     program: Path
+    """The interpreter or program that runs, as a path of the computer."""
     interface: str = ""
+    """Network adapter of the cameras; empty where nobody said it."""
     environment: Mapping[str, str] = field(default_factory=dict)
+    """Variables."""
     calls: HostCalls = field(default_factory=HostCalls)
+    """See `HostCalls`."""
 
     def place(self, path: Path | str) -> Path:
         """Return where a path of the computer is."""

@@ -30,26 +30,17 @@ def _clock_is_synchronised() -> bool | None:
 
 @dataclass(frozen=True, slots=True)
 class HostCalls:
-    """What is asked of the system itself and lies in no file.
-
-    Attributes
-    ----------
-    now
-        The computer's clock.
-    statvfs, fsync
-        Of `os`.
-    owner
-        User number that a file belongs to.
-    granted
-        Capabilities by number that a program file gives to whoever starts it.
-    synchronised
-        Whether the clock is; None where nobody knows.
-    """
+    """What is asked of the system itself and lies in no file."""
 
     now: Callable[[], datetime] = lambda: datetime.now(UTC)
+    """The computer's clock."""
     # Looked up when it is called: not every system has it, and this is imported on all.
     statvfs: Callable[[Path], os.statvfs_result] = lambda path: os.statvfs(path)
     fsync: Callable[[int], None] = os.fsync
+    """`statvfs`, `fsync`: Of `os`."""
     owner: Callable[[Path], int] = lambda path: path.stat().st_uid
+    """User number that a file belongs to."""
     granted: Callable[[Path], frozenset[int]] = granted_by
+    """Capabilities by number that a program file gives to whoever starts it."""
     synchronised: Callable[[], bool | None] = _clock_is_synchronised
+    """Whether the clock is; None where nobody knows."""

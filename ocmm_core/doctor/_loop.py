@@ -9,27 +9,19 @@ from ocmm_core.doctor._wake import BAD_MISSED, ENOUGH_CYCLES, GOOD_MISSED, too_s
 
 
 class LoopTimes(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What was found.
-
-    Attributes
-    ----------
-    cycles
-        Frames that were sent, one a millisecond.
-    late, lost
-        Answered after their cycle, and never.
-    p50_us, p999_us, max_us
-        From sending a frame to having its answer, us.
-    real_time
-        Both ends had a real-time priority.
-    """
+    """What was found."""
 
     cycles: int
+    """Frames that were sent, one a millisecond."""
     late: int
     lost: int
+    """`late`, `lost`: Answered after their cycle, and never."""
     p50_us: float
     p999_us: float
     max_us: float
+    """`p50_us`, `p999_us`, `max_us`: From sending a frame to having its answer, us."""
     real_time: bool
+    """Both ends had a real-time priority."""
 
 
 def judge_loop(times: LoopTimes) -> Answer:

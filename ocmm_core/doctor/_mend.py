@@ -22,42 +22,28 @@ _MOST_BYTES = 4 << 20
 
 
 class _Kept(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What is needed to take changes back.
-
-    Attributes
-    ----------
-    boot
-        Which start of the computer it was; the next one takes the kernel's values back by itself,
-        and gives numbers of interrupts anew.
-    folders
-        That were made for it, the outermost first.
-    changes
-        In the order in which they were made.
-    """
+    """What is needed to take changes back."""
 
     schema: str
     boot: str
+    """Which start of the computer it was; the next one takes the kernel's values back by itself,
+    and gives numbers of interrupts anew."""
     folders: tuple[str, ...]
+    """That were made for it, the outermost first."""
     changes: tuple[SystemChange, ...]
+    """In the order in which they were made."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mended:
-    """What came of one change.
-
-    Attributes
-    ----------
-    change
-        See `SystemChange`.
-    complaint
-        Why it was not made or not taken back; empty where it was.
-    failed
-        The system refused it; it may be possible later.
-    """
+    """What came of one change."""
 
     change: SystemChange
+    """See `SystemChange`."""
     complaint: str = ""
+    """Why it was not made or not taken back; empty where it was."""
     failed: bool = False
+    """The system refused it; it may be possible later."""
 
 
 def mend(computer: Computer, changes: Sequence[SystemChange]) -> tuple[Mended, ...]:

@@ -31,22 +31,15 @@ Check = Callable[[Computer], Answer]
 
 @dataclass(frozen=True, slots=True)
 class CheckSpec:
-    """One check.
-
-    Attributes
-    ----------
-    name, title
-        For programs, and for people.
-    about
-        What is looked at, for the documentation.
-    check
-        Raises `NotAskedError` where the computer does not tell.
-    """
+    """One check."""
 
     name: str
     title: str
+    """`name`, `title`: For programs, and for people."""
     about: str
+    """What is looked at, for the documentation."""
     check: Check
+    """Raises `NotAskedError` where the computer does not tell."""
 
 
 CHECKS = (

@@ -26,77 +26,52 @@ class Light(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a check found.
-
-    Attributes
-    ----------
-    light
-        See `Light`.
-    what
-        One sentence: what was found, with its number.
-    code
-        Stable identifier of the fault, e.g. ``"governor.slow"``; empty where there is none.
-    remedy
-        One sentence: what to do; empty where nothing is to be done.
-    changes
-        What would put it right without any risk; may be empty.
-    figures
-        What was measured, by name with its unit.
-    """
+    """What a check found."""
 
     light: Light
+    """See `Light`."""
     what: str
+    """One sentence: what was found, with its number."""
     code: str = ""
+    """Stable identifier of the fault, e.g. ``"governor.slow"``; empty where there is none."""
     remedy: str = ""
+    """One sentence: what to do; empty where nothing is to be done."""
     changes: tuple[SystemChange, ...] = ()
+    """What would put it right without any risk; may be empty."""
     figures: Mapping[str, float] = field(default_factory=dict)
+    """What was measured, by name with its unit."""
 
 
 @dataclass(frozen=True, slots=True)
 class CheckResult:
-    """One line of the report; see `Answer`.
-
-    Attributes
-    ----------
-    name, title
-        Of the check: for programs, and for people.
-    fixable
-        ``ocmm station doctor --fix`` can put it right.
-    """
+    """One line of the report; see `Answer`."""
 
     name: str
     title: str
+    """`name`, `title`: Of the check: for programs, and for people."""
     light: Light
     code: str
     what: str
     remedy: str
     fixable: bool
+    """``ocmm station doctor --fix`` can put it right."""
     figures: Mapping[str, float]
 
 
 @dataclass(frozen=True, slots=True)
 class DoctorReport:
-    """All lines, as they are written with ``--json``.
-
-    Attributes
-    ----------
-    schema
-        `SCHEMA`.
-    utc
-        When it was asked, ISO 8601 text.
-    software
-        Version of OCMM.
-    light
-        The worst of all; NOT CHECKED counts as AMBER, because nobody knows.
-    results
-        In the order of the registry.
-    """
+    """All lines, as they are written with ``--json``."""
 
     schema: str
+    """`SCHEMA`."""
     utc: str
+    """When it was asked, ISO 8601 text."""
     software: str
+    """Version of OCMM."""
     light: Light
+    """The worst of all; NOT CHECKED counts as AMBER, because nobody knows."""
     results: tuple[CheckResult, ...]
+    """In the order of the registry."""
 
     def having(self, light: Light) -> tuple[CheckResult, ...]:
         """Return the lines with a light."""

@@ -52,28 +52,20 @@ T = TypeVar("T", bound=msgspec.Struct)
 
 
 class WakeTimes(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What was found.
-
-    Attributes
-    ----------
-    cycles, missed
-        How many there were, and how many came a whole cycle late.
-    p50_us, p99_us, p999_us, max_us
-        Lateness, us.
-    real_time
-        It had a real-time priority.
-    core
-        The processor it ran on; -1 where it had none for itself.
-    """
+    """What was found."""
 
     cycles: int
     missed: int
+    """`cycles`, `missed`: How many there were, and how many came a whole cycle late."""
     p50_us: float
     p99_us: float
     p999_us: float
     max_us: float
+    """`p50_us`, `p99_us`, `p999_us`, `max_us`: Lateness, us."""
     real_time: bool
+    """It had a real-time priority."""
     core: int
+    """The processor it ran on; -1 where it had none for itself."""
 
 
 def wake_check(seconds: float) -> CheckSpec:

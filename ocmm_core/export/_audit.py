@@ -50,28 +50,19 @@ class AuditRow:
 
 @dataclass(frozen=True, slots=True)
 class Audit:
-    """What was found.
-
-    Attributes
-    ----------
-    path, kind
-        What was looked at.
-    signer
-        Of the signature on it.
-    faults
-        Everything that speaks against it, in sentences.
-    rows
-        What was stored, oldest first.
-    proofs
-        What speaks for it beyond that, in sentences.
-    """
+    """What was found."""
 
     path: Path
     kind: AuditedKind
+    """`path`, `kind`: What was looked at."""
     signer: SealState
+    """Of the signature on it."""
     faults: tuple[str, ...]
+    """Everything that speaks against it, in sentences."""
     rows: tuple[AuditRow, ...]
+    """What was stored, oldest first."""
     proofs: tuple[str, ...] = ()
+    """What speaks for it beyond that, in sentences."""
 
     @property
     def intact(self) -> bool:

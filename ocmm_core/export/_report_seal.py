@@ -40,41 +40,27 @@ class SealedFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 class ReportSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The content of the file.
-
-    Attributes
-    ----------
-    schema
-        `SCHEMA`.
-    jobs, files
-        What was reported, and as what.
-    signature
-        On everything else in it.
-    """
+    """The content of the file."""
 
     schema: str
+    """`SCHEMA`."""
     jobs: tuple[SealedJob, ...]
     files: tuple[SealedFile, ...]
+    """`jobs`, `files`: What was reported, and as what."""
     signature: Signature | None = None
+    """On everything else in it."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReportSealFound:
-    """What was found of a seal and its files.
-
-    Attributes
-    ----------
-    seal
-        Its content.
-    state
-        Of the signature.
-    faults
-        A sentence for every file that is missing or not as it was.
-    """
+    """What was found of a seal and its files."""
 
     seal: ReportSeal
+    """Its content."""
     state: SealState
+    """Of the signature."""
     faults: tuple[str, ...]
+    """A sentence for every file that is missing or not as it was."""
 
 
 def seal_of(

@@ -9,19 +9,13 @@ from typing import ClassVar
 
 
 class Host(ABC):
-    """A kind of operating system.
-
-    Attributes
-    ----------
-    is_linux_like
-        It has what the camera bus needs: raw frames, process rights, real-time priority.
-    closes_before_rename
-        A file that is open cannot be renamed or removed; so what is written is, for a moment
-        before it has its name, held by nobody.
-    """
+    """A kind of operating system."""
 
     is_linux_like: ClassVar[bool]
+    """It has what the camera bus needs: raw frames, process rights, real-time priority."""
     closes_before_rename: ClassVar[bool]
+    """A file that is open cannot be renamed or removed; so what is written is, for a moment before
+    it has its name, held by nobody."""
 
     @abstractmethod
     def holder_of(self, path: Path) -> str:

@@ -33,56 +33,38 @@ ENGLISH = "en"
 
 @dataclass(frozen=True, slots=True)
 class ManualSection:
-    """A heading and what stands below it, up to the next heading.
-
-    Attributes
-    ----------
-    anchor
-        The part of a link behind ``#``; that of the first section of a document is its title's.
-        A translated section has that of the English one, so that links hold in every language.
-    level
-        1 for the title of the document.
-    title
-        The heading without marks.
-    text
-        What is below it as plain words, for a search; one line a paragraph or row of a table.
-    """
+    """A heading and what stands below it, up to the next heading."""
 
     anchor: str
+    """The part of a link behind ``#``; that of the first section of a document is its title's. A
+    translated section has that of the English one, so that links hold in every language."""
     level: int
+    """1 for the title of the document."""
     title: str
+    """The heading without marks."""
     text: str
+    """What is below it as plain words, for a search; one line a paragraph or row of a table."""
 
 
 @dataclass(frozen=True, slots=True)
 class Chapter:
-    """A document.
-
-    Attributes
-    ----------
-    name
-        Path below the folder of the manual, such as ``inspecting.md``.
-    part
-        Whom it is for.
-    markdown
-        As it is shown, without comments.
-    sections
-        In their order; the first one has the title.
-    language
-        In which it is.
-    folder
-        Below the folder of the manual, where links in the markdown begin: ``de/`` of a German one.
-    is_behind
-        The English document was changed after it was translated.
-    """
+    """A document."""
 
     name: str
+    """Path below the folder of the manual, such as ``inspecting.md``."""
     part: Part
+    """Whom it is for."""
     markdown: str
+    """As it is shown, without comments."""
     sections: tuple[ManualSection, ...]
+    """In their order; the first one has the title."""
     language: str = ENGLISH
+    """In which it is."""
     folder: str = ""
+    """Below the folder of the manual, where links in the markdown begin: ``de/`` of a German one.
+    """
     is_behind: bool = False
+    """The English document was changed after it was translated."""
 
     @property
     def title(self) -> str:

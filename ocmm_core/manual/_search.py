@@ -34,29 +34,20 @@ _PART_OF_WORD = 4
 
 @dataclass(frozen=True, slots=True)
 class ManualHit:
-    """A section that fits.
-
-    Attributes
-    ----------
-    document, anchor
-        Where it is.
-    chapter, title
-        Headings of the document and of the section.
-    excerpt
-        The words around the place that fits best; empty for a section of headings alone.
-    marked
-        Where in it the words stand: begin and end, in its signs.
-    score
-        Higher is better.
-    """
+    """A section that fits."""
 
     document: str
     anchor: str
+    """`document`, `anchor`: Where it is."""
     chapter: str
     title: str
+    """`chapter`, `title`: Headings of the document and of the section."""
     excerpt: str
+    """The words around the place that fits best; empty for a section of headings alone."""
     marked: tuple[tuple[int, int], ...]
+    """Where in it the words stand: begin and end, in its signs."""
     score: float
+    """Higher is better."""
 
 
 def search_words(text: str) -> tuple[str, ...]:

@@ -26,18 +26,12 @@ WORDS = {"approach": "trail", "pulled": "pulled", "shank": "shank", "nominal": "
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """Where the probe stood.
-
-    Attributes
-    ----------
-    direction
-        (3,), unit, world: from the material towards the probe.
-    word
-        How it was found, one of `WORDS`.
-    """
+    """Where the probe stood."""
 
     direction: Float
+    """(3,), unit, world: from the material towards the probe."""
     word: str
+    """How it was found, one of `WORDS`."""
 
 
 def side_of(

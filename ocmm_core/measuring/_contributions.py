@@ -37,24 +37,16 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Where a part of the uncertainty comes from.
-
-    Attributes
-    ----------
-    name
-        What the budget calls it.
-    kind
-        ``"A"``: evaluated from repeated observations of this job; ``"B"``: from anything else.
-    distribution
-        ``"normal"`` or ``"uniform"``: of the quantity itself.
-    origin
-        Where its standard uncertainty is written down.
-    """
+    """Where a part of the uncertainty comes from."""
 
     name: str
+    """What the budget calls it."""
     kind: Literal["A", "B"]
+    """``"A"``: evaluated from repeated observations of this job; ``"B"``: from anything else."""
     distribution: Literal["normal", "uniform"]
+    """``"normal"`` or ``"uniform"``: of the quantity itself."""
     origin: str
+    """Where its standard uncertainty is written down."""
 
 
 IMAGE_NOISE = Source("Image noise", "A", "normal", "scatter in the window of each point")
@@ -72,27 +64,18 @@ PART = Source("Part temperature", "B", "normal", "temperature and expansion of t
 
 @dataclass(frozen=True, slots=True)
 class Contribution:
-    """One part of the joint covariance of N ball centres and the tip radius, mm^2.
-
-    Attributes
-    ----------
-    source
-        What it is.
-    by
-        (3 N + 1, m): how all coordinates and the radius answer to m quantities; None without any.
-    covariance
-        (m, m) of those quantities.
-    own
-        (N, 3, 3): what each point has alone; None where nothing.
-    field
-        What near points share of the sensors' patterns; None where nothing.
-    """
+    """One part of the joint covariance of N ball centres and the tip radius, mm^2."""
 
     source: Source
+    """What it is."""
     by: Float | None = None
+    """(3 N + 1, m): how all coordinates and the radius answer to m quantities; None without any."""
     covariance: Float | None = None
+    """(m, m) of those quantities."""
     own: Float | None = None
+    """(N, 3, 3): what each point has alone; None where nothing."""
     field: PatternField | None = None
+    """What near points share of the sensors' patterns; None where nothing."""
 
     def of(self, gradients: Rows | Float) -> Float:
         """Return what it gives to k values, (k, k): from rows, or gradients (k, 3 N + 1)."""
@@ -120,19 +103,13 @@ class ProbeState:
 
 @dataclass(frozen=True, slots=True)
 class FrameDoubt:
-    """How well the place of a frame is known that this job has not measured.
-
-    Attributes
-    ----------
-    T_frame_from_world
-        The frame as it was saved.
-    covariance
-        (6, 6): of a small turn, rad, about the axes of the frame through its origin, and a shift,
-        mm, along them.
-    """
+    """How well the place of a frame is known that this job has not measured."""
 
     T_frame_from_world: RigidTransform
+    """The frame as it was saved."""
     covariance: Float
+    """(6, 6): of a small turn, rad, about the axes of the frame through its origin, and a shift,
+    mm, along them."""
 
 
 def contributions(

@@ -30,24 +30,16 @@ _DRAWN_TOGETHER = 601
 
 @dataclass(frozen=True, slots=True)
 class PointFactors:
-    """Uncertainty of N ball centres, x1 y1 z1 x2 ... in mm, and, as last, of the tip radius.
-
-    Attributes
-    ----------
-    shared
-        (3 N + 1, m), mm: how all answer to m independent quantities, one standard deviation each.
-    own
-        (N, 3, 3), mm^2: what each point has alone.
-    pattern
-        What near points share; None where nothing.
-    places
-        (N,) int64, ascending: what rows call the points; None where that is 0 to N - 1.
-    """
+    """Uncertainty of N ball centres, x1 y1 z1 x2 ... in mm, and, as last, of the tip radius."""
 
     shared: Float
+    """(3 N + 1, m), mm: how all answer to m independent quantities, one standard deviation each."""
     own: Float
+    """(N, 3, 3), mm^2: what each point has alone."""
     pattern: PatternField | None = None
+    """What near points share; None where nothing."""
     places: Int | None = None
+    """(N,) int64, ascending: what rows call the points; None where that is 0 to N - 1."""
 
     @property
     def count(self) -> int:

@@ -37,22 +37,15 @@ _REACH = 4
 
 @dataclass(frozen=True, slots=True)
 class PatternField:
-    """How N points answer to the fields of all sensors; S is the greatest number of their spots.
-
-    Attributes
-    ----------
-    camera
-        (N, S) int64: of each spot.
-    place
-        (N, S, 2): of each spot on its sensor, in pitches of the grid.
-    gain
-        (N, S, 2, 3), mm: how the point moves with the error of a spot along u and v, for one
-        standard deviation of the pattern; zero where the point has fewer spots.
-    """
+    """How N points answer to the fields of all sensors; S is the greatest number of their spots."""
 
     camera: Int
+    """(N, S) int64: of each spot."""
     place: Float
+    """(N, S, 2): of each spot on its sensor, in pitches of the grid."""
     gain: Float
+    """(N, S, 2, 3), mm: how the point moves with the error of a spot along u and v, for one
+    standard deviation of the pattern; zero where the point has fewer spots."""
 
     def kept(self, places: Int) -> PatternField:
         """Return the field of some of the points."""

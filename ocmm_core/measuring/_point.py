@@ -13,58 +13,42 @@ from ocmm_core.geometry import Float
 
 @dataclass(frozen=True, slots=True)
 class MeasuredPoint:
-    """One accepted touch.
-
-    Attributes
-    ----------
-    number
-        1, 2, 3 ... in the order of the job; never used twice.
-    feature
-        Name of the plan feature that it belongs to.
-    time_s
-        Bus time of the middle of the window, s.
-    first_frame, last_frame, n_frames
-        The window, by exposure counter, and the frames of it that were used.
-    tip_world
-        (3,), mm: averaged ball centre.
-    random_covariance
-        (3, 3), mm^2: of the average, from the scatter of the window, correlated frames accounted
-        for, and from the motion of the ball that could not be told (`tracking.stillness`).
-        Calibration errors are not in it: they are common to many points and are propagated from
-        ``spots`` (`tolerances.uncertainty`).
-    direction
-        (3,), unit, world: from the material towards the probe.
-    tip_radius
-        mm.
-    rotation_world_from_probe
-        (3, 3): mean attitude in the window.
-    spots
-        (C, L, 2), px: mean spots by LED number, NaN where not seen throughout the window.
-    chi2_per_dof
-        Mean over the window.
-    approach
-        How ``direction`` was found: ``"trail"``, ``"pulled"``, ``"shank"``, ``"nominal"`` or
-        ``"flipped"``.
-    reference_spots
-        (C, R, 2), px: mean spots of the reference body in the same frames; None without one. With
-        one, "world" is the world of the job (`tracking.reference`).
-    """
+    """One accepted touch."""
 
     number: int
+    """1, 2, 3 ... in the order of the job; never used twice."""
     feature: str
+    """Name of the plan feature that it belongs to."""
     time_s: float
+    """Bus time of the middle of the window, s."""
     first_frame: int
     last_frame: int
     n_frames: int
+    """`first_frame`, `last_frame`, `n_frames`: The window, by exposure counter, and the frames of
+    it that were used."""
     tip_world: Float
+    """(3,), mm: averaged ball centre."""
     random_covariance: Float
+    """(3, 3), mm^2: of the average, from the scatter of the window, correlated frames accounted
+    for, and from the motion of the ball that could not be told (`tracking.stillness`). Calibration
+    errors are not in it: they are common to many points and are propagated from ``spots``
+    (`tolerances.uncertainty`)."""
     direction: Float
+    """(3,), unit, world: from the material towards the probe."""
     tip_radius: float
+    """mm."""
     rotation_world_from_probe: Float
+    """(3, 3): mean attitude in the window."""
     spots: Float
+    """(C, L, 2), px: mean spots by LED number, NaN where not seen throughout the window."""
     chi2_per_dof: float
+    """Mean over the window."""
     approach: str
+    """How ``direction`` was found: ``"trail"``, ``"pulled"``, ``"shank"``, ``"nominal"`` or
+    ``"flipped"``."""
     reference_spots: Float | None = None
+    """(C, R, 2), px: mean spots of the reference body in the same frames; None without one. With
+    one, "world" is the world of the job (`tracking.reference`)."""
 
     @property
     def surface_world(self) -> Float:

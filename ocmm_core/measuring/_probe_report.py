@@ -41,112 +41,79 @@ Step = Callable[[str, float], None]
 
 @dataclass(frozen=True, slots=True)
 class Examination:
-    """What is examined.
-
-    Attributes
-    ----------
-    postures
-        How and where the probe is held.
-    sigma_px
-        Noise of a spot, as it is averaged.
-    poses
-        Of the number.
-    cells
-        Of each side of a map.
-    everything_seen
-        LEDs that face away are taken to be seen all the same.
-    seed
-        Of the poses.
-    """
+    """What is examined."""
 
     postures: Postures
+    """How and where the probe is held."""
     sigma_px: float = 0.0105
+    """Noise of a spot, as it is averaged."""
     poses: int = 4000
+    """Of the number."""
     cells: int = 25
+    """Of each side of a map."""
     everything_seen: bool = False
+    """LEDs that face away are taken to be seen all the same."""
     seed: int = 1
+    """Of the poses."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mechanics:
-    """What a design does by itself, without cameras.
-
-    Attributes
-    ----------
-    growth_um_per_k
-        Of the whole probe (thesis, appendix A).
-    tip_um_per_k
-        How far the tip is computed wrong for each kelvin that nobody corrects.
-    bow_um_per_k
-        The same where one face of the panel is a kelvin warmer than the other: a warm hand.
-    weight_n, reactions_n
-        Of the probe, and of ball and handle when it is held level (appendix B.1).
-    sag_nm
-        How far the tip is computed wrong because the level probe bends.
-    side_nm_per_n, side_stiff_nm_per_n, axial_nm_per_n
-        How far the ball gives way to a force across the panel, along it, and along the probe.
-    tip_nm_per_n
-        How far the tip is computed wrong by a force across the panel.
-    upright_nm
-        By how much it gets shorter standing on its ball (appendix B.2).
-    x_mm, sag_line_nm, side_line_nm
-        Places along the probe, and how much they sag, and give way to 1 N on the ball.
-    handle_mm, leds_mm
-        Where the hand holds it, and where the LEDs are along it.
-    """
+    """What a design does by itself, without cameras."""
 
     growth_um_per_k: float
+    """Of the whole probe (thesis, appendix A)."""
     tip_um_per_k: float
+    """How far the tip is computed wrong for each kelvin that nobody corrects."""
     bow_um_per_k: float
+    """The same where one face of the panel is a kelvin warmer than the other: a warm hand."""
     weight_n: float
     reactions_n: tuple[float, float]
+    """`weight_n`, `reactions_n`: Of the probe, and of ball and handle when it is held level
+    (appendix B.1)."""
     sag_nm: float
+    """How far the tip is computed wrong because the level probe bends."""
     side_nm_per_n: float
     side_stiff_nm_per_n: float
     axial_nm_per_n: float
+    """`side_nm_per_n`, `side_stiff_nm_per_n`, `axial_nm_per_n`: How far the ball gives way to a
+    force across the panel, along it, and along the probe."""
     tip_nm_per_n: float
+    """How far the tip is computed wrong by a force across the panel."""
     upright_nm: float
+    """By how much it gets shorter standing on its ball (appendix B.2)."""
     x_mm: Float
     sag_line_nm: Float
     side_line_nm: Float
+    """`x_mm`, `sag_line_nm`, `side_line_nm`: Places along the probe, and how much they sag, and
+    give way to 1 N on the ball."""
     handle_mm: float
     leds_mm: tuple[float, ...]
+    """`handle_mm`, `leds_mm`: Where the hand holds it, and where the LEDs are along it."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProbeReport:
-    """What was found.
-
-    Attributes
-    ----------
-    probe, rig, n_leds
-        Names, and LEDs.
-    examination
-        What was asked.
-    number
-        Error of the tip by the noise of the spots alone.
-    maps
-        Over tilt, and over the volume from above and from the front.
-    labels
-        Nearest wrong labelling with all LEDs, then with each of them hidden.
-    coded
-        A strobe code names the LEDs, whatever their places.
-    mechanics
-        None without a design.
-    budget
-        Sources of the error of one point; those of the design only with one.
-    """
+    """What was found."""
 
     probe: str
     rig: str
     n_leds: int
+    """`probe`, `rig`, `n_leds`: Names, and LEDs."""
     examination: Examination
+    """What was asked."""
     number: TipNumber
+    """Error of the tip by the noise of the spots alone."""
     maps: tuple[TipMap, ...]
+    """Over tilt, and over the volume from above and from the front."""
     labels: tuple[WrongLabels, ...]
+    """Nearest wrong labelling with all LEDs, then with each of them hidden."""
     coded: bool
+    """A strobe code names the LEDs, whatever their places."""
     mechanics: Mechanics | None
+    """None without a design."""
     budget: tuple[BudgetTerm, ...]
+    """Sources of the error of one point; those of the design only with one."""
 
 
 def examine(

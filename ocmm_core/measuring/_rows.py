@@ -22,20 +22,14 @@ class Rows:
 
     They are added, multiplied with numbers and, from the left, with matrices as the arrays
     (..., 3 N + 1) that they stand for; an index chooses values.
-
-    Attributes
-    ----------
-    places
-        (p,) int64, ascending: of the points among all N of the job.
-    by_points
-        (..., p, 3): by the ball centres of these points; by all others it is zero.
-    by_radius
-        (...): by the tip radius.
     """
 
     places: Int
+    """(p,) int64, ascending: of the points among all N of the job."""
     by_points: Float
+    """(..., p, 3): by the ball centres of these points; by all others it is zero."""
     by_radius: Float
+    """(...): by the tip radius."""
 
     __array_ufunc__: ClassVar[None] = None
     """An array leaves products with rows to them."""

@@ -29,74 +29,52 @@ _OUTLIER_SIGMAS = 5.0
 
 @dataclass(frozen=True, slots=True)
 class PointOptions:
-    """What a touch must be like to give a point.
-
-    Attributes
-    ----------
-    window_s
-        Frames of this much time are averaged, from the trigger on.
-    still_mm
-        A ball that moves as far as this during the window is refused, wherever noise lets the
-        motion be told; where it does not, the motion is in the uncertainty of the point.
-    min_share
-        Share of the window's frames that must be there and good.
-    approach_mm
-        The approach direction is taken where the ball was this far from the contact.
-    max_uncertainty
-        Largest expanded uncertainty (k = 2) of a point, mm.
-    untimed_mm
-        So far a resting ball may be off along each axis, because the cameras do not know better
-        when they exposed (`fieldbus.described.resting_doubt_mm`); uniform, so that a third of its
-        square is added to the variance of each point.
-    """
+    """What a touch must be like to give a point."""
 
     window_s: float = 0.25
+    """Frames of this much time are averaged, from the trigger on."""
     still_mm: float = 0.01
+    """A ball that moves as far as this during the window is refused, wherever noise lets the motion
+    be told; where it does not, the motion is in the uncertainty of the point."""
     min_share: float = 0.8
+    """Share of the window's frames that must be there and good."""
     approach_mm: float = 2.0
+    """The approach direction is taken where the ball was this far from the contact."""
     max_uncertainty: float = 0.15
+    """Largest expanded uncertainty (k = 2) of a point, mm."""
     untimed_mm: float = 0.0
+    """So far a resting ball may be off along each axis, because the cameras do not know better when
+    they exposed (`fieldbus.described.resting_doubt_mm`); uniform, so that a third of its square is
+    added to the variance of each point."""
 
 
 @dataclass(frozen=True, slots=True)
 class StablePoint:
-    """The average over a window.
-
-    Attributes
-    ----------
-    time_s, first_frame, last_frame, n_frames
-        The window and how many of its frames were used.
-    tip_world
-        (3,), mm.
-    random_covariance
-        (3, 3), mm^2, of the average; ``motion_covariance`` and ``untimed_mm`` are parts of it.
-    motion_covariance
-        (3, 3), mm^2: of a motion of the ball that was too small to be refused or to be told.
-    rotation_world_from_probe
-        (3, 3), mean attitude.
-    spots
-        (C, L, 2), px, mean, NaN where not seen throughout.
-    chi2_per_dof
-        Mean.
-    tip_rig
-        (3,), mm: where the ball is for the cameras as they stand now; ``tip_world`` itself without
-        a reference body.
-    reference_spots
-        (C, R, 2), px, mean spots of the reference body in the same frames; None without one.
-    """
+    """The average over a window."""
 
     time_s: float
     first_frame: int
     last_frame: int
     n_frames: int
+    """`time_s`, `first_frame`, `last_frame`, `n_frames`: The window and how many of its frames were
+    used."""
     tip_world: Float
+    """(3,), mm."""
     random_covariance: Float
+    """(3, 3), mm^2, of the average; ``motion_covariance`` and ``untimed_mm`` are parts of it."""
     motion_covariance: Float
+    """(3, 3), mm^2: of a motion of the ball that was too small to be refused or to be told."""
     rotation_world_from_probe: Float
+    """(3, 3), mean attitude."""
     spots: Float
+    """(C, L, 2), px, mean, NaN where not seen throughout."""
     chi2_per_dof: float
+    """Mean."""
     tip_rig: Float
+    """(3,), mm: where the ball is for the cameras as they stand now; ``tip_world`` itself without a
+    reference body."""
     reference_spots: Float | None
+    """(C, R, 2), px, mean spots of the reference body in the same frames; None without one."""
 
 
 def average(

@@ -36,19 +36,13 @@ _PPM = 1e6
 
 @dataclass(frozen=True, slots=True)
 class PartTemperature:
-    """How warm the part is and how it grows.
-
-    Attributes
-    ----------
-    now, expansion
-        None where nobody knows.
-    compensated
-        Coordinates are reported as they are at 20 °C.
-    """
+    """How warm the part is and how it grows."""
 
     now: Temperature | None = None
     expansion: Expansion | None = None
+    """`now`, `expansion`: None where nobody knows."""
     compensated: bool = False
+    """Coordinates are reported as they are at 20 °C."""
 
     @property
     def scale(self) -> float:
@@ -69,47 +63,32 @@ class PartTemperature:
 
 
 class TemperatureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What a job says about temperatures; None where something is not known.
-
-    Attributes
-    ----------
-    schema
-        `SCHEMA`.
-    probe_compensated, part_compensated
-        The two switches.
-    probe, probe_calibration, part
-        Temperatures: °C, standard uncertainty in K, origin.
-    part_expansion
-        Of the part: name, 1/K, standard uncertainty in 1/K.
-    probe_design
-        The whole design document of the probe; empty where none was given.
-    """
+    """What a job says about temperatures; None where something is not known."""
 
     schema: str
+    """`SCHEMA`."""
     probe_compensated: bool
     part_compensated: bool
+    """`probe_compensated`, `part_compensated`: The two switches."""
     probe: Temperature | None
     probe_calibration: Temperature | None
     part: Temperature | None
+    """`probe`, `probe_calibration`, `part`: Temperatures: °C, standard uncertainty in K, origin."""
     part_expansion: Expansion | None
+    """Of the part: name, 1/K, standard uncertainty in 1/K."""
     probe_design: str
+    """The whole design document of the probe; empty where none was given."""
 
 
 @dataclass(frozen=True, slots=True)
 class Climate:
-    """Everything about temperatures that a job is measured with.
-
-    Attributes
-    ----------
-    probe, part
-        The two of them.
-    probe_design
-        The text of the probe's design; empty where it is not known.
-    """
+    """Everything about temperatures that a job is measured with."""
 
     probe: TemperatureState = field(default_factory=TemperatureState)
     part: PartTemperature = field(default_factory=PartTemperature)
+    """`probe`, `part`: The two of them."""
     probe_design: str = ""
+    """The text of the probe's design; empty where it is not known."""
 
     @property
     def words(self) -> str:

@@ -35,31 +35,21 @@ _STRAIGHT_MM = 0.4
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """The frames of one touch.
-
-    Attributes
-    ----------
-    first_frame
-        Exposure at which the trigger came.
-    window
-        Frames from the trigger on, as far as they arrived.
-    expected
-        How many frames the window should have.
-    trail_world
-        (m, 3), mm: where the ball was before the trigger, oldest first.
-    interrupted
-        The stream of frames was interrupted before the window was full.
-    pull_world
-        (k, 3), mm: where the ball went after the window, oldest first; empty unless that was
-        waited for.
-    """
+    """The frames of one touch."""
 
     first_frame: int
+    """Exposure at which the trigger came."""
     window: TrackBlock
+    """Frames from the trigger on, as far as they arrived."""
     expected: int
+    """How many frames the window should have."""
     trail_world: Float
+    """(m, 3), mm: where the ball was before the trigger, oldest first."""
     interrupted: bool = False
+    """The stream of frames was interrupted before the window was full."""
     pull_world: Float = field(default_factory=lambda: np.empty((0, 3)))
+    """(k, 3), mm: where the ball went after the window, oldest first; empty unless that was waited
+    for."""
 
 
 class TouchCollector:

@@ -51,44 +51,30 @@ class SearchedFace:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Feet:
-    """The nearest places of faces to n points.
-
-    Attributes
-    ----------
-    faces
-        (n,): places in the faces that were searched; -1 where only an edge is near.
-    parameters
-        (n, 2): of the foot on the surface of its face.
-    feet
-        (n, 3), mm.
-    normals
-        (n, 3), unit: out of the material; on an edge towards the point.
-    distances
-        (n,), mm: positive outside the material. Of the trimmed face, also where the foot is on an
-        edge; the sign there is that of the face beside it.
-    curvatures
-        (n, 2), 1/mm: positive where the material bends away (a shaft).
-    edge_gaps
-        (n,), mm: from the foot to the nearest edge.
-    rivals
-        (n,), mm: how much farther the next foot is; infinite without one within `RIVAL_MM`.
-    on_edge
-        (n,): the nearest place is on an edge, or not told from one.
-    stretches
-        (n,): one plus distance times curvature, the least: a foot shifts by the shift of its point
-        over this. Zero in a centre of curvature.
-    """
+    """The nearest places of faces to n points."""
 
     faces: Int
+    """(n,): places in the faces that were searched; -1 where only an edge is near."""
     parameters: Float
+    """(n, 2): of the foot on the surface of its face."""
     feet: Points3
+    """(n, 3), mm."""
     normals: Points3
+    """(n, 3), unit: out of the material; on an edge towards the point."""
     distances: Float
+    """(n,), mm: positive outside the material. Of the trimmed face, also where the foot is on an
+    edge; the sign there is that of the face beside it."""
     curvatures: Float
+    """(n, 2), 1/mm: positive where the material bends away (a shaft)."""
     edge_gaps: Float
+    """(n,), mm: from the foot to the nearest edge."""
     rivals: Float
+    """(n,), mm: how much farther the next foot is; infinite without one within `RIVAL_MM`."""
     on_edge: Bool
+    """(n,): the nearest place is on an edge, or not told from one."""
     stretches: Float
+    """(n,): one plus distance times curvature, the least: a foot shifts by the shift of its point
+    over this. Zero in a centre of curvature."""
 
     @property
     def doubts(self) -> tuple[str, ...]:

@@ -25,30 +25,22 @@ MOST_DEGREE = 25
 
 
 class NominalFace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One trimmed face; lengths in mm, frame of the nominals.
-
-    Attributes
-    ----------
-    number
-        Of the face in the model, from 1.
-    degree_u, degree_v, knots_u, knots_v
-        Of the rational B-spline; knots with repetitions.
-    poles
-        x, y, z and weight of one pole after the other, those along v first.
-    loops
-        Outline and holes, each u, v of one corner after the other; empty: the whole surface.
-    outward
-        The normal du x dv leaves the material.
-    """
+    """One trimmed face; lengths in mm, frame of the nominals."""
 
     number: int
+    """Of the face in the model, from 1."""
     degree_u: int
     degree_v: int
     knots_u: tuple[float, ...]
     knots_v: tuple[float, ...]
+    """`degree_u`, `degree_v`, `knots_u`, `knots_v`: Of the rational B-spline; knots with
+    repetitions."""
     poles: tuple[float, ...]
+    """x, y, z and weight of one pole after the other, those along v first."""
     loops: tuple[tuple[float, ...], ...] = ()
+    """Outline and holes, each u, v of one corner after the other; empty: the whole surface."""
     outward: bool = True
+    """The normal du x dv leaves the material."""
 
 
 def nominal_face(face: ModelFace) -> NominalFace:

@@ -25,25 +25,17 @@ _ROUNDS = 24
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Patches:
-    """Pieces of one surface.
-
-    Attributes
-    ----------
-    low, high
-        (k, 2): ranges of their parameters.
-    middles
-        (k, 3), mm: of their boxes.
-    axes
-        (k, 3, 3): rows are the directions of the box.
-    halves
-        (k, 3), mm: half sizes along them.
-    """
+    """Pieces of one surface."""
 
     low: Float
     high: Float
+    """`low`, `high`: (k, 2): ranges of their parameters."""
     middles: Float
+    """(k, 3), mm: of their boxes."""
     axes: Float
+    """(k, 3, 3): rows are the directions of the box."""
     halves: Float
+    """(k, 3), mm: half sizes along them."""
 
     @property
     def radii(self) -> Float:

@@ -26,26 +26,19 @@ _INWARDS = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BezierSurface:
-    """A surface by its knot spans.
-
-    Attributes
-    ----------
-    poles
-        (a, b, p + 1, q + 1, 4) of a by b spans: weight times place, mm, and the weight.
-    breaks_u, breaks_v
-        (a + 1,) and (b + 1,), rising: where the spans meet.
-    closed_u, closed_v
-        Its opposite sides are the same line: a parameter goes on there from the beginning.
-    size
-        mm: diagonal of the box of its poles.
-    """
+    """A surface by its knot spans."""
 
     poles: Float
+    """(a, b, p + 1, q + 1, 4) of a by b spans: weight times place, mm, and the weight."""
     breaks_u: Float
     breaks_v: Float
+    """`breaks_u`, `breaks_v`: (a + 1,) and (b + 1,), rising: where the spans meet."""
     closed_u: bool
     closed_v: bool
+    """`closed_u`, `closed_v`: Its opposite sides are the same line: a parameter goes on there from
+    the beginning."""
     size: float
+    """mm: diagonal of the box of its poles."""
 
     @property
     def low(self) -> Float:

@@ -23,18 +23,12 @@ _HALVINGS = 10
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trimming:
-    """The outline of a face.
-
-    Attributes
-    ----------
-    sides
-        (k, 2, 2): the sides of all loops in the parameters of the surface.
-    edges
-        (e, 2, 3), mm: the same as stretches in space, without seams and poles of the surface.
-    """
+    """The outline of a face."""
 
     sides: Float
+    """(k, 2, 2): the sides of all loops in the parameters of the surface."""
     edges: Float
+    """(e, 2, 3), mm: the same as stretches in space, without seams and poles of the surface."""
 
     def holds(self, parameters: Float) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
         """Return which parameters (m, 2) lie inside: a ray crosses the sides an odd time."""

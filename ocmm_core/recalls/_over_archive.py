@@ -58,35 +58,26 @@ class ShopPlaces:
     ----------
     address, password
         Of the archive, as for `open_archive`.
-    calibrations
-        Folders with the histories of stations, rig by rig in each.
-    probes
-        Probe by probe; None is the folder of this user.
     """
 
     address: str
     calibrations: tuple[Path, ...]
+    """Folders with the histories of stations, rig by rig in each."""
     probes: Path | None = None
+    """Probe by probe; None is the folder of this user."""
     password: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class ArchiveFinding:
-    """Something that jobs have used and that was wrong.
-
-    Attributes
-    ----------
-    kind
-        ``artefact``, ``tip``, ``calibration`` or another kind of the archive's ``used``.
-    identity
-        Its serial number, hash or name.
-    since
-        From when jobs are touched.
-    """
+    """Something that jobs have used and that was wrong."""
 
     kind: str
+    """``artefact``, ``tip``, ``calibration`` or another kind of the archive's ``used``."""
     identity: str
+    """Its serial number, hash or name."""
     since: datetime
+    """From when jobs are touched."""
 
     @property
     def sentence(self) -> str:

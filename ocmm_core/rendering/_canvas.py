@@ -16,21 +16,15 @@ _KEPT_PIXELS = 2_500_000
 
 @dataclass(slots=True, eq=False)
 class Canvas:
-    """The buffers of a picture, which are painted again and again.
-
-    Attributes
-    ----------
-    width, height
-        px.
-    image, depth, faces
-        (height, width).
-    """
+    """The buffers of a picture, which are painted again and again."""
 
     width: int
     height: int
+    """`width`, `height`: px."""
     image: Pixmap = field(init=False)
     depth: Depths = field(init=False)
     faces: FaceNumbers = field(init=False)
+    """`image`, `depth`, `faces`: (height, width)."""
     _room: tuple[Float, Shades, Float] | None = field(init=False, default=None)
     _second: tuple[Pixmap, Depths, FaceNumbers] | None = field(init=False, default=None)
 

@@ -31,27 +31,18 @@ _MOST_TRIANGLES = 60_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ValueField:
-    """Values on a part.
-
-    Attributes
-    ----------
-    mesh
-        The part, with smaller triangles where there are values; it looks the same.
-    parents
-        (n,): the vertex of the mesh before that each vertex has the colour of without a value.
-    values
-        (n,): at the vertices; NaN where nothing was measured.
-    good
-        (n,): all points that a value comes from are good.
-    reach_mm
-        No value is farther from its points than this.
-    """
+    """Values on a part."""
 
     mesh: RenderMesh
+    """The part, with smaller triangles where there are values; it looks the same."""
     parents: Int
+    """(n,): the vertex of the mesh before that each vertex has the colour of without a value."""
     values: Float
+    """(n,): at the vertices; NaN where nothing was measured."""
     good: NDArray[np.bool_]
+    """(n,): all points that a value comes from are good."""
     reach_mm: float
+    """No value is farther from its points than this."""
 
 
 def value_field(

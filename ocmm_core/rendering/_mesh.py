@@ -19,34 +19,25 @@ _FEWEST_CELLS = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RenderMesh:
-    """Triangles with the face that each belongs to, and the lines along the edges.
-
-    Attributes
-    ----------
-    vertices, normals
-        (n, 3), mm and unit, model frame.
-    triangles, triangle_faces
-        (m, 3) rows of vertices, and (m,) places of faces in the list of the model.
-    edge_points, edge_starts
-        (k, 3), mm, and (e + 1,): see `PartModel`.
-    origins
-        (n,): the vertex of the model that each vertex stands for, for its colour.
-    closed
-        (m,): 1 for the triangles of a closed surface, whose back is behind its front; see
-        `with_closed`.
-    cell_mm
-        How far a vertex may lie from its place in the model; 0 where all are the model's own.
-    """
+    """Triangles with the face that each belongs to, and the lines along the edges."""
 
     vertices: Float
     normals: Float
+    """`vertices`, `normals`: (n, 3), mm and unit, model frame."""
     triangles: FaceNumbers
     triangle_faces: FaceNumbers
+    """`triangles`, `triangle_faces`: (m, 3) rows of vertices, and (m,) places of faces in the list
+    of the model."""
     edge_points: Float
     edge_starts: FaceNumbers
+    """`edge_points`, `edge_starts`: (k, 3), mm, and (e + 1,): see `PartModel`."""
     origins: Int
+    """(n,): the vertex of the model that each vertex stands for, for its colour."""
     closed: Flags
+    """(m,): 1 for the triangles of a closed surface, whose back is behind its front; see
+    `with_closed`."""
     cell_mm: float = 0.0
+    """How far a vertex may lie from its place in the model; 0 where all are the model's own."""
 
     @property
     def centre(self) -> Float:

@@ -55,27 +55,18 @@ class RenderMode(Enum):
 
 @dataclass(frozen=True, slots=True)
 class RenderStyle:
-    """Mode and colours, each ``#rrggbb``.
-
-    Attributes
-    ----------
-    mode
-        See `RenderMode`.
-    edge
-        Of edges and outlines.
-    fill
-        Of faces where only lines are seen: the background.
-    half_px
-        Half the width of an edge.
-    ground
-        Behind the part; empty leaves the pixels beside it clear.
-    """
+    """Mode and colours, each ``#rrggbb``."""
 
     mode: RenderMode
+    """See `RenderMode`."""
     edge: str
+    """Of edges and outlines."""
     fill: str
+    """Of faces where only lines are seen: the background."""
     half_px: float = 0.6
+    """Half the width of an edge."""
     ground: str = ""
+    """Behind the part; empty leaves the pixels beside it clear."""
 
 
 class Rendering:

@@ -41,19 +41,13 @@ _TOKEN = "token.json"  # noqa: S105 - the name of a file
 
 @dataclass(frozen=True, slots=True)
 class StationKey:
-    """The private key of this station.
-
-    Attributes
-    ----------
-    public
-        The public key: 32 bytes of Ed25519, or 33 of ECDSA on P-256.
-    kept_in
-        Where it is, for people.
-    """
+    """The private key of this station."""
 
     _sign: Callable[[bytes], bytes]
     public: bytes
+    """The public key: 32 bytes of Ed25519, or 33 of ECDSA on P-256."""
     kept_in: str
+    """Where it is, for people."""
 
     @property
     def fingerprint(self) -> str:

@@ -21,25 +21,18 @@ from ocmm_core.leftovers import temporary_file
 
 
 class Seen(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How far a chain went when this station saw it last.
-
-    Attributes
-    ----------
-    name
-        Which chain: its folder, or an identity of its own.
-    count, link
-        Lines, and the hash of the last one.
-    utc
-        The latest moment at which somebody looked at it, ISO 8601 text; empty where none is known.
-    place
-        Where it was last.
-    """
+    """How far a chain went when this station saw it last."""
 
     name: str
+    """Which chain: its folder, or an identity of its own."""
     count: int
     link: str
+    """`count`, `link`: Lines, and the hash of the last one."""
     utc: str = ""
+    """The latest moment at which somebody looked at it, ISO 8601 text; empty where none is known.
+    """
     place: str = ""
+    """Where it was last."""
 
 
 def recall(name: str) -> Seen | None:

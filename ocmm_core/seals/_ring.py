@@ -26,28 +26,19 @@ _PATIENCE_S = 5.0
 
 
 class KnownKey(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A key whose signatures are believed.
-
-    Attributes
-    ----------
-    public
-        Base64 of its bytes.
-    name
-        Of the station, for people.
-    since_utc
-        When it was added here.
-    until_utc
-        When it was replaced by another one of this station; empty for that of another station.
-    who, reason
-        Who added it, and why.
-    """
+    """A key whose signatures are believed."""
 
     public: str
+    """Base64 of its bytes."""
     name: str
+    """Of the station, for people."""
     since_utc: str
+    """When it was added here."""
     until_utc: str = ""
+    """When it was replaced by another one of this station; empty for that of another station."""
     who: str
     reason: str
+    """`who`, `reason`: Who added it, and why."""
 
     @property
     def public_bytes(self) -> bytes:

@@ -32,18 +32,12 @@ class Signed(StrEnum):
 
 
 class Signature(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A signature with the key that verifies it.
-
-    Attributes
-    ----------
-    key
-        The public key, Base64.
-    value
-        The 64 bytes of the signature, Base64.
-    """
+    """A signature with the key that verifies it."""
 
     key: str
+    """The public key, Base64."""
     value: str
+    """The 64 bytes of the signature, Base64."""
 
 
 class SealWord(StrEnum):
@@ -60,21 +54,14 @@ class SealWord(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SealState:
-    """What is said of a signature.
-
-    Attributes
-    ----------
-    word
-        See `SealWord`.
-    station
-        Who signed: a name of the ring of keys; empty where nobody is known.
-    fingerprint
-        Of the key that it names; empty without a signature.
-    """
+    """What is said of a signature."""
 
     word: SealWord
+    """See `SealWord`."""
     station: str = ""
+    """Who signed: a name of the ring of keys; empty where nobody is known."""
     fingerprint: str = ""
+    """Of the key that it names; empty without a signature."""
 
     @property
     def sound(self) -> bool:

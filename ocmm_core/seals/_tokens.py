@@ -41,22 +41,15 @@ _IN_WORDS: Final = {
 
 
 class TokenPlace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where a token is, and what opens it.
-
-    Attributes
-    ----------
-    module
-        The PKCS #11 library of its maker: the path of a .so or .dll.
-    label
-        Its name.
-    pin
-        Of its user. It lies beside the other keys of the station: with it one signs as long as one
-        has the token, and takes no key away.
-    """
+    """Where a token is, and what opens it."""
 
     module: str
+    """The PKCS #11 library of its maker: the path of a .so or .dll."""
     label: str
+    """Its name."""
     pin: str
+    """Of its user. It lies beside the other keys of the station: with it one signs as long as one
+    has the token, and takes no key away."""
 
     @property
     def shown(self) -> str:
@@ -69,22 +62,15 @@ class TokenPlace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 class TokenKey(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A key in a token: what the station keeps of it.
-
-    Attributes
-    ----------
-    place
-        The token.
-    key_id
-        Of the key in it, in hexadecimal signs.
-    public
-        The public key, Base64.
-    """
+    """A key in a token: what the station keeps of it."""
 
     schema: str = _SCHEMA
     place: TokenPlace
+    """The token."""
     key_id: str
+    """Of the key in it, in hexadecimal signs."""
     public: str
+    """The public key, Base64."""
 
     @property
     def public_bytes(self) -> bytes:

@@ -46,27 +46,18 @@ class Note:
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """What a document says.
-
-    Attributes
-    ----------
-    values
-        By key; only what can be used.
-    entries
-        Everything that stands in it, also what is not known.
-    notes
-        What was passed over.
-    state
-        ``good``, ``missing``, ``unusable`` (damaged or foreign) or ``future``.
-    stamps
-        When the values of `MEASURED` were typed, by key.
-    """
+    """What a document says."""
 
     values: Mapping[str, Value] = field(default_factory=dict)
+    """By key; only what can be used."""
     entries: Mapping[str, Any] = field(default_factory=dict)
+    """Everything that stands in it, also what is not known."""
     notes: tuple[Note, ...] = ()
+    """What was passed over."""
     state: str = "good"
+    """``good``, ``missing``, ``unusable`` (damaged or foreign) or ``future``."""
     stamps: Mapping[str, str] = field(default_factory=dict)
+    """When the values of `MEASURED` were typed, by key."""
 
 
 class SettingsFile:

@@ -90,25 +90,17 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class LoadedSettings:
-    """Settings with where they come from.
-
-    Attributes
-    ----------
-    settings
-        What holds.
-    values, origins
-        The same by key, and the origin of each.
-    notes
-        What was passed over in the documents.
-    too_old
-        Temperatures that were typed too long ago; they are not in ``settings``.
-    """
+    """Settings with where they come from."""
 
     settings: Settings
+    """What holds."""
     values: Mapping[str, Value]
     origins: Mapping[str, Origin]
+    """`values`, `origins`: The same by key, and the origin of each."""
     notes: tuple[Note, ...] = ()
+    """What was passed over in the documents."""
     too_old: tuple[str, ...] = ()
+    """Temperatures that were typed too long ago; they are not in ``settings``."""
 
     def differs(self, key: str) -> bool:
         """Return whether a setting is another than the one shipped."""
@@ -117,19 +109,14 @@ class LoadedSettings:
 
 @dataclass(frozen=True, slots=True)
 class SettingsStore:
-    """Both documents.
-
-    Attributes
-    ----------
-    station, user
-        The document for everybody at this computer, and that of this user, which wins.
-    given
-        What the command line says, by key; it wins over both and is never written.
-    """
+    """Both documents."""
 
     station: SettingsFile
     user: SettingsFile
+    """`station`, `user`: The document for everybody at this computer, and that of this user, which
+    wins."""
     given: Mapping[str, Value] = field(default_factory=dict)
+    """What the command line says, by key; it wins over both and is never written."""
 
     @classmethod
     def of_this_user(cls, given: Mapping[str, Value] | None = None) -> SettingsStore:

@@ -43,43 +43,30 @@ class Applies(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SettingSpec:
-    """One setting.
-
-    Attributes
-    ----------
-    key
-        Section and name, parted by a full stop.
-    kind
-        What may be typed.
-    default
-        Where nobody set it.
-    scope, applies
-        Whose it is, and when a change is felt.
-    label, tip
-        Of its field, in English.
-    choices
-        Of a `Kind.CHOICE`; of a text, what may be proposed.
-    least, most
-        Limits of a number, in its ``unit``.
-    schema
-        Of the document that a file must be.
-    option
-        The option of the command line that wins over it.
-    """
+    """One setting."""
 
     key: str
+    """Section and name, parted by a full stop."""
     kind: Kind
+    """What may be typed."""
     default: Value
+    """Where nobody set it."""
     scope: Scope
     applies: Applies
+    """`scope`, `applies`: Whose it is, and when a change is felt."""
     label: str
     tip: str
+    """`label`, `tip`: Of its field, in English."""
     choices: tuple[str, ...] = ()
+    """Of a `Kind.CHOICE`; of a text, what may be proposed."""
     least: float = 0.0
     most: float = 0.0
+    """`least`, `most`: Limits of a number, in its ``unit``."""
     unit: str = ""
     schema: str = ""
+    """Of the document that a file must be."""
     option: str = ""
+    """The option of the command line that wins over it."""
 
     @property
     def section(self) -> str:

@@ -31,44 +31,29 @@ _TREND_EVERY_S = 0.5
 
 @dataclass(frozen=True, slots=True)
 class BusSample:
-    """The clocks at one moment.
-
-    Attributes
-    ----------
-    time_s
-        When, on the clock of `time.monotonic`.
-    phase_ns, drift_ppm
-        As in `BusReport`.
-    offsets_ns
-        Clock offset of each camera, in the order of the rig; None where not known.
-    """
+    """The clocks at one moment."""
 
     time_s: float
+    """When, on the clock of `time.monotonic`."""
     phase_ns: int
     drift_ppm: float
+    """`phase_ns`, `drift_ppm`: As in `BusReport`."""
     offsets_ns: tuple[int | None, ...]
+    """Clock offset of each camera, in the order of the rig; None where not known."""
 
 
 @dataclass(frozen=True, slots=True)
 class BusView:
-    """What is known about the bus.
-
-    Attributes
-    ----------
-    report
-        The last report; None before the first.
-    age_s
-        How long ago it came, s; a bus process that lives sends one every 50 ms.
-    ended
-        Why nothing more will come; empty while the acquisition runs.
-    trend
-        The clocks of the last minutes, oldest first.
-    """
+    """What is known about the bus."""
 
     report: BusReport | None
+    """The last report; None before the first."""
     age_s: float
+    """How long ago it came, s; a bus process that lives sends one every 50 ms."""
     ended: str
+    """Why nothing more will come; empty while the acquisition runs."""
     trend: tuple[BusSample, ...]
+    """The clocks of the last minutes, oldest first."""
 
 
 class BusWatch:

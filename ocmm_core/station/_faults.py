@@ -28,21 +28,14 @@ _LOG_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A part that has failed.
-
-    Attributes
-    ----------
-    error
-        What is told of it.
-    part
-        What failed, as the beginning of a sentence.
-    at_s
-        When it became a state, `time.monotonic`.
-    """
+    """A part that has failed."""
 
     error: OcmmError
+    """What is told of it."""
     part: str
+    """What failed, as the beginning of a sentence."""
     at_s: float
+    """When it became a state, `time.monotonic`."""
 
 
 class Kept(Protocol):

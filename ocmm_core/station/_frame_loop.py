@@ -47,25 +47,17 @@ class FrameSink(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Tracked:
-    """A block of frames and what became of it.
-
-    Attributes
-    ----------
-    block, track
-        As they came, and tracked.
-    touches
-        That ended in them.
-    collecting
-        A touch is being collected.
-    pipeline
-        What tracked them; for the labels and the reference body.
-    """
+    """A block of frames and what became of it."""
 
     block: FrameBlock
     track: TrackBlock
+    """`block`, `track`: As they came, and tracked."""
     touches: Sequence[Touch]
+    """That ended in them."""
     collecting: bool
+    """A touch is being collected."""
     pipeline: TrackingPipeline
+    """What tracked them; for the labels and the reference body."""
 
 
 class MeasureStep(Protocol):

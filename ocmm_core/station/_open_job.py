@@ -22,22 +22,15 @@ from ocmm_core.tracking import ProbeBody, ReferenceBody
 
 @dataclass(frozen=True, slots=True)
 class Gear:
-    """What every job of a station is measured with.
-
-    Attributes
-    ----------
-    calibration, probe
-        Of the cameras, and of the mounted tip.
-    reference
-        The reference body to which everything is given; None without one.
-    pause
-        After so long without a point or a check the tip must be checked.
-    """
+    """What every job of a station is measured with."""
 
     calibration: CalibrationInUse
     probe: ProbeInUse
+    """`calibration`, `probe`: Of the cameras, and of the mounted tip."""
     reference: ReferenceBody | None = None
+    """The reference body to which everything is given; None without one."""
     pause: timedelta = PAUSE
+    """After so long without a point or a check the tip must be checked."""
 
     @property
     def rig(self) -> Rig:
@@ -52,21 +45,14 @@ class Gear:
 
 @dataclass(frozen=True, slots=True)
 class PlanInUse:
-    """A plan with what a session measures by it.
-
-    Attributes
-    ----------
-    plan
-        What is measured.
-    options
-        Limits, and the climate with the growth that the plan says.
-    file
-        Where the plan is, with its pictures beside it; None where that is not known.
-    """
+    """A plan with what a session measures by it."""
 
     plan: Plan
+    """What is measured."""
     options: SessionOptions
+    """Limits, and the climate with the growth that the plan says."""
     file: Path | None = None
+    """Where the plan is, with its pictures beside it; None where that is not known."""
 
     def with_plan(self, plan: Plan, file: Path | None) -> PlanInUse:
         """Return another plan in use; InputError as `climate_for`."""
@@ -79,25 +65,17 @@ class PlanInUse:
 
 @dataclass(frozen=True, slots=True)
 class OpenJob:
-    """Everything that belongs to one job.
-
-    Attributes
-    ----------
-    file
-        Where its points are durable.
-    session
-        Makes points of touches.
-    use
-        Its plan.
-    changes, probe
-        Hold back its points where cameras or tip are in doubt.
-    """
+    """Everything that belongs to one job."""
 
     file: JobFile
+    """Where its points are durable."""
     session: InspectionSession
+    """Makes points of touches."""
     use: PlanInUse
+    """Its plan."""
     changes: ChangeWatch
     probe: ProbeWatch
+    """`changes`, `probe`: Hold back its points where cameras or tip are in doubt."""
 
 
 def open_job(file: JobFile, use: PlanInUse, gear: Gear) -> OpenJob:

@@ -15,32 +15,21 @@ from ocmm_core.tracking import TrackingOptions
 
 @dataclass(frozen=True, slots=True)
 class StationOptions:
-    """How the station works.
-
-    Attributes
-    ----------
-    session, tracking
-        Options of the session and of the tracking.
-    live_source
-        Frames come by themselves, over a bus, so that silence means a fault.
-    intent
-        For scripted operators: which feature the touch that ends at an exposure is meant for;
-        None where the active feature of the session takes every point.
-    pause
-        After so long without a point or a check the tip must be checked.
-    stream
-        How points and poses are given to other programs; None where they are not.
-    plan_file
-        Where the plan is, with its pictures beside it; None where that is not known.
-    simulated
-        The frames come from a virtual rig; the job says so, for good.
-    """
+    """How the station works."""
 
     session: SessionOptions
     tracking: TrackingOptions
+    """`session`, `tracking`: Options of the session and of the tracking."""
     live_source: bool = False
+    """Frames come by themselves, over a bus, so that silence means a fault."""
     intent: Intent | None = None
+    """For scripted operators: which feature the touch that ends at an exposure is meant for; None
+    where the active feature of the session takes every point."""
     pause: timedelta = PAUSE
+    """After so long without a point or a check the tip must be checked."""
     stream: StreamOptions | None = None
+    """How points and poses are given to other programs; None where they are not."""
     plan_file: Path | None = None
+    """Where the plan is, with its pictures beside it; None where that is not known."""
     simulated: bool = False
+    """The frames come from a virtual rig; the job says so, for good."""

@@ -30,21 +30,14 @@ _SETTLED_NS = 1_000_000_000
 
 @dataclass(frozen=True, slots=True)
 class JobSummary:
-    """What is seen of a job at a glance.
-
-    Attributes
-    ----------
-    head
-        What the job says about itself.
-    events
-        What happened, oldest first.
-    n_points
-        How many points count.
-    """
+    """What is seen of a job at a glance."""
 
     head: JobHead
+    """What the job says about itself."""
     events: tuple[JobEvent, ...]
+    """What happened, oldest first."""
     n_points: int
+    """How many points count."""
 
 
 def read_summary(path: Path) -> JobSummary | None:

@@ -19,24 +19,16 @@ SCHEMA = "ocmm.held-jobs/1"
 
 
 class HeldJobs(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What was learned.
-
-    Attributes
-    ----------
-    schema
-        `SCHEMA`.
-    archive
-        Which archive says so.
-    after
-        Number of the last mark that was learned.
-    jobs
-        For each job that is held back why, by the kind of the mark.
-    """
+    """What was learned."""
 
     schema: str = SCHEMA
+    """`SCHEMA`."""
     archive: str = ""
+    """Which archive says so."""
     after: int = 0
+    """Number of the last mark that was learned."""
     jobs: Mapping[str, Mapping[str, str]] = {}
+    """For each job that is held back why, by the kind of the mark."""
 
 
 def held_jobs_file() -> Path:

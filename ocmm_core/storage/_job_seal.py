@@ -39,31 +39,21 @@ ADOPTED = "adopted"
 
 @dataclass(frozen=True, slots=True)
 class JobSeal:
-    """How far a job goes, and who says so.
-
-    Attributes
-    ----------
-    job_uuid
-        Of the job.
-    steps, head
-        Rows of the audit, and the hash of the last one.
-    state
-        Of the signature on the last row.
-    signature
-        That one; None where there is none.
-    unsigned
-        Rows at the beginning that nobody signed when they were stored.
-    missing
-        What this station has seen and is no longer there, as a sentence; empty where all is.
-    """
+    """How far a job goes, and who says so."""
 
     job_uuid: str
+    """Of the job."""
     steps: int
     head: str
+    """`steps`, `head`: Rows of the audit, and the hash of the last one."""
     state: SealState
+    """Of the signature on the last row."""
     signature: Signature | None = None
+    """That one; None where there is none."""
     unsigned: int = 0
+    """Rows at the beginning that nobody signed when they were stored."""
     missing: str = ""
+    """What this station has seen and is no longer there, as a sentence; empty where all is."""
 
     @property
     def line(self) -> str:

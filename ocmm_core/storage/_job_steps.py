@@ -17,21 +17,14 @@ _COLUMNS = ",".join(AUDITED["observation"])
 
 @dataclass(frozen=True, slots=True)
 class JobStep:
-    """A point that was stored, or one that was annulled.
-
-    Attributes
-    ----------
-    sequence
-        Row of the audit.
-    number
-        Of the point.
-    point
-        As it was stored, without the spots of a reference body; None where it was annulled.
-    """
+    """A point that was stored, or one that was annulled."""
 
     sequence: int
+    """Row of the audit."""
     number: int
+    """Of the point."""
     point: MeasuredPoint | None
+    """As it was stored, without the spots of a reference body; None where it was annulled."""
 
 
 def read_steps(db: sqlite3.Connection, path: Path, after: int, most: int) -> list[JobStep]:

@@ -22,32 +22,23 @@ from ocmm_core.storage._audit import Value, now_utc
 
 @dataclass(frozen=True, slots=True)
 class JobHead:
-    """What a job says about itself; written once.
-
-    Attributes
-    ----------
-    job_uuid
-        Tells the job from every other one.
-    created_utc
-        ISO 8601 text.
-    software_version
-        The program that made the file.
-    operator, part, serial
-        Names, as entered.
-    plan_text, rig_text, probe_text
-        The complete documents, or the records that stand in their place, so that everything can be
-        computed again from this file alone.
-    """
+    """What a job says about itself; written once."""
 
     job_uuid: str
+    """Tells the job from every other one."""
     created_utc: str
+    """ISO 8601 text."""
     software_version: str
+    """The program that made the file."""
     operator: str
     part: str
     serial: str
+    """`operator`, `part`, `serial`: Names, as entered."""
     plan_text: str
     rig_text: str
     probe_text: str
+    """`plan_text`, `rig_text`, `probe_text`: The complete documents, or the records that stand in
+    their place, so that everything can be computed again from this file alone."""
 
     @property
     def plan_identity(self) -> str:
@@ -76,21 +67,14 @@ class JobEvent:
 
 @dataclass(frozen=True, slots=True)
 class JobReference:
-    """The reference body of a job and where it stood when the job began; written once.
-
-    Attributes
-    ----------
-    text
-        Its document.
-    spots
-        (C, R, 2), px: mean spots by its LED number, NaN where not seen.
-    n_frames
-        Frames that were averaged.
-    """
+    """The reference body of a job and where it stood when the job began; written once."""
 
     text: str
+    """Its document."""
     spots: Float
+    """(C, R, 2), px: mean spots by its LED number, NaN where not seen."""
     n_frames: int
+    """Frames that were averaged."""
 
     @property
     def identity(self) -> str:

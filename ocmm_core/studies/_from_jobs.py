@@ -30,58 +30,40 @@ from ocmm_core.studies._single import (
 
 @dataclass(frozen=True, slots=True)
 class CharacteristicStudy:
-    """The study of one characteristic.
-
-    Attributes
-    ----------
-    name, low, high
-        Of the plan; limits are infinite where there is none.
-    study
-        None where ``why_not`` says why there is none.
-    stated
-        OCMM's own uncertainty beside the scatter that was found.
-    from_budget, from_study
-        Q by the stated uncertainty, and by the study; None without a tolerance of two sides.
-    why_not
-        A sentence, or empty.
-    values
-        (parts, operators, trials), mm; None where there is no study.
-    """
+    """The study of one characteristic."""
 
     name: str
     low: float
     high: float
+    """`name`, `low`, `high`: Of the plan; limits are infinite where there is none."""
     study: GaugeStudy | None
+    """None where ``why_not`` says why there is none."""
     stated: StatedScatter | None
+    """OCMM's own uncertainty beside the scatter that was found."""
     from_budget: Suitability | None
     from_study: Suitability | None
+    """`from_budget`, `from_study`: Q by the stated uncertainty, and by the study; None without a
+    tolerance of two sides."""
     why_not: str
+    """A sentence, or empty."""
     values: Float | None = None
+    """(parts, operators, trials), mm; None where there is no study."""
 
 
 @dataclass(frozen=True, slots=True)
 class StudyReport:
-    """All studies of a plan.
-
-    Attributes
-    ----------
-    plan
-        Of the study.
-    measured
-        How many of its measurements there are.
-    characteristics
-        In the order of the inspection plan.
-    left_out
-        Why files do not count, a sentence each.
-    simulated
-        Measured on a virtual rig.
-    """
+    """All studies of a plan."""
 
     plan: StudyPlan
+    """Of the study."""
     measured: int
+    """How many of its measurements there are."""
     characteristics: tuple[CharacteristicStudy, ...]
+    """In the order of the inspection plan."""
     left_out: tuple[str, ...]
+    """Why files do not count, a sentence each."""
     simulated: bool
+    """Measured on a virtual rig."""
 
 
 def open_runs(plan: StudyPlan, serials: set[str]) -> tuple[StudyRun, ...]:

@@ -37,76 +37,57 @@ _NDC = 1.41
 
 @dataclass(frozen=True, slots=True)
 class SourceRow:
-    """One line of the table: a source of variation.
-
-    Attributes
-    ----------
-    name, df, ss, ms
-        Degrees of freedom, sum of squares and mean square.
-    f, p_value
-        None for the error and the total.
-    """
+    """One line of the table: a source of variation."""
 
     name: str
     df: int
     ss: float
     ms: float
+    """`name`, `df`, `ss`, `ms`: Degrees of freedom, sum of squares and mean square."""
     f: float | None = None
     p_value: float | None = None
+    """`f`, `p_value`: None for the error and the total."""
 
 
 @dataclass(frozen=True, slots=True)
 class GaugeStudy:
-    """What a study of one characteristic says; standard deviations in its unit.
-
-    Attributes
-    ----------
-    parts, operators, trials
-        p, o, r.
-    table
-        Of variance: as it was judged, with the interaction where it was not pooled.
-    interaction_f, interaction_p
-        Before pooling.
-    pooled, level
-        Whether the interaction went into the error, and the level that decided.
-    var_repeat, var_operator, var_interaction, var_part
-        Components; none below zero.
-    ev, av, grr, pv, tv
-        Equipment, appraiser, both, parts, and total variation.
-    grr_low, grr_high, confidence
-        Interval of ``grr``.
-    study_percent, contribution_percent
-        100 GRR / TV, and 100 GRR^2 / TV^2.
-    tolerance_percent
-        600 GRR / T, or of one side; None without a tolerance.
-    ndc
-        Number of distinct categories.
-    """
+    """What a study of one characteristic says; standard deviations in its unit."""
 
     parts: int
     operators: int
     trials: int
+    """`parts`, `operators`, `trials`: p, o, r."""
     table: tuple[SourceRow, ...]
+    """Of variance: as it was judged, with the interaction where it was not pooled."""
     interaction_f: float
     interaction_p: float
+    """`interaction_f`, `interaction_p`: Before pooling."""
     pooled: bool
     level: float
+    """`pooled`, `level`: Whether the interaction went into the error, and the level that decided.
+    """
     var_repeat: float
     var_operator: float
     var_interaction: float
     var_part: float
+    """`var_repeat`, `var_operator`, `var_interaction`, `var_part`: Components; none below zero."""
     ev: float
     av: float
     grr: float
     pv: float
     tv: float
+    """`ev`, `av`, `grr`, `pv`, `tv`: Equipment, appraiser, both, parts, and total variation."""
     grr_low: float
     grr_high: float
     confidence: float
+    """`grr_low`, `grr_high`, `confidence`: Interval of ``grr``."""
     study_percent: float
     contribution_percent: float
+    """`study_percent`, `contribution_percent`: 100 GRR / TV, and 100 GRR^2 / TV^2."""
     tolerance_percent: float | None
+    """600 GRR / T, or of one side; None without a tolerance."""
     ndc: int
+    """Number of distinct categories."""
 
     @property
     def word(self) -> str:

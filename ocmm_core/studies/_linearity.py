@@ -16,28 +16,19 @@ from ocmm_core.studies._single import LinearityStudy, linearity_study
 
 @dataclass(frozen=True, slots=True)
 class LinearityReport:
-    """A linearity study of one characteristic.
-
-    Attributes
-    ----------
-    name
-        Of the characteristic.
-    parts
-        Serial numbers, or parts of the plan, in the order of their references.
-    references, biases
-        Certified values, and the bias of every result of each, mm.
-    study
-        The line with its band.
-    left_out
-        Why results do not count, a sentence each.
-    """
+    """A linearity study of one characteristic."""
 
     name: str
+    """Of the characteristic."""
     parts: tuple[str, ...]
+    """Serial numbers, or parts of the plan, in the order of their references."""
     references: tuple[float, ...]
     biases: tuple[Float, ...]
+    """`references`, `biases`: Certified values, and the bias of every result of each, mm."""
     study: LinearityStudy
+    """The line with its band."""
     left_out: tuple[str, ...]
+    """Why results do not count, a sentence each."""
 
     @property
     def word(self) -> str:

@@ -44,53 +44,40 @@ class TaskDocument(Document, frozen=True, kw_only=True):
 
 
 class PartStudy(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A finished study of one characteristic; mm.
-
-    Attributes
-    ----------
-    schema
-        `PART_STUDY_SCHEMA`.
-    procedure, procedure_sha256
-        Word for word, and the hash of its file.
-    characteristic, task
-        What was measured, and how.
-    certificate, certified, expanded_cal
-        Of the part: number, value and U (k = 2).
-    results
-        One of every cycle, in the order in which they were measured.
-    temperature_c, temperatures
-        Of use, degrees Celsius, and the range that U holds for.
-    u_workpiece, u_expansion
-        Standard uncertainties of the parts, mm, and of the expansion, 1/K.
-    expanded_model
-        U that the program states for the characteristic; None where it stated none.
-    expanded, expanded_uncorrected, bias
-        What came out.
-    made_utc, made_by, software, simulated
-        As in other records.
-    """
+    """A finished study of one characteristic; mm."""
 
     schema: str
+    """`PART_STUDY_SCHEMA`."""
     procedure: Procedure
     procedure_sha256: str
+    """`procedure`, `procedure_sha256`: Word for word, and the hash of its file."""
     characteristic: str
     task: PartTask
+    """`characteristic`, `task`: What was measured, and how."""
     certificate: str
     certified: float
     expanded_cal: float
+    """`certificate`, `certified`, `expanded_cal`: Of the part: number, value and U (k = 2)."""
     results: tuple[float, ...]
+    """One of every cycle, in the order in which they were measured."""
     temperature_c: float
     temperatures: tuple[float, float]
+    """`temperature_c`, `temperatures`: Of use, degrees Celsius, and the range that U holds for."""
     u_workpiece: float
     u_expansion: float
+    """`u_workpiece`, `u_expansion`: Standard uncertainties of the parts, mm, and of the expansion,
+    1/K."""
     expanded_model: float | None
+    """U that the program states for the characteristic; None where it stated none."""
     expanded: float
     expanded_uncorrected: float
     bias: float
+    """`expanded`, `expanded_uncorrected`, `bias`: What came out."""
     made_utc: str
     made_by: str
     software: str
     simulated: bool
+    """`made_utc`, `made_by`, `software`, `simulated`: As in other records."""
 
     def found(self, dimension: float = 0.0, temperature_c: float | None = None) -> PartUncertainty:
         """Return what its results say, for a dimension, mm, and a temperature of use."""

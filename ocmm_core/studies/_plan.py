@@ -31,21 +31,14 @@ class StudyRun(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class StudyPlan(Document, frozen=True, kw_only=True):
-    """A plan, in the order in which it is measured.
-
-    Attributes
-    ----------
-    name
-        Of the study; the batch of its jobs.
-    seed
-        That its order was drawn from.
-    runs
-        See `StudyRun`.
-    """
+    """A plan, in the order in which it is measured."""
 
     name: str
+    """Of the study; the batch of its jobs."""
     seed: int
+    """That its order was drawn from."""
     runs: tuple[StudyRun, ...]
+    """See `StudyRun`."""
 
     @property
     def parts(self) -> tuple[str, ...]:

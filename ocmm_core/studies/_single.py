@@ -26,44 +26,33 @@ LEAST_REFERENCES, LEAST_PER_REFERENCE = 5, 10
 
 @dataclass(frozen=True, slots=True)
 class Type1Study:
-    """What repeated measurements of one calibrated part say.
-
-    Attributes
-    ----------
-    results, mean, bias, scatter
-        N, mean, mean less reference, s.
-    cg, cgk
-        Capability of the gauge, and with its bias.
-    cg_low, cg_high
-        95 % interval of Cg, from that of s.
-    t, p_value, biased
-        Of the bias; whether it is significant at 5 %.
-    var_percent, var_bias_percent
-        100 K / Cg and 100 K / Cgk, of K = 0.2; infinite where Cgk is not above zero.
-    least_tolerance
-        That both would be met with, without a bias.
-    resolution_good
-        Whether the resolution is at most 5 % of T; None where it was not given.
-    capable
-        Both are at least 1.33.
-    """
+    """What repeated measurements of one calibrated part say."""
 
     results: int
     mean: float
     bias: float
     scatter: float
+    """`results`, `mean`, `bias`, `scatter`: N, mean, mean less reference, s."""
     cg: float
     cgk: float
+    """`cg`, `cgk`: Capability of the gauge, and with its bias."""
     cg_low: float
     cg_high: float
+    """`cg_low`, `cg_high`: 95 % interval of Cg, from that of s."""
     t: float
     p_value: float
     biased: bool
+    """`t`, `p_value`, `biased`: Of the bias; whether it is significant at 5 %."""
     var_percent: float
     var_bias_percent: float
+    """`var_percent`, `var_bias_percent`: 100 K / Cg and 100 K / Cgk, of K = 0.2; infinite where Cgk
+    is not above zero."""
     least_tolerance: float
+    """That both would be met with, without a bias."""
     resolution_good: bool | None
+    """Whether the resolution is at most 5 % of T; None where it was not given."""
     capable: bool
+    """Both are at least 1.33."""
 
 
 def type1_study(
@@ -123,31 +112,22 @@ def type1_study(
 
 @dataclass(frozen=True, slots=True)
 class LinearityStudy:
-    """Bias over the range: bias = intercept + slope x.
-
-    Attributes
-    ----------
-    intercept, slope, sigma
-        Of the line, and the standard deviation of the residuals.
-    references, biases
-        Mean bias of each reference.
-    p_intercept, p_slope
-        Whether they differ from zero.
-    bands
-        Half width of the 95 % band of the line at the references.
-    linear
-        The zero line is inside the band everywhere between them.
-    """
+    """Bias over the range: bias = intercept + slope x."""
 
     intercept: float
     slope: float
     sigma: float
+    """`intercept`, `slope`, `sigma`: Of the line, and the standard deviation of the residuals."""
     references: Float
     biases: Float
+    """`references`, `biases`: Mean bias of each reference."""
     p_intercept: float
     p_slope: float
+    """`p_intercept`, `p_slope`: Whether they differ from zero."""
     bands: Float
+    """Half width of the 95 % band of the line at the references."""
     linear: bool
+    """The zero line is inside the band everywhere between them."""
 
 
 def linearity_study(
@@ -211,26 +191,18 @@ def _p_value(value: float, sigma: float, df: int) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Suitability:
-    """Q of the measuring system and of the process (ISO 22514-7, VDA 5).
-
-    Attributes
-    ----------
-    u_ms, u_mp
-        Standard uncertainties.
-    q_ms, q_mp
-        100 x 2 U / T, per cent.
-    suitable
-        At most 15 % and 30 %.
-    least_tolerance
-        That both would be met with.
-    """
+    """Q of the measuring system and of the process (ISO 22514-7, VDA 5)."""
 
     u_ms: float
     u_mp: float
+    """`u_ms`, `u_mp`: Standard uncertainties."""
     q_ms: float
     q_mp: float
+    """`q_ms`, `q_mp`: 100 x 2 U / T, per cent."""
     suitable: bool
+    """At most 15 % and 30 %."""
     least_tolerance: float
+    """That both would be met with."""
 
 
 def suitability(u_ms: float, u_mp: float, tolerance: float) -> Suitability:
@@ -261,32 +233,22 @@ def process_uncertainty(
 
 @dataclass(frozen=True, slots=True)
 class StatedScatter:
-    """The stated uncertainty of repeats beside the scatter that was found.
-
-    Attributes
-    ----------
-    ratios
-        s / u of every cell.
-    low, high
-        Band in which one ratio lies with 99 % over all cells together.
-    outside
-        Indices of cells beyond the band.
-    pooled
-        sqrt(mean s^2 / mean u^2) of all cells.
-    pooled_low, pooled_high
-        Its band, 99 %.
-    message
-        A sentence; empty where they agree.
-    """
+    """The stated uncertainty of repeats beside the scatter that was found."""
 
     ratios: Float
+    """s / u of every cell."""
     low: float
     high: float
+    """`low`, `high`: Band in which one ratio lies with 99 % over all cells together."""
     outside: tuple[int, ...]
+    """Indices of cells beyond the band."""
     pooled: float
+    """sqrt(mean s^2 / mean u^2) of all cells."""
     pooled_low: float
     pooled_high: float
+    """`pooled_low`, `pooled_high`: Its band, 99 %."""
     message: str
+    """A sentence; empty where they agree."""
 
 
 def compare_stated(values: Float, stated: Float, confidence: float = 0.99) -> StatedScatter:

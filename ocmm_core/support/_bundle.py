@@ -25,22 +25,15 @@ CONTENTS = "CONTENTS.txt"
 
 @dataclass(frozen=True, slots=True)
 class BundleItem:
-    """A file exactly as it will be in the bundle.
-
-    Attributes
-    ----------
-    part, name
-        Of which part, and its name in the archive.
-    content
-        Its bytes.
-    is_text
-        Whether it can be read on a screen.
-    """
+    """A file exactly as it will be in the bundle."""
 
     part: str
     name: str
+    """`part`, `name`: Of which part, and its name in the archive."""
     content: bytes
+    """Its bytes."""
     is_text: bool
+    """Whether it can be read on a screen."""
 
     def preview(self, most: int = 1 << 20) -> str:
         """Return it as text."""
@@ -51,21 +44,14 @@ class BundleItem:
 
 @dataclass(frozen=True, slots=True)
 class BundleDraft:
-    """What would be packed.
-
-    Attributes
-    ----------
-    items
-        All files.
-    missing
-        Why a part has none, by its name.
-    masked
-        Whether names of people were taken out.
-    """
+    """What would be packed."""
 
     items: tuple[BundleItem, ...]
+    """All files."""
     missing: dict[str, str]
+    """Why a part has none, by its name."""
     masked: bool
+    """Whether names of people were taken out."""
 
     def of(self, part: str) -> tuple[BundleItem, ...]:
         """Return the files of a part."""

@@ -61,18 +61,12 @@ _HONORIFICS = frozenset({"und", "and", "von", "van", "der", "den", "the", "ing",
 
 @dataclass(frozen=True, slots=True)
 class Cleaner:
-    """Take secrets and names out of texts.
-
-    Attributes
-    ----------
-    secrets
-        Known by their value.
-    names
-        Of people; empty where they may stay.
-    """
+    """Take secrets and names out of texts."""
 
     secrets: tuple[str, ...] = ()
+    """Known by their value."""
     names: tuple[str, ...] = ()
+    """Of people; empty where they may stay."""
 
     def clean(self, text: str) -> str:
         """Return a text without them."""

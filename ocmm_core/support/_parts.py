@@ -34,36 +34,24 @@ _TEXT_AT_MOST = 400
 
 @dataclass(frozen=True, slots=True)
 class SupportSite:
-    """Where a bundle takes things from.
-
-    Attributes
-    ----------
-    store
-        The settings.
-    logs
-        Folder of the logs of failures.
-    records
-        Folders of records of cameras and probes.
-    history
-        The last raw frames; None where nothing is being measured.
-    extra
-        Texts that whoever packs has besides, by file name: the log of the window.
-    doctor
-        Gives the report of the doctor as text.
-    environment
-        Its secrets are taken out.
-    people
-        Names that whoever packs knows besides: who measures now.
-    """
+    """Where a bundle takes things from."""
 
     store: SettingsStore
+    """The settings."""
     logs: Path
+    """Folder of the logs of failures."""
     records: tuple[Path, ...]
+    """Folders of records of cameras and probes."""
     history: FrameHistory | None = None
+    """The last raw frames; None where nothing is being measured."""
     extra: dict[str, str] = field(default_factory=dict)
+    """Texts that whoever packs has besides, by file name: the log of the window."""
     doctor: Callable[[], str] = lambda: doctor_text()
+    """Gives the report of the doctor as text."""
     environment: dict[str, str] = field(default_factory=lambda: dict(os.environ))
+    """Its secrets are taken out."""
     people: tuple[str, ...] = ()
+    """Names that whoever packs knows besides: who measures now."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,22 +65,15 @@ class RawItem:
 
 @dataclass(frozen=True, slots=True)
 class PartSpec:
-    """A part of the bundle.
-
-    Attributes
-    ----------
-    name, title
-        For scripts, and for people.
-    about
-        One sentence: what is in it.
-    take
-        Gives its files.
-    """
+    """A part of the bundle."""
 
     name: str
     title: str
+    """`name`, `title`: For scripts, and for people."""
     about: str
+    """One sentence: what is in it."""
     take: Callable[[SupportSite, LoadedSettings], Iterator[RawItem]]
+    """Gives its files."""
 
 
 def _versions(site: SupportSite, loaded: LoadedSettings) -> Iterator[RawItem]:

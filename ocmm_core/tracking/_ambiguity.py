@@ -34,22 +34,15 @@ REVERSED = -0.99
 
 @dataclass(frozen=True, slots=True)
 class Ambiguity:
-    """A wrong labelling that fits the body nearly as well as the right one.
-
-    Attributes
-    ----------
-    labels
-        LED number that is believed at the place of LED 0, 1, 2 ... (of `nearest`: of those seen),
-        -1 where none is.
-    residual_mm
-        RMS distance of the LEDs after the best rigid motion.
-    tip_error_mm
-        How far the tip would be wrong.
-    """
+    """A wrong labelling that fits the body nearly as well as the right one."""
 
     labels: tuple[int, ...]
+    """LED number that is believed at the place of LED 0, 1, 2 ... (of `nearest`: of those seen), -1
+    where none is."""
     residual_mm: float
+    """RMS distance of the LEDs after the best rigid motion."""
     tip_error_mm: float
+    """How far the tip would be wrong."""
 
 
 def nearest(

@@ -46,30 +46,20 @@ class ProbeDocument(Document, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class LedBody:
-    """LEDs that move as one: all that identification knows of a probe or of a reference body.
-
-    Attributes
-    ----------
-    name
-        Name of the body.
-    leds_body
-        (L, 3), mm, body frame.
-    led_directions_body
-        (L, 3), unit.
-    emission_half_angle
-        rad; outside this cone an LED is not seen.
-    rules
-        ``(body_axis, world_direction)`` pairs, each (3,).
-    code
-        Strobe code of the LEDs; None where they always shine.
-    """
+    """LEDs that move as one: all that identification knows of a probe or of a reference body."""
 
     name: str
+    """Name of the body."""
     leds_body: Float
+    """(L, 3), mm, body frame."""
     led_directions_body: Float
+    """(L, 3), unit."""
     emission_half_angle: float
+    """rad; outside this cone an LED is not seen."""
     rules: tuple[tuple[Float, Float], ...] = ()
+    """``(body_axis, world_direction)`` pairs, each (3,)."""
     code: StrobeCode | None = None
+    """Strobe code of the LEDs; None where they always shine."""
 
     @property
     def n_leds(self) -> int:
@@ -79,45 +69,30 @@ class LedBody:
 
 @dataclass(frozen=True, slots=True)
 class ProbeBody:
-    """A probe body with labels that cannot be confused.
-
-    Attributes
-    ----------
-    name
-        Name of the probe.
-    leds_probe
-        (L, 3), mm, probe frame.
-    led_directions_probe
-        (L, 3), unit.
-    emission_half_angle
-        rad; outside this cone an LED is not seen.
-    tip_probe
-        (3,), mm, probe frame: ball centre.
-    tip_radius
-        mm.
-    tip_radius_sigma
-        mm, standard uncertainty.
-    geometry_covariance
-        (3 L + 3, 3 L + 3), mm^2: LED coordinates, then the tip.
-    rules
-        ``(probe_axis, world_direction)`` pairs, each (3,).
-    identity
-        SHA-256 of the document.
-    code
-        Strobe code of the LEDs; None where they always shine.
-    """
+    """A probe body with labels that cannot be confused."""
 
     name: str
+    """Name of the probe."""
     leds_probe: Float
+    """(L, 3), mm, probe frame."""
     led_directions_probe: Float
+    """(L, 3), unit."""
     emission_half_angle: float
+    """rad; outside this cone an LED is not seen."""
     tip_probe: Float
+    """(3,), mm, probe frame: ball centre."""
     tip_radius: float
+    """mm."""
     tip_radius_sigma: float
+    """mm, standard uncertainty."""
     geometry_covariance: Float
+    """(3 L + 3, 3 L + 3), mm^2: LED coordinates, then the tip."""
     rules: tuple[tuple[Float, Float], ...]
+    """``(probe_axis, world_direction)`` pairs, each (3,)."""
     identity: str
+    """SHA-256 of the document."""
     code: StrobeCode | None = None
+    """Strobe code of the LEDs; None where they always shine."""
 
     @property
     def n_leds(self) -> int:

@@ -27,26 +27,19 @@ from ocmm_core.tracking.kernels import without_rivals
 
 @dataclass(frozen=True, slots=True)
 class TrackingOptions:
-    """How frames are tracked.
-
-    Attributes
-    ----------
-    method
-        See `pose.solve`.
-    relabel_after
-        Consecutive doubtful frames after which the labels are thrown away and sought anew.
-    retry_ns, retry_at_most_ns
-        Bus time between two searches for labels while nothing can be identified. It doubles with
-        every search in vain, because a confused scene takes longest to search.
-    extend_ns
-        Every so much bus time, spots that no label claims yet are offered to the free LEDs.
-    """
+    """How frames are tracked."""
 
     method: Method = "gauss-newton"
+    """See `pose.solve`."""
     relabel_after: int = 40
+    """Consecutive doubtful frames after which the labels are thrown away and sought anew."""
     retry_ns: int = 5_000_000
     retry_at_most_ns: int = 320_000_000
+    """`retry_ns`, `retry_at_most_ns`: Bus time between two searches for labels while nothing can be
+    identified. It doubles with every search in vain, because a confused scene takes longest to
+    search."""
     extend_ns: int = 50_000_000
+    """Every so much bus time, spots that no label claims yet are offered to the free LEDs."""
 
 
 @dataclass(slots=True)
@@ -60,20 +53,17 @@ class BodyTracker:
     ----------
     rig, body, options
         What to track with.
-    point_body
-        (3,), mm, body frame: the point that is given as the tip.
-    slot_of_led
-        (C, L): current labels, None while nothing is identified.
-    reason
-        Why nothing is identified, in words; empty otherwise.
     """
 
     rig: Rig
     body: LedBody
     point_body: Float
+    """(3,), mm, body frame: the point that is given as the tip."""
     options: TrackingOptions = field(default_factory=TrackingOptions)
     slot_of_led: Int | None = None
+    """(C, L): current labels, None while nothing is identified."""
     reason: str = "no frame has arrived yet"
+    """Why nothing is identified, in words; empty otherwise."""
     _search_at_ns: int = 0
     _patience_ns: int = 0
     _before_ns: int = 0

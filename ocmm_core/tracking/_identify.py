@@ -43,34 +43,22 @@ _REASONS = {
 
 @dataclass(frozen=True, slots=True)
 class IdentifyOptions:
-    """Tolerances of the search.
-
-    Attributes
-    ----------
-    sigma_px
-        Standard deviation of one spot, px: everything that a single frame is subject to.
-    rival_px
-        Where two spots or two LEDs are this near to each other in a camera, px, neither is named.
-    """
+    """Tolerances of the search."""
 
     sigma_px: float
+    """Standard deviation of one spot, px: everything that a single frame is subject to."""
     rival_px: float = 1.0
+    """Where two spots or two LEDs are this near to each other in a camera, px, neither is named."""
 
 
 @dataclass(frozen=True, slots=True)
 class Identification:
-    """Outcome of the search.
-
-    Attributes
-    ----------
-    slot_of_led
-        (C, L) int64: slot that follows the LED, -1 where none does; None if in doubt.
-    reason
-        Why there is none; empty if there is one.
-    """
+    """Outcome of the search."""
 
     slot_of_led: Int | None
+    """(C, L) int64: slot that follows the LED, -1 where none does; None if in doubt."""
     reason: str = ""
+    """Why there is none; empty if there is one."""
 
 
 def identify(

@@ -20,22 +20,16 @@ class TrackingPipeline:
     """Track a stream of frames with one rig and one probe; used by one thread.
 
     Where the labels come into being does not depend on how the stream is cut into blocks.
-
-    Attributes
-    ----------
-    rig, body, options
-        What to track with.
-    reference
-        Reference body to which everything is given; None where none is used.
-    home
-        Where it stood when the job began; None to take its first good place.
     """
 
     rig: Rig
     body: ProbeBody
     options: TrackingOptions = field(default_factory=TrackingOptions)
+    """`rig`, `body`, `options`: What to track with."""
     reference: ReferenceBody | None = None
+    """Reference body to which everything is given; None where none is used."""
     home: ReferenceHome | None = None
+    """Where it stood when the job began; None to take its first good place."""
     _probe: BodyTracker = field(init=False)
     _reference: ReferenceTracker | None = field(init=False, default=None)
 

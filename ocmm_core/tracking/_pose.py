@@ -22,33 +22,23 @@ Method = Literal["gauss-newton", "thesis"]
 
 @dataclass(frozen=True, slots=True)
 class PoseBatch:
-    """Pose and tip of n frames; NaN where the status is not 0 (OK).
-
-    Attributes
-    ----------
-    status
-        (n,) uint8: 0 solved, 1 lost (fewer than three LEDs seen by two cameras, LEDs so near to one
-        line that spot noise alone moves the tip by `kernels.MAX_TIP_SIGMA`, or an LED behind a
-        camera that sees it).
-    tip_world
-        (n, 3), mm.
-    tip_covariance
-        (n, 3, 3), mm^2, of independent spot noise with the sigma that was given.
-    rotation_world_from_probe, origin_world
-        (n, 3, 3) and (n, 3), mm.
-    chi2
-        (n,): squared residuals over sigma squared.
-    dof
-        (n,): twice the number of spots minus six.
-    """
+    """Pose and tip of n frames; NaN where the status is not 0 (OK)."""
 
     status: NDArray[np.uint8]
+    """(n,) uint8: 0 solved, 1 lost (fewer than three LEDs seen by two cameras, LEDs so near to one
+    line that spot noise alone moves the tip by `kernels.MAX_TIP_SIGMA`, or an LED behind a camera
+    that sees it)."""
     tip_world: Float
+    """(n, 3), mm."""
     tip_covariance: Float
+    """(n, 3, 3), mm^2, of independent spot noise with the sigma that was given."""
     rotation_world_from_probe: Float
     origin_world: Float
+    """`rotation_world_from_probe`, `origin_world`: (n, 3, 3) and (n, 3), mm."""
     chi2: Float
+    """(n,): squared residuals over sigma squared."""
     dof: Int
+    """(n,): twice the number of spots minus six."""
 
 
 def solve(

@@ -49,19 +49,13 @@ _NEAR_MM, _NEAR_RAD = 5.0, 0.01
 
 @dataclass(frozen=True, slots=True)
 class ReferencePoses:
-    """Poses of a reference body to give tips against.
-
-    Attributes
-    ----------
-    rotation, origin
-        (n, 3, 3) and (n, 3), mm, rig frame.
-    covariance
-        (n, 6, 6), for the increments of `pose.reprojection`, rig frame.
-    """
+    """Poses of a reference body to give tips against."""
 
     rotation: Float
     origin: Float
+    """`rotation`, `origin`: (n, 3, 3) and (n, 3), mm, rig frame."""
     covariance: Float
+    """(n, 6, 6), for the increments of `pose.reprojection`, rig frame."""
 
 
 class ReferenceTracker:

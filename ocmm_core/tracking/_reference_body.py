@@ -38,24 +38,16 @@ class ReferenceDocument(Document, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class ReferenceBody:
-    """A reference body with labels that cannot be confused.
-
-    Attributes
-    ----------
-    leds
-        What is seen of it; its body frame is the reference frame.
-    geometry_covariance
-        (3 R, 3 R), mm^2: LED coordinates.
-    text
-        The document, for the job file.
-    identity
-        SHA-256 of the document.
-    """
+    """A reference body with labels that cannot be confused."""
 
     leds: LedBody
+    """What is seen of it; its body frame is the reference frame."""
     geometry_covariance: Float
+    """(3 R, 3 R), mm^2: LED coordinates."""
     text: str
+    """The document, for the job file."""
     identity: str
+    """SHA-256 of the document."""
 
     @property
     def name(self) -> str:

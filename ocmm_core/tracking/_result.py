@@ -32,67 +32,45 @@ class FrameStatus(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class ReferenceHome:
-    """Where the reference body stood when the job began: what makes the world of a job.
-
-    Attributes
-    ----------
-    spots
-        (C, R, 2), px: mean spots by its LED number, NaN where not seen.
-    n_frames
-        Frames that were averaged.
-    T_rig_from_reference
-        The pose that follows from them.
-    """
+    """Where the reference body stood when the job began: what makes the world of a job."""
 
     spots: Float
+    """(C, R, 2), px: mean spots by its LED number, NaN where not seen."""
     n_frames: int
+    """Frames that were averaged."""
     T_rig_from_reference: RigidTransform
+    """The pose that follows from them."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrackBlock:
-    """Tracked frames; tip and pose of a frame whose status is not OK are NaN.
-
-    Attributes
-    ----------
-    counter, time_ns, flags
-        (n,): as in `FrameBlock`.
-    status
-        (n,) uint8: `FrameStatus`.
-    tip_world
-        (n, 3), mm: ball centre.
-    tip_covariance
-        (n, 3, 3), mm^2: of the spot noise of one frame only.
-    rotation_world_from_probe
-        (n, 3, 3).
-    origin_world
-        (n, 3), mm: origin of the probe frame.
-    chi2
-        (n,): sum of squared residuals over the variance of the spot noise.
-    dof
-        (n,) int64: its degrees of freedom.
-    seen
-        (n, C) uint64: bit l says that the camera saw LED l.
-    uv
-        (n, C, L, 2), px: spots ordered by LED number, NaN where not seen.
-    reference
-        How the reference body was seen; None where none is used. With one, "world" is the frame in
-        which the cameras were calibrated as it stood to the reference when the job began.
-    """
+    """Tracked frames; tip and pose of a frame whose status is not OK are NaN."""
 
     counter: Int
     time_ns: Int
     flags: NDArray[np.uint32]
+    """`counter`, `time_ns`, `flags`: (n,): as in `FrameBlock`."""
     status: NDArray[np.uint8]
+    """(n,) uint8: `FrameStatus`."""
     tip_world: Float
+    """(n, 3), mm: ball centre."""
     tip_covariance: Float
+    """(n, 3, 3), mm^2: of the spot noise of one frame only."""
     rotation_world_from_probe: Float
+    """(n, 3, 3)."""
     origin_world: Float
+    """(n, 3), mm: origin of the probe frame."""
     chi2: Float
+    """(n,): sum of squared residuals over the variance of the spot noise."""
     dof: Int
+    """(n,) int64: its degrees of freedom."""
     seen: NDArray[np.uint64]
+    """(n, C) uint64: bit l says that the camera saw LED l."""
     uv: Float
+    """(n, C, L, 2), px: spots ordered by LED number, NaN where not seen."""
     reference: ReferenceTrack | None = None
+    """How the reference body was seen; None where none is used. With one, "world" is the frame in
+    which the cameras were calibrated as it stood to the reference when the job began."""
 
     def __len__(self) -> int:
         return len(self.counter)
@@ -103,25 +81,18 @@ class ReferenceTrack:
     """What the cameras saw, before it was brought into the world of the job.
 
     "Rig" is the frame of the cameras as they stand now.
-
-    Attributes
-    ----------
-    probe
-        The probe as if there were no reference: its own status, poses in the rig frame.
-    body
-        The reference body, tracked like a probe whose ball is the middle of its LEDs; its poses
-        are those of single frames.
-    covariance
-        (n, 6, 6): of the pose of the reference body in one frame, for the increments of
-        `pose.reprojection`, rig frame.
-    home
-        Where it stood when the job began; None before that is known.
     """
 
     probe: TrackBlock
+    """The probe as if there were no reference: its own status, poses in the rig frame."""
     body: TrackBlock
+    """The reference body, tracked like a probe whose ball is the middle of its LEDs; its poses are
+    those of single frames."""
     covariance: Float
+    """(n, 6, 6): of the pose of the reference body in one frame, for the increments of
+    `pose.reprojection`, rig frame."""
     home: ReferenceHome | None
+    """Where it stood when the job began; None before that is known."""
 
 
 def interruptions(time_ns: Int, before_ns: int) -> list[int]:

@@ -26,57 +26,40 @@ def _nothing() -> Float:
 
 @dataclass(frozen=True, slots=True)
 class TipSensitivity:
-    """Tip of one set of spots and its derivatives; m spots were seen.
-
-    Attributes
-    ----------
-    tip_world
-        (3,), mm: converged estimate.
-    camera
-        (m,) int64: camera of each spot.
-    uv
-        (m, 2), px: the spots.
-    by_spots
-        (3, m, 2), mm/px.
-    by_cameras
-        (3, 14 C): in the order of `Rig.parameter_covariance`.
-    by_geometry
-        (3, 3 L + 3): in the order of `ProbeBody.geometry_covariance`.
-    by_common
-        (3, k), mm: what else moves all points of a job together, one independent standard deviation
-        a column. It is the place of a reference body; (3, 0) without one.
-    """
+    """Tip of one set of spots and its derivatives; m spots were seen."""
 
     tip_world: Float
+    """(3,), mm: converged estimate."""
     camera: Int
+    """(m,) int64: camera of each spot."""
     uv: Float
+    """(m, 2), px: the spots."""
     by_spots: Float
+    """(3, m, 2), mm/px."""
     by_cameras: Float
+    """(3, 14 C): in the order of `Rig.parameter_covariance`."""
     by_geometry: Float
+    """(3, 3 L + 3): in the order of `ProbeBody.geometry_covariance`."""
     by_common: Float = field(default_factory=_nothing)
+    """(3, k), mm: what else moves all points of a job together, one independent standard deviation
+    a column. It is the place of a reference body; (3, 0) without one."""
 
 
 @dataclass(frozen=True, slots=True)
 class PoseSensitivity:
-    """Pose of one set of spots and its derivatives; m spots were seen.
-
-    Attributes
-    ----------
-    rotation, origin
-        World from body, (3, 3) and (3,), mm: converged estimate.
-    camera, uv
-        (m,) int64 and (m, 2), px: the spots.
-    by_spots, by_cameras, by_leds
-        (6, 2 m), (6, 14 C) and (6, 3 L): of the pose increments of `pose.reprojection`.
-    """
+    """Pose of one set of spots and its derivatives; m spots were seen."""
 
     rotation: Float
     origin: Float
+    """`rotation`, `origin`: World from body, (3, 3) and (3,), mm: converged estimate."""
     camera: Int
     uv: Float
+    """`camera`, `uv`: (m,) int64 and (m, 2), px: the spots."""
     by_spots: Float
     by_cameras: Float
     by_leds: Float
+    """`by_spots`, `by_cameras`, `by_leds`: (6, 2 m), (6, 14 C) and (6, 3 L): of the pose increments
+    of `pose.reprojection`."""
 
 
 def tip_sensitivity(spots: Float, rig: Rig, body: ProbeBody) -> TipSensitivity:

@@ -72,79 +72,51 @@ _DIRECTIONS = _sphere(200)
 
 @dataclass(frozen=True, slots=True)
 class BallMotion:
-    """A motion that is more than noise and more than the limit.
-
-    Attributes
-    ----------
-    kind
-        How.
-    size_mm
-        From one end to the other; of trembling the amplitude, to either side.
-    """
+    """A motion that is more than noise and more than the limit."""
 
     kind: MotionKind
+    """How."""
     size_mm: float
+    """From one end to the other; of trembling the amplitude, to either side."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stillness:
-    """What is known of the motion of a ball.
-
-    Attributes
-    ----------
-    motion
-        None where the ball rested as far as noise lets it be told.
-    covariance
-        (3, 3), mm^2: how far the mean may lie from where the ball was, for a motion that was not
-        found. With a drift that is where it was at the beginning; with a slip, where it lay longer.
-    """
+    """What is known of the motion of a ball."""
 
     motion: BallMotion | None
+    """None where the ball rested as far as noise lets it be told."""
     covariance: Float
+    """(3, 3), mm^2: how far the mean may lie from where the ball was, for a motion that was not
+    found. With a drift that is where it was at the beginning; with a slip, where it lay longer."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Batches:
-    """Means over time: m batches, along the principal axes of the noise.
-
-    Attributes
-    ----------
-    times
-        (m,), from 0 to 1.
-    span_s
-        How long that is.
-    places
-        (m, 3), mm.
-    variances
-        (m, 3), mm^2: of spot noise.
-    axes
-        (3, 3): the columns.
-    """
+    """Means over time: m batches, along the principal axes of the noise."""
 
     times: Float
+    """(m,), from 0 to 1."""
     span_s: float
+    """How long that is."""
     places: Float
+    """(m, 3), mm."""
     variances: Float
+    """(m, 3), mm^2: of spot noise."""
     axes: Float
+    """(3, 3): the columns."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Shapes:
-    """Motions that are looked for; k of them, as rows of their course over the batches.
-
-    Attributes
-    ----------
-    kinds
-        Of each.
-    courses
-        (k, m), for a size of 1.
-    shares
-        (k,): how far the mean then lies from where the ball was.
-    """
+    """Motions that are looked for; k of them, as rows of their course over the batches."""
 
     kinds: list[MotionKind]
+    """Of each."""
     courses: Float
+    """(k, m), for a size of 1."""
     shares: Float
+    """(k,): how far the mean then lies from where the ball was."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,18 +37,12 @@ class StrobeEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 @dataclass(frozen=True, slots=True)
 class StrobeCode:
-    """The code of a body.
-
-    Attributes
-    ----------
-    period
-        Frames.
-    dark
-        (L,): remainder of the exposure counter by the period at which the LED is dark.
-    """
+    """The code of a body."""
 
     period: int
+    """Frames."""
     dark: Int
+    """(L,): remainder of the exposure counter by the period at which the LED is dark."""
 
 
 def strobe_code(path: Path, entry: StrobeEntry | None, n_leds: int) -> StrobeCode | None:

@@ -15,26 +15,18 @@ _NUMBER = re.compile(r"\s*[-+−±]?(\d[\d,_]*(\.\d+)?([eE][-+]?\d+)?|inf|nan)%?
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """A sentence of the sources.
-
-    Attributes
-    ----------
-    template
-        The sentence, with names in braces: ``Camera {name} sees {count:n} LEDs.``
-    literals
-        What stands before, between and behind the fields; one more than fields.
-    names
-        Names of the fields.
-    marks
-        What each field holds: a number ``n``, a word of the program ``w`` (where it is none,
-        whatever it is), a word of the program for certain ``k``, a sentence of the program ``s``,
-        or anything.
-    """
+    """A sentence of the sources."""
 
     template: str
+    """The sentence, with names in braces: ``Camera {name} sees {count:n} LEDs.``"""
     literals: tuple[str, ...]
+    """What stands before, between and behind the fields; one more than fields."""
     names: tuple[str, ...]
+    """Names of the fields."""
     marks: tuple[str, ...]
+    """What each field holds: a number ``n``, a word of the program ``w`` (where it is none,
+    whatever it is), a word of the program for certain ``k``, a sentence of the program ``s``, or
+    anything."""
 
     @classmethod
     def of(cls, template: str) -> Pattern:

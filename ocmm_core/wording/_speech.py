@@ -14,14 +14,10 @@ class Speech:
     """What is written on a paper, in its language; English is what the sources say.
 
     Names of people, parts and features go past it: only what the program says is translated.
-
-    Attributes
-    ----------
-    language
-        One of `LANGUAGES`.
     """
 
     language: str = ENGLISH
+    """One of `LANGUAGES`."""
 
     def say(self, text: str) -> str:
         """Return sentences of the program; English where one of them is not known."""

@@ -75,19 +75,13 @@ class TypeOne:
 
 @dataclass(frozen=True, slots=True)
 class AnalysingOne:
-    """Compute Cg and Cgk of one characteristic of one part.
-
-    Attributes
-    ----------
-    name
-        Of the characteristic; empty for the first one of the plan.
-    reference
-        Certified value, mm.
-    """
+    """Compute Cg and Cgk of one characteristic of one part."""
 
     jobs: Path
     name: str
+    """Of the characteristic; empty for the first one of the plan."""
     reference: float
+    """Certified value, mm."""
     probes: Path | None
     calibrations: Path | None
 

@@ -22,18 +22,12 @@ _UNKNOWN_MM = 25.4 / 96.0
 
 @dataclass(frozen=True, slots=True)
 class ScreenSize:
-    """Size of a screen.
-
-    Attributes
-    ----------
-    mm_per_px
-        Of a pixel as layouts count them.
-    known
-        It was measured, or the screen says something that can be so.
-    """
+    """Size of a screen."""
 
     mm_per_px: float
+    """Of a pixel as layouts count them."""
     known: bool
+    """It was measured, or the screen says something that can be so."""
 
 
 def screen_size(screen: QScreen, ruler_mm: float | None) -> ScreenSize:

@@ -13,43 +13,28 @@ from ocmm_gui.work import Tell
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """An answer with what is known besides.
-
-    Attributes
-    ----------
-    answer
-        Of the question; None where only the archive was looked at.
-    place
-        What people call the archive.
-    parts
-        Parts with their characteristics, to choose from.
-    standing
-        How the hand-over stands.
-    """
+    """An answer with what is known besides."""
 
     answer: ArchiveAnswer | None
+    """Of the question; None where only the archive was looked at."""
     place: str
+    """What people call the archive."""
     parts: tuple[tuple[str, str], ...]
+    """Parts with their characteristics, to choose from."""
     standing: HandOver
+    """How the hand-over stands."""
 
 
 @dataclass(frozen=True, slots=True)
 class Asking:
-    """Ask a question; an empty name only looks at the archive.
-
-    Attributes
-    ----------
-    place
-        Archive and outbox.
-    question
-        Its name.
-    asked
-        What it is about.
-    """
+    """Ask a question; an empty name only looks at the archive."""
 
     place: ArchivePlace
+    """Archive and outbox."""
     question: str
+    """Its name."""
     asked: Asked
+    """What it is about."""
 
     def __call__(self, tell: Tell) -> Answered:
         """Return the answer; errors as those of `open_archive` and of the question."""

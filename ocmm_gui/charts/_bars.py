@@ -17,19 +17,13 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One bar.
-
-    Attributes
-    ----------
-    name, value
-        What it is and how much of it there is, with unit and aim.
-    share
-        Of the aim, 1 where it is reached.
-    """
+    """One bar."""
 
     name: str
     value: str
+    """`name`, `value`: What it is and how much of it there is, with unit and aim."""
     share: float
+    """Of the aim, 1 where it is reached."""
 
 
 class Bars(Painted):

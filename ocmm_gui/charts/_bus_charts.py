@@ -101,18 +101,12 @@ class HistogramChart(Chart):
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """One curve of a trend.
-
-    Attributes
-    ----------
-    name
-        Empty where there is only one.
-    values
-        One for each time; None where nothing is known.
-    """
+    """One curve of a trend."""
 
     name: str
+    """Empty where there is only one."""
     values: tuple[float | None, ...]
+    """One for each time; None where nothing is known."""
 
 
 class RecentChart(Chart):

@@ -21,27 +21,18 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 @dataclass(frozen=True, slots=True)
 class Head:
-    """How the line above a plot looks: its title at the left, a word at its right.
-
-    Attributes
-    ----------
-    height_px
-        Of one line.
-    text_px
-        Size of the letters.
-    loud_word
-        The word stands out and not the title.
-    gap_px
-        Between title and word.
-    tuck_px
-        How far a second line is drawn up to the first.
-    """
+    """How the line above a plot looks: its title at the left, a word at its right."""
 
     height_px: float
+    """Of one line."""
     text_px: int
+    """Size of the letters."""
     loud_word: bool
+    """The word stands out and not the title."""
     gap_px: float
+    """Between title and word."""
     tuck_px: float
+    """How far a second line is drawn up to the first."""
 
 
 LARGE_HEAD = Head(HEAD_PX, 15, loud_word=False, gap_px=14.0, tuck_px=4.0)

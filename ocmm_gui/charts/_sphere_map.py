@@ -29,31 +29,21 @@ _NOWHERE: Float = np.full(3, np.nan)
 
 @dataclass(frozen=True, slots=True)
 class Mapped:
-    """What a map shows; all directions are unit vectors in the world frame.
-
-    Attributes
-    ----------
-    middle
-        (3,): about which it is drawn; NaN leaves it empty.
-    done, open
-        (n, 3): wanted and reached, wanted and not reached.
-    extra
-        (n, 3): reached and not wanted.
-    aim
-        (3,): the one of ``open`` that should come next; NaN: that which is nearest to ``now``.
-    now
-        (3,): where it is now; NaN while not known.
-    spacing
-        rad: between neighbours.
-    """
+    """What a map shows; all directions are unit vectors in the world frame."""
 
     middle: Float = field(default_factory=_NOWHERE.copy)
+    """(3,): about which it is drawn; NaN leaves it empty."""
     done: Points3 = field(default_factory=_NOTHING.copy)
     open: Points3 = field(default_factory=_NOTHING.copy)
+    """`done`, `open`: (n, 3): wanted and reached, wanted and not reached."""
     extra: Points3 = field(default_factory=_NOTHING.copy)
+    """(n, 3): reached and not wanted."""
     aim: Float = field(default_factory=_NOWHERE.copy)
+    """(3,): the one of ``open`` that should come next; NaN: that which is nearest to ``now``."""
     now: Float = field(default_factory=_NOWHERE.copy)
+    """(3,): where it is now; NaN while not known."""
     spacing: float = float(np.radians(8.0))
+    """rad: between neighbours."""
 
 
 class SphereMap(Painted):

@@ -17,26 +17,18 @@ _MARGIN_SHARE = 0.4
 
 @dataclass(frozen=True, slots=True)
 class BarScale:
-    """What deviation stands where on the bar; mm.
-
-    Attributes
-    ----------
-    low, high
-        Deviation at the ends.
-    lower, upper
-        The limits.
-    guard
-        Width of the zone inside each limit in which conformity is not proven (ISO 14253-1).
-    one_sided
-        The lower limit is a bound that no value can pass, such as zero for a form deviation.
-    """
+    """What deviation stands where on the bar; mm."""
 
     low: float
     high: float
+    """`low`, `high`: Deviation at the ends."""
     lower: float
     upper: float
+    """`lower`, `upper`: The limits."""
     guard: float
+    """Width of the zone inside each limit in which conformity is not proven (ISO 14253-1)."""
     one_sided: bool
+    """The lower limit is a bound that no value can pass, such as zero for a form deviation."""
 
     @property
     def proven(self) -> tuple[float, float]:

@@ -30,21 +30,14 @@ _KEYS = {
 
 @dataclass(frozen=True, slots=True)
 class Trail:
-    """One sweep.
-
-    Attributes
-    ----------
-    name
-        In a word.
-    paths_world
-        (n, L, 3), mm; NaN for frames that were left out.
-    centre_world
-        (3,), mm: the ball.
-    """
+    """One sweep."""
 
     name: str
+    """In a word."""
     paths_world: Float
+    """(n, L, 3), mm; NaN for frames that were left out."""
     centre_world: Float
+    """(3,), mm: the ball."""
 
 
 class TrailPlot(Plot):

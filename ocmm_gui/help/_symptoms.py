@@ -9,21 +9,14 @@ from ocmm_gui.kit import later
 
 @dataclass(frozen=True, slots=True)
 class Symptom:
-    """A line of the page.
-
-    Attributes
-    ----------
-    sign
-        What is seen.
-    steps
-        What to do, in this order.
-    codes
-        Beginnings of the codes of errors and refusals that belong to it.
-    """
+    """A line of the page."""
 
     sign: str
+    """What is seen."""
     steps: str
+    """What to do, in this order."""
     codes: tuple[str, ...] = ()
+    """Beginnings of the codes of errors and refusals that belong to it."""
 
 
 SYMPTOMS = (

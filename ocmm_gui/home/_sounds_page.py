@@ -27,21 +27,14 @@ _NEAR_MS = 250
 
 @dataclass(frozen=True, slots=True)
 class SoundWords:
-    """A sound in words.
-
-    Attributes
-    ----------
-    name
-        On its button.
-    goes
-        How it sounds.
-    means
-        What has happened, and where the same is seen.
-    """
+    """A sound in words."""
 
     name: str
+    """On its button."""
     goes: str
+    """How it sounds."""
     means: str
+    """What has happened, and where the same is seen."""
 
 
 SOUND_WORDS = {

@@ -76,22 +76,15 @@ class Errands(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """An errand.
-
-    Attributes
-    ----------
-    path
-        The plan of a new job, or the job to go on with or to look at.
-    otherwise
-        What is done instead where that is not possible; None for the Start page.
-    section
-        Of the settings, which the Start page opens at once; empty for the page itself.
-    """
+    """An errand."""
 
     errand: Errands
     path: Path | None = None
+    """The plan of a new job, or the job to go on with or to look at."""
     otherwise: Choice | None = None
+    """What is done instead where that is not possible; None for the Start page."""
     section: str = ""
+    """Of the settings, which the Start page opens at once; empty for the page itself."""
 
 
 class StartWindow(QMainWindow):

@@ -26,17 +26,12 @@ class HeadPage:
     """Draw the first page of a report of nothing.
 
     What it needs is loaded by the process that draws: the window has none of it.
-
-    Attributes
-    ----------
-    settings
-        Their part ``report``.
-    width
-        Of the page, pixels.
     """
 
     settings: Settings
+    """Their part ``report``."""
     width: int
+    """Of the page, pixels."""
 
     def __call__(self, tell: Teller) -> tuple[int, int, bytes]:
         """Return width, height and pixels (``QImage.Format_RGB32``); errors as `use_head`."""

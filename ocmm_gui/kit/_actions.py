@@ -25,34 +25,23 @@ class Mode(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ActionInfo:
-    """One thing that the inspector can do.
-
-    Attributes
-    ----------
-    key
-        Stable name.
-    text
-        On the button.
-    tip
-        One sentence; also what a screen reader says.
-    shortcuts
-        Keys; the first one is shown.
-    is_trigger
-        It may come from a foot switch, so it is debounced.
-    mode
-        The mode that it belongs to; None for every mode.
-    opens_wizard
-        A wizard has it as its action. Said here, as loading the wizards takes a moment that nobody
-        should wait for before the window is there.
-    """
+    """One thing that the inspector can do."""
 
     key: str
+    """Stable name."""
     text: str
+    """On the button."""
     tip: str
+    """One sentence; also what a screen reader says."""
     shortcuts: tuple[str, ...]
+    """Keys; the first one is shown."""
     is_trigger: bool = False
+    """It may come from a foot switch, so it is debounced."""
     mode: Mode | None = Mode.INSPECT
+    """The mode that it belongs to; None for every mode."""
     opens_wizard: bool = False
+    """A wizard has it as its action. Said here, as loading the wizards takes a moment that nobody
+    should wait for before the window is there."""
 
 
 ACTIONS = (

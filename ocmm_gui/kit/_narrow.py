@@ -54,18 +54,12 @@ def is_longer() -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """How a text is painted so that all of it is seen.
-
-    Attributes
-    ----------
-    text
-        With a line break where a second line was taken.
-    font
-        At most as large as asked for.
-    """
+    """How a text is painted so that all of it is seen."""
 
     text: str
+    """With a line break where a second line was taken."""
     font: QFont
+    """At most as large as asked for."""
 
 
 def fit_words(text: str, font: QFont, width: float, height: float, *, wraps: bool) -> Fitted | None:

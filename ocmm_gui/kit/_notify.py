@@ -44,25 +44,17 @@ _MARKS = {Level.INFO: "✔", Level.WARNING: "⚠", Level.ERROR: "✖"}
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """One thing that the inspector should know.
-
-    Attributes
-    ----------
-    level
-        Good news goes away by itself; a warning or an error stays until it is dismissed.
-    what, remedy
-        What happened, and what to do about it (may be empty).
-    detail
-        Full text for the log, e.g. a traceback; never on the screen.
-    when
-        Local time.
-    """
+    """One thing that the inspector should know."""
 
     level: Level
+    """Good news goes away by itself; a warning or an error stays until it is dismissed."""
     what: str
     remedy: str
+    """`what`, `remedy`: What happened, and what to do about it (may be empty)."""
     detail: str
+    """Full text for the log, e.g. a traceback; never on the screen."""
     when: datetime
+    """Local time."""
 
 
 class NoticeCentre(QObject):

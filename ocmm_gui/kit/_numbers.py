@@ -29,21 +29,14 @@ _BOTH = re.compile(r"[.,]")
 
 @dataclass(frozen=True, slots=True)
 class NumberStyle:
-    """How numbers are written.
-
-    Attributes
-    ----------
-    comma
-        A comma stands before the decimals, and a point between thousands.
-    inch
-        Lengths of the measured part are shown and typed in inch.
-    day
-        Of `datetime.strftime`.
-    """
+    """How numbers are written."""
 
     comma: bool = False
+    """A comma stands before the decimals, and a point between thousands."""
     inch: bool = False
+    """Lengths of the measured part are shown and typed in inch."""
     day: str = "%Y-%m-%d"
+    """Of `datetime.strftime`."""
 
 
 _DAYS = {"de": "%d.%m.%Y"}

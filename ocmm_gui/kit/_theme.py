@@ -31,41 +31,31 @@ WRAPPED = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
 
 @dataclass(frozen=True, slots=True)
 class Theme:
-    """One theme; every colour as ``#rrggbb``.
-
-    Attributes
-    ----------
-    name
-        What the settings call it.
-    background, panel, border
-        Surfaces and their outlines.
-    text, muted
-        What is read first, and what is read second.
-    accent, on_accent
-        The primary button and what is marked, and text upon it.
-    good, warn, bad
-        Text and marks of the three outcomes.
-    zone_good, zone_warn, zone_bad
-        Fields of the tolerance bar; marks upon them are in ``text``.
-    border_px
-        Width of outlines.
-    """
+    """One theme; every colour as ``#rrggbb``."""
 
     name: str
+    """What the settings call it."""
     background: str
     panel: str
     border: str
+    """`background`, `panel`, `border`: Surfaces and their outlines."""
     text: str
     muted: str
+    """`text`, `muted`: What is read first, and what is read second."""
     accent: str
     on_accent: str
+    """`accent`, `on_accent`: The primary button and what is marked, and text upon it."""
     good: str
     warn: str
     bad: str
+    """`good`, `warn`, `bad`: Text and marks of the three outcomes."""
     zone_good: str
     zone_warn: str
     zone_bad: str
+    """`zone_good`, `zone_warn`, `zone_bad`: Fields of the tolerance bar; marks upon them are in
+    ``text``."""
     border_px: int
+    """Width of outlines."""
 
 
 THEMES = {

@@ -20,30 +20,20 @@ _MOVED_MM = 40.0
 
 @dataclass(frozen=True, slots=True)
 class TourLook:
-    """What the tour can see.
-
-    Attributes
-    ----------
-    taken
-        Whoever takes the tour holds the probe.
-    points
-        Of the job, that count.
-    tip_world
-        (3,), mm; None while it is not known.
-    turn
-        rad: how the probe is leaned.
-    page
-        Name of the page that is shown: ``"desk"``, ``"far"``, or another one.
-    job
-        The job.
-    """
+    """What the tour can see."""
 
     taken: bool
+    """Whoever takes the tour holds the probe."""
     points: int
+    """Of the job, that count."""
     tip_world: Float | None
+    """(3,), mm; None while it is not known."""
     turn: tuple[float, float]
+    """rad: how the probe is leaned."""
     page: str
+    """Name of the page that is shown: ``"desk"``, ``"far"``, or another one."""
     job: JobView
+    """The job."""
 
 
 @dataclass(frozen=True, slots=True)

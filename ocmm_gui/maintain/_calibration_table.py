@@ -49,18 +49,12 @@ _TONES = {
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One event.
-
-    Attributes
-    ----------
-    cells
-        What stands in the columns.
-    tone
-        Of what happened.
-    """
+    """One event."""
 
     cells: tuple[str, ...]
+    """What stands in the columns."""
     tone: Tone = Tone.PLAIN
+    """Of what happened."""
 
 
 class EventTable(DataTable):

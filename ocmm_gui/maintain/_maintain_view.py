@@ -42,24 +42,16 @@ _TOOLS = ("start", "settings", "theme", "log")
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """A page of the Maintain mode.
-
-    Attributes
-    ----------
-    title
-        In the list.
-    tip
-        What it is for, in one sentence.
-    widget
-        The page.
-    actions
-        Keys of the actions that belong to it; each gets a button.
-    """
+    """A page of the Maintain mode."""
 
     title: str
+    """In the list."""
     tip: str
+    """What it is for, in one sentence."""
     widget: QWidget
+    """The page."""
     actions: tuple[str, ...] = ()
+    """Keys of the actions that belong to it; each gets a button."""
 
 
 class MaintainView(QWidget):

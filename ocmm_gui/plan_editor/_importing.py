@@ -75,24 +75,16 @@ class Imported:
 
 @dataclass(frozen=True, slots=True)
 class ReadModel:
-    """A model that was read: what it offers is chosen from before the plan is changed.
-
-    Attributes
-    ----------
-    path
-        Its file.
-    model
-        With its part.
-    offers
-        All that can become features.
-    up
-        Axis of the model that points up.
-    """
+    """A model that was read: what it offers is chosen from before the plan is changed."""
 
     path: Path
+    """Its file."""
     model: StepModel
+    """With its part."""
     offers: tuple[Offer, ...]
+    """All that can become features."""
     up: str
+    """Axis of the model that points up."""
 
 
 def with_file(plan: Plan, path: Path, *, relocate: bool) -> Imported:

@@ -36,24 +36,16 @@ _LIST_PX = 430
 
 @dataclass(frozen=True, slots=True)
 class ChoiceLine:
-    """What can be chosen.
-
-    Attributes
-    ----------
-    words
-        What stands in the list.
-    places
-        Its faces in the part, from 0.
-    is_chosen
-        To begin with.
-    tip
-        More words, where the mouse rests.
-    """
+    """What can be chosen."""
 
     words: str
+    """What stands in the list."""
     places: tuple[int, ...]
+    """Its faces in the part, from 0."""
     is_chosen: bool = False
+    """To begin with."""
     tip: str = ""
+    """More words, where the mouse rests."""
 
 
 @dataclass(frozen=True, slots=True)

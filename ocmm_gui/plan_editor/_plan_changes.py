@@ -27,18 +27,12 @@ from ocmm_gui.views import read_picture
 
 @dataclass(frozen=True, slots=True)
 class PlanChange:
-    """A change of a plan.
-
-    Attributes
-    ----------
-    make
-        Returns the other plan; raises `OcmmError` where it cannot be.
-    chosen
-        What the editor shows after it.
-    """
+    """A change of a plan."""
 
     make: Callable[[], Plan]
+    """Returns the other plan; raises `OcmmError` where it cannot be."""
     chosen: ItemKey
+    """What the editor shows after it."""
 
 
 def with_feature(plan: Plan, chosen: ItemKey) -> PlanChange:

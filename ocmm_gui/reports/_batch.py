@@ -101,18 +101,12 @@ def batch_pdf(found: Comparison, paper: Paper) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class BatchPrinting:
-    """Write the pages of a batch, in a process of its own.
-
-    Attributes
-    ----------
-    found
-        What is shown.
-    path
-        Of the file.
-    """
+    """Write the pages of a batch, in a process of its own."""
 
     found: Comparison
+    """What is shown."""
     path: Path
+    """Of the file."""
 
     def __call__(self, tell: Teller) -> Path:
         """Return the file; errors as `written_pdf`, and of the template of the station."""

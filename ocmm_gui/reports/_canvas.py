@@ -67,24 +67,16 @@ class PageField:
 
 @dataclass(slots=True)
 class Canvas:
-    """Pages under construction.
-
-    Attributes
-    ----------
-    speech
-        The language of the paper: headings are in it, and whoever writes text asks it.
-    lengths
-        The unit of the paper, which stands in every heading above lengths.
-    pages
-        What is drawn on each.
-    y
-        Where the next thing goes on the last page.
-    """
+    """Pages under construction."""
 
     speech: Speech = field(default_factory=Speech)
+    """The language of the paper: headings are in it, and whoever writes text asks it."""
     lengths: PaperLengths = field(default_factory=PaperLengths)
+    """The unit of the paper, which stands in every heading above lengths."""
     pages: list[list[Draw]] = field(default_factory=lambda: [[]])
+    """What is drawn on each."""
     y: float = TOP
+    """Where the next thing goes on the last page."""
 
     def room(self, height: float) -> None:
         """Begin a new page where ``height`` does not fit on this one any more."""

@@ -34,24 +34,16 @@ _FAST = 1
 
 @dataclass(frozen=True, slots=True)
 class Writing:
-    """Write reports, all files or none.
-
-    Attributes
-    ----------
-    data
-        The job, frozen.
-    formats
-        Names of `FORMATS`.
-    folder
-        Where the files go.
-    incomplete
-        Somebody asked for the report although the job may not be complete.
-    """
+    """Write reports, all files or none."""
 
     data: ReportData
+    """The job, frozen."""
     formats: tuple[str, ...]
+    """Names of `FORMATS`."""
     folder: Path
+    """Where the files go."""
     incomplete: bool
+    """Somebody asked for the report although the job may not be complete."""
 
     def __call__(self, tell: Teller) -> tuple[Path, ...]:
         """Return the paths of the files; errors as `write_report` and `pdf_file`."""
@@ -76,21 +68,14 @@ class Writing:
 
 @dataclass(frozen=True, slots=True)
 class CertificateWriting:
-    """Write the papers of records: pages, DCC and its signature, all files or none.
-
-    Attributes
-    ----------
-    source
-        Folder of the records of a rig or a probe, or the file of an acceptance record.
-    folder
-        Where the files go.
-    tip
-        Of the probe; empty for everything else.
-    """
+    """Write the papers of records: pages, DCC and its signature, all files or none."""
 
     source: Path
+    """Folder of the records of a rig or a probe, or the file of an acceptance record."""
     folder: Path
+    """Where the files go."""
     tip: str = ""
+    """Of the probe; empty for everything else."""
 
     def __call__(self, tell: Teller) -> tuple[Path, ...]:
         """Return the paths of the files, pages first; errors as `certificate_of_folder`."""
@@ -129,24 +114,17 @@ class FormatText:
 
 @dataclass(frozen=True, slots=True)
 class PagePicture:
-    """One page of the PDF.
-
-    Attributes
-    ----------
-    index, count
-        Which page of how many, from zero.
-    width, height
-        Pixels.
-    packed
-        32 bits a pixel, as ``QImage.Format_RGB32``, compressed: a page is mostly white, and a
-        hundred of them are half a gigabyte.
-    """
+    """One page of the PDF."""
 
     index: int
     count: int
+    """`index`, `count`: Which page of how many, from zero."""
     width: int
     height: int
+    """`width`, `height`: Pixels."""
     packed: bytes
+    """32 bits a pixel, as ``QImage.Format_RGB32``, compressed: a page is mostly white, and a
+    hundred of them are half a gigabyte."""
 
     @property
     def content(self) -> bytes:
@@ -160,18 +138,12 @@ class PagePicture:
 
 @dataclass(frozen=True, slots=True)
 class Previewing:
-    """Show what all formats will hold: texts first, then the pages one by one.
-
-    Attributes
-    ----------
-    data
-        The job, frozen.
-    width
-        Of a page, pixels.
-    """
+    """Show what all formats will hold: texts first, then the pages one by one."""
 
     data: ReportData
+    """The job, frozen."""
     width: int
+    """Of a page, pixels."""
 
     def __call__(self, tell: Teller) -> None:
         """Give a `FormatText` for every format of the core, then every `PagePicture`."""

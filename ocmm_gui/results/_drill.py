@@ -27,22 +27,15 @@ from ocmm_gui.work import Tell
 
 @dataclass(frozen=True, slots=True)
 class Budgets:
-    """What is behind the results of a job, by the name of the characteristic.
-
-    Attributes
-    ----------
-    found, missing
-        Budgets, and why others have none.
-    explained
-        Why those are not good that are NOT CONFORM or NOT PROVEN, and what to do.
-    up
-        (3,), unit, world: upright as the cameras of the job stand; None before anything is known.
-    """
+    """What is behind the results of a job, by the name of the characteristic."""
 
     found: Mapping[str, Budget]
     missing: Mapping[str, str]
+    """`found`, `missing`: Budgets, and why others have none."""
     explained: Mapping[str, Explanation] = field(default_factory=dict)
+    """Why those are not good that are NOT CONFORM or NOT PROVEN, and what to do."""
     up: Float | None = None
+    """(3,), unit, world: upright as the cameras of the job stand; None before anything is known."""
 
 
 def budgets_of_file(path: Path, tell: Tell) -> Budgets:

@@ -19,33 +19,22 @@ Ask = Callable[[Callable[[ReportData], None], Failed], None]
 
 @dataclass(frozen=True, slots=True)
 class JobSource:
-    """One job to look at.
-
-    Attributes
-    ----------
-    file
-        Gives its file.
-    view
-        Gives the job as it was shown last.
-    report
-        Gives all that a report can say about it as it stands.
-    read_only
-        It was opened from its file.
-    calibration
-        How cameras and probe stood; empty for the running job, of which the station tells.
-    doubts
-        All that speaks against the file, in sentences.
-    remarks
-        What should be known beside, and speaks against nothing.
-    """
+    """One job to look at."""
 
     file: Callable[[], Path]
+    """Gives its file."""
     view: Callable[[], JobView]
+    """Gives the job as it was shown last."""
     report: Ask
+    """Gives all that a report can say about it as it stands."""
     read_only: bool = False
+    """It was opened from its file."""
     calibration: str = ""
+    """How cameras and probe stood; empty for the running job, of which the station tells."""
     doubts: tuple[str, ...] = ()
+    """All that speaks against the file, in sentences."""
     remarks: tuple[str, ...] = ()
+    """What should be known beside, and speaks against nothing."""
 
     @property
     def path(self) -> Path:

@@ -11,24 +11,16 @@ from ocmm_core.inspection.archive import Tell, reopen_job
 
 @dataclass(frozen=True, slots=True)
 class OpenedJob:
-    """What the window keeps of a job file that was opened.
-
-    Attributes
-    ----------
-    path
-        The file.
-    report
-        The job as it stands, and all that a report can say about it.
-    doubts
-        All that speaks against the file, in sentences.
-    remarks
-        What should be known beside, and speaks against nothing.
-    """
+    """What the window keeps of a job file that was opened."""
 
     path: Path
+    """The file."""
     report: ReportData
+    """The job as it stands, and all that a report can say about it."""
     doubts: tuple[str, ...]
+    """All that speaks against the file, in sentences."""
     remarks: tuple[str, ...] = ()
+    """What should be known beside, and speaks against nothing."""
 
 
 def opened_job(

@@ -39,26 +39,18 @@ _SMALL_TRIANGLES = 4000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartScene:
-    """A part where it stands: another object where anything of it is another.
-
-    Attributes
-    ----------
-    mesh, colours, style
-        What is painted, and how.
-    T_world_from_model
-        Where it is.
-    moving
-        The picture may be coarse, and the next one follows at once.
-    slack_mm
-        So deep in the part something measured is still drawn over it: no part is its nominal.
-    """
+    """A part where it stands: another object where anything of it is another."""
 
     mesh: RenderMesh
     colours: Colours
     style: RenderStyle
+    """`mesh`, `colours`, `style`: What is painted, and how."""
     T_world_from_model: RigidTransform
+    """Where it is."""
     moving: bool
+    """The picture may be coarse, and the next one follows at once."""
     slack_mm: float = 0.0
+    """So deep in the part something measured is still drawn over it: no part is its nominal."""
 
     def scale(self, size: QSize, ratio: float, share: float) -> float:
         """Return the pixels that are painted for each of the window's.

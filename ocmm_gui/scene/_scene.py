@@ -19,19 +19,13 @@ MAX_ELEVATION = np.radians(89.0)
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """Line segments.
-
-    Attributes
-    ----------
-    segments
-        (n, 2, 3), mm, world frame.
-    colour, width
-        ``#rrggbb`` and px.
-    """
+    """Line segments."""
 
     segments: Float
+    """(n, 2, 3), mm, world frame."""
     colour: str
     width: float = 1.5
+    """`colour`, `width`: ``#rrggbb`` and px."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,21 +70,14 @@ Item = Lines | Dots | Diamonds | Face | Tag
 
 @dataclass(frozen=True, slots=True)
 class ScreenProjection:
-    """World to picture: ``(points - target) @ matrix + middle``.
-
-    Attributes
-    ----------
-    target
-        (3,), mm, world.
-    matrix
-        (3, 3): px/mm for x and y of the picture; the third column is the height towards the eye.
-    middle
-        (3,), px.
-    """
+    """World to picture: ``(points - target) @ matrix + middle``."""
 
     target: Float
+    """(3,), mm, world."""
     matrix: Float
+    """(3, 3): px/mm for x and y of the picture; the third column is the height towards the eye."""
     middle: Float
+    """(3,), px."""
 
     def apply(self, points: Float) -> Float:
         """Return (..., 3): x and y in px from the upper left corner, and height over the target."""
@@ -100,25 +87,18 @@ class ScreenProjection:
 
 @dataclass(frozen=True, slots=True)
 class Orbit:
-    """Where the eye is.
-
-    Attributes
-    ----------
-    target
-        (3,), mm, world: what stands in the middle.
-    azimuth, elevation
-        rad: direction of the eye from the target, about ``up`` and above the plane across it.
-    radius
-        mm: what is that far from the target touches the edge of the shorter side of the picture.
-    up
-        (3,), unit, world: upright in the picture.
-    """
+    """Where the eye is."""
 
     target: Float
+    """(3,), mm, world: what stands in the middle."""
     azimuth: float
     elevation: float
+    """`azimuth`, `elevation`: rad: direction of the eye from the target, about ``up`` and above the
+    plane across it."""
     radius: float
+    """mm: what is that far from the target touches the edge of the shorter side of the picture."""
     up: Float
+    """(3,), unit, world: upright in the picture."""
 
     def axes(self) -> Float:
         """Return the picture's right, up and outward directions as rows, (3, 3), world."""

@@ -39,26 +39,19 @@ _THROUGH = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StillScene:
-    """What is painted: nobody changes it, another scene is another object.
-
-    Attributes
-    ----------
-    items, orbit
-        What, and from where.
-    size, ratio
-        Of the picture, px of the window, and how many of the screen each of them has.
-    background
-        Its colour, which is also behind words.
-    part
-        The part, which may hide items; None for none.
-    """
+    """What is painted: nobody changes it, another scene is another object."""
 
     items: tuple[Item, ...]
     orbit: Orbit
+    """`items`, `orbit`: What, and from where."""
     size: QSize
     ratio: float
+    """`size`, `ratio`: Of the picture, px of the window, and how many of the screen each of them
+    has."""
     background: str
+    """Its colour, which is also behind words."""
     part: PartScene | None = None
+    """The part, which may hide items; None for none."""
 
     def is_seen_as(self, other: StillScene) -> bool:
         """Return whether the other scene is seen from the same place, in a picture of this size.

@@ -24,21 +24,14 @@ _MOST_PIECES = 400
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Depth:
-    """The part that may hide what is drawn.
-
-    Attributes
-    ----------
-    canvas
-        What was painted.
-    scale
-        Its pixels for each of the scene's.
-    bias
-        mm: what lies so deep behind the surface still counts as on it.
-    """
+    """The part that may hide what is drawn."""
 
     canvas: Canvas
+    """What was painted."""
     scale: float
+    """Its pixels for each of the scene's."""
     bias: float
+    """mm: what lies so deep behind the surface still counts as on it."""
 
     def in_sight(self, places: Float) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
         """Return which places (n, 3), px of the scene and mm, the part does not hide."""

@@ -29,24 +29,16 @@ def _none() -> Float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Work:
-    """What a view has to show; places are (n, 3), mm, world.
-
-    Attributes
-    ----------
-    ball
-        The centre of the ball, or none.
-    target
-        Where the next point is wanted; None where nobody knows.
-    active
-        The feature that is measured.
-    whole
-        The part, or what of it is known.
-    """
+    """What a view has to show; places are (n, 3), mm, world."""
 
     ball: Float = field(default_factory=_none)
+    """The centre of the ball, or none."""
     target: Target | None = None
+    """Where the next point is wanted; None where nobody knows."""
     active: Float = field(default_factory=_none)
+    """The feature that is measured."""
     whole: Float = field(default_factory=_none)
+    """The part, or what of it is known."""
 
     def needed(self) -> Float:
         """Return what must never be out of the picture."""

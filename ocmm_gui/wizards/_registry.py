@@ -58,44 +58,31 @@ class WizardSpec(Generic[P]):
     """One wizard over a procedure of the core.
 
     What is heard, read from afar and painted in a step belongs to the page of that step.
-
-    Attributes
-    ----------
-    kind
-        Of its procedure; session files begin with it.
-    subject
-        Which records it works on, and on which page of Maintain it is offered.
-    action
-        Key of the action of the window that opens it, in `kit.ACTIONS`.
-    texts
-        What it is called and for, and what it says when it ends.
-    fields
-        What is filled in before a session begins.
-    begin, resume
-        Make the procedure, from what was filled in or from a session file. Both are functions of a
-        module: the process of a calculation calls `resume`.
-    pages
-        One for each step, by the step's name; the last one shows the result.
-    is_slow
-        The result is calculated in a process of its own, so that the window never stands still.
-    predict
-        Works out meanwhile how good the result would be by now; None where nothing does.
-    commands
-        What the keys ``skip``, ``repeat`` and ``anew`` of `WIZARD_ACTIONS` do, where a page has
-        them.
     """
 
     kind: ProcedureKind
+    """Of its procedure; session files begin with it."""
     subject: Subject
+    """Which records it works on, and on which page of Maintain it is offered."""
     action: str
+    """Key of the action of the window that opens it, in `kit.ACTIONS`."""
     texts: WizardTexts
+    """What it is called and for, and what it says when it ends."""
     fields: Callable[[WizardSite], tuple[Field, ...]]
+    """What is filled in before a session begins."""
     begin: Callable[[SessionPlace, Mapping[str, str], datetime], P]
     resume: Callable[[SessionPlace, Path], P]
+    """`begin`, `resume`: Make the procedure, from what was filled in or from a session file. Both
+    are functions of a module: the process of a calculation calls `resume`."""
     pages: Callable[[SessionPlace, P], dict[str, StepPage]]
+    """One for each step, by the step's name; the last one shows the result."""
     is_slow: bool
+    """The result is calculated in a process of its own, so that the window never stands still."""
     predict: Callable[[P], None] | None = None
+    """Works out meanwhile how good the result would be by now; None where nothing does."""
     commands: Mapping[str, Callable[[P], Command]] = field(default_factory=dict)
+    """What the keys ``skip``, ``repeat`` and ``anew`` of `WIZARD_ACTIONS` do, where a page has
+    them."""
 
 
 def wizard_of(kind: ProcedureKind) -> WizardSpec[Any]:

@@ -27,64 +27,42 @@ SESSIONS = "sessions"
 
 @dataclass(frozen=True, slots=True)
 class ProbeSite:
-    """What wizards about the probe work on.
-
-    Attributes
-    ----------
-    design
-        The probe by its document.
-    store
-        Folder of its records; None where none are kept.
-    tip
-        Name of the tip that is proposed.
-    blocker
-        Why no records are kept, and what to do; empty where they are.
-    hold_s
-        The ball rests for so long before a touch is taken by itself: a hand needs time to settle.
-    """
+    """What wizards about the probe work on."""
 
     design: ProbeBody
+    """The probe by its document."""
     store: Path | None
+    """Folder of its records; None where none are kept."""
     tip: str = "1"
+    """Name of the tip that is proposed."""
     blocker: tuple[str, str] = ("", "")
+    """Why no records are kept, and what to do; empty where they are."""
     hold_s: float = 0.5
+    """The ball rests for so long before a touch is taken by itself: a hand needs time to settle."""
 
 
 @dataclass(frozen=True, slots=True)
 class WizardSite:
-    """Where wizards work.
-
-    Attributes
-    ----------
-    rig
-        What is measured with.
-    body
-        The probe.
-    store
-        Folder of the rig's calibrations; None where none are kept.
-    who
-        Name that is proposed.
-    tap
-        The frames.
-    temperature_state
-        How warm the sensors are now, degrees Celsius, camera by camera; empty where nobody knows.
-    blocker
-        Why no calibrations are kept, and what to do; empty where they are.
-    probe
-        Where wizards about the probe work; None where nobody asks for them.
-    practice
-        A virtual hand does what the steps ask for, and nothing counts; None where it is meant.
-    """
+    """Where wizards work."""
 
     rig: Rig
+    """What is measured with."""
     body: ProbeBody
+    """The probe."""
     store: Path | None
+    """Folder of the rig's calibrations; None where none are kept."""
     who: str
+    """Name that is proposed."""
     tap: Tap
+    """The frames."""
     temperature_state: TemperatureReadings = tuple
+    """How warm the sensors are now, degrees Celsius, camera by camera; empty where nobody knows."""
     blocker: tuple[str, str] = ("", "")
+    """Why no calibrations are kept, and what to do; empty where they are."""
     probe: ProbeSite | None = None
+    """Where wizards about the probe work; None where nobody asks for them."""
     practice: PracticeRoom | None = None
+    """A virtual hand does what the steps ask for, and nothing counts; None where it is meant."""
 
     def tap_for(self, procedure: ShownProcedure, failed: Callable[[OcmmError], None]) -> Tap:
         """Return where the frames come from: a hand in practice, else the cameras."""
@@ -181,43 +159,28 @@ def _probe_site(bridge: StationBridge) -> ProbeSite:
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """A session that was not ended.
-
-    Attributes
-    ----------
-    path
-        Its file.
-    title
-        When it was begun and by whom, and where it stands.
-    blocker
-        Why it cannot go on; empty where it can.
-    """
+    """A session that was not ended."""
 
     path: Path
+    """Its file."""
     title: str
+    """When it was begun and by whom, and where it stands."""
     blocker: str = ""
+    """Why it cannot go on; empty where it can."""
 
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """A procedure with everything that its pages need.
-
-    Attributes
-    ----------
-    procedure
-        Begun or resumed.
-    place
-        What it works on.
-    calculation
-        Of its result.
-    predict
-        Works out how good the result would be by now; None where nothing does.
-    """
+    """A procedure with everything that its pages need."""
 
     procedure: ShownProcedure
+    """Begun or resumed."""
     place: SessionPlace
+    """What it works on."""
     calculation: Calculation
+    """Of its result."""
     predict: Callable[[], None] | None = None
+    """Works out how good the result would be by now; None where nothing does."""
 
 
 class Subject(Enum):
@@ -229,27 +192,18 @@ class Subject(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SessionPlace:
-    """What a session works on; unlike a site it can be sent to another process.
-
-    Attributes
-    ----------
-    rig
-        With the calibration in force.
-    body
-        The probe.
-    folder
-        Of the records that the wizard is about.
-    cameras
-        Folder of the rig's calibrations; None where none are kept.
-    hold_s
-        As in `ProbeSite`.
-    """
+    """What a session works on; unlike a site it can be sent to another process."""
 
     rig: Rig
+    """With the calibration in force."""
     body: ProbeBody
+    """The probe."""
     folder: Path
+    """Of the records that the wizard is about."""
     cameras: Path | None
+    """Folder of the rig's calibrations; None where none are kept."""
     hold_s: float
+    """As in `ProbeSite`."""
 
     @property
     def sessions(self) -> Path:

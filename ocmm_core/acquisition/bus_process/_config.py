@@ -10,41 +10,29 @@ from ocmm_core.fieldbus.device import CameraIdentity, Intrinsics
 
 
 class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Configuration of the bus process.
-
-    Attributes
-    ----------
-    interface
-        Network interface of the cameras.
-    ring_path
-        File of the ring that frames and status go into.
-    cameras
-        Cameras of the rig, in its order.
-    frame_period_ns, cycle_period_ns
-        Between two exposures, and between two bus cycles.
-    force
-        Use the interface although the computer uses it for its network.
-    redundant_interface
-        Interface at the other end of the ring; empty without a redundancy cable.
-    stretched
-        The interface is one end of a virtual wire whose time waits for this computer.
-    processor
-        Number of the processor that the bus process stays on; None chooses by itself.
-    device, lenses
-        Description of cameras that are not ours, and what each of them corrects with.
-    """
+    """Configuration of the bus process."""
 
     interface: str
+    """Network interface of the cameras."""
     ring_path: str
+    """File of the ring that frames and status go into."""
     cameras: tuple[CameraIdentity, ...]
+    """Cameras of the rig, in its order."""
     frame_period_ns: int = 125_000
     cycle_period_ns: int = 1_000_000
+    """`frame_period_ns`, `cycle_period_ns`: Between two exposures, and between two bus cycles."""
     force: bool = False
+    """Use the interface although the computer uses it for its network."""
     redundant_interface: str = ""
+    """Interface at the other end of the ring; empty without a redundancy cable."""
     stretched: bool = False
+    """The interface is one end of a virtual wire whose time waits for this computer."""
     processor: int | None = None
+    """Number of the processor that the bus process stays on; None chooses by itself."""
     device: DeviceDescription | None = None
     lenses: tuple[Intrinsics, ...] = ()
+    """`device`, `lenses`: Description of cameras that are not ours, and what each of them corrects
+    with."""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""

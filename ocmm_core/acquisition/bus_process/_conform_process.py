@@ -22,22 +22,15 @@ _MODULE = "ocmm_core.acquisition.bus_process._conform_process"
 
 
 class ConformConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Which camera to test.
-
-    Attributes
-    ----------
-    interface, force
-        As in `ScanConfig`.
-    serial
-        Of the camera; 0: the only one there.
-    firmware
-        File that its maker signed; empty: none.
-    """
+    """Which camera to test."""
 
     interface: str
     force: bool = False
+    """`interface`, `force`: As in `ScanConfig`."""
     serial: int = 0
+    """Of the camera; 0: the only one there."""
     firmware: str = ""
+    """File that its maker signed; empty: none."""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -45,22 +38,15 @@ class ConformConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
 
 class ConformNews(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How far it is, or what was found.
-
-    Attributes
-    ----------
-    done, total
-        Rules.
-    title
-        Of the rule that is tried.
-    report
-        At the end; None before.
-    """
+    """How far it is, or what was found."""
 
     done: int = 0
     total: int = 0
+    """`done`, `total`: Rules."""
     title: str = ""
+    """Of the rule that is tried."""
     report: ConformanceReport | None = None
+    """At the end; None before."""
 
 
 def conform_command() -> list[str]:

@@ -24,25 +24,17 @@ _TELL_S = 0.1
 
 
 class MaintenanceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What to do to which camera.
-
-    Attributes
-    ----------
-    interface, force
-        As in `ScanConfig`.
-    serial
-        Of the camera.
-    alias
-        Station alias to store; 0: none.
-    firmware
-        File to send; empty: none.
-    """
+    """What to do to which camera."""
 
     interface: str
     force: bool = False
+    """`interface`, `force`: As in `ScanConfig`."""
     serial: int
+    """Of the camera."""
     alias: int = 0
+    """Station alias to store; 0: none."""
     firmware: str = ""
+    """File to send; empty: none."""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -50,19 +42,13 @@ class MaintenanceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class MaintenanceNews(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How far it is, or what was done.
-
-    Attributes
-    ----------
-    done, total
-        Bytes.
-    words
-        What was done, at the end; empty before.
-    """
+    """How far it is, or what was done."""
 
     done: int = 0
     total: int = 0
+    """`done`, `total`: Bytes."""
     words: str = ""
+    """What was done, at the end; empty before."""
 
 
 def maintenance_command() -> list[str]:

@@ -24,23 +24,16 @@ MOST_SECONDS, MOST_BYTES = 3600.0, 1 << 31
 
 
 class RecordConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What to record.
-
-    Attributes
-    ----------
-    interface, force
-        As in `ScanConfig`.
-    seconds, size_bytes
-        The recording ends where either is reached.
-    program
-        What the file says who wrote it.
-    """
+    """What to record."""
 
     interface: str
     force: bool = False
+    """`interface`, `force`: As in `ScanConfig`."""
     seconds: float
     size_bytes: int
+    """`seconds`, `size_bytes`: The recording ends where either is reached."""
     program: str = "OCMM"
+    """What the file says who wrote it."""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""

@@ -43,22 +43,17 @@ _FILE_STRUCT = struct.Struct("<5I")
 
 @dataclass(frozen=True, slots=True)
 class ProcessRights:
-    """Capabilities of a process by number, as ``/proc/PID/status`` tells them.
-
-    Attributes
-    ----------
-    effective, permitted, inheritable, bounding, ambient
-        The five sets of capabilities(7).
-    no_new_privileges
-        Nothing that it starts can have more rights than itself.
-    """
+    """Capabilities of a process by number, as ``/proc/PID/status`` tells them."""
 
     effective: frozenset[int]
     permitted: frozenset[int]
     inheritable: frozenset[int]
     bounding: frozenset[int]
     ambient: frozenset[int]
+    """`effective`, `permitted`, `inheritable`, `bounding`, `ambient`: The five sets of
+    capabilities(7)."""
     no_new_privileges: bool
+    """Nothing that it starts can have more rights than itself."""
 
 
 def rights_of(pid: int | None = None) -> ProcessRights:

@@ -18,18 +18,12 @@ _MODULE = "ocmm_core.acquisition.bus_process._scan_process"
 
 
 class ScanConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where to look.
-
-    Attributes
-    ----------
-    interface
-        Network interface of the bus.
-    force
-        Use the interface although the computer uses it for its network.
-    """
+    """Where to look."""
 
     interface: str
+    """Network interface of the bus."""
     force: bool = False
+    """Use the interface although the computer uses it for its network."""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""

@@ -17,23 +17,17 @@ _PAGES = 2
 
 
 class Books(NamedTuple):
-    """Counters since the start.
-
-    Attributes
-    ----------
-    elapsed, good, late, lost, bad
-        Cycles; ``good + late + lost + bad == elapsed``.
-    frames, frames_lost
-        Frames given out, and frames that never came.
-    """
+    """Counters since the start."""
 
     elapsed: int = 0
     good: int = 0
     late: int = 0
     lost: int = 0
     bad: int = 0
+    """`elapsed`, `good`, `late`, `lost`, `bad`: Cycles; ``good + late + lost + bad == elapsed``."""
     frames: int = 0
     frames_lost: int = 0
+    """`frames`, `frames_lost`: Frames given out, and frames that never came."""
 
     def plus(self, **amounts: int) -> Books:
         """Return the books with these amounts added."""

@@ -39,27 +39,18 @@ class CycleVerdict(Enum):
 
 @dataclass(frozen=True, slots=True)
 class FrameBlock:
-    """Consecutive frames of all cameras, joined by exposure time.
-
-    Attributes
-    ----------
-    counter
-        (n,) int64: exposure number, common to all cameras, without gaps unless frames were lost.
-    time_ns
-        (n,) int64: exposure time on the bus clock, ns.
-    flags
-        (n,) uint32: bits of `FrameFlag`.
-    valid
-        (n, C) uint64: bit s says that slot s of the camera holds a spot.
-    uv
-        (n, C, S, 2) float64, px: spot of every slot, NaN where not valid.
-    """
+    """Consecutive frames of all cameras, joined by exposure time."""
 
     counter: Int
+    """(n,) int64: exposure number, common to all cameras, without gaps unless frames were lost."""
     time_ns: Int
+    """(n,) int64: exposure time on the bus clock, ns."""
     flags: NDArray[np.uint32]
+    """(n,) uint32: bits of `FrameFlag`."""
     valid: NDArray[np.uint64]
+    """(n, C) uint64: bit s says that slot s of the camera holds a spot."""
     uv: Float
+    """(n, C, S, 2) float64, px: spot of every slot, NaN where not valid."""
 
     def __len__(self) -> int:
         return len(self.counter)
@@ -67,31 +58,21 @@ class FrameBlock:
 
 @dataclass(frozen=True, slots=True)
 class Cycle:
-    """Outcome of one read of a source.
-
-    Attributes
-    ----------
-    verdict, reason
-        How the cycle went and, unless good, why it did not.
-    frames
-        The new frames; None where the cycle brought none.
-    elapsed
-        How many bus cycles this read stands for (more than one where the host came late).
-    frames_lost
-        Frames that are missing for ever just before these, by the exposure counter.
-    finished
-        The source has nothing more to give; only a recording or a script ends.
-    skipped
-        What became of the other cycles that this read stands for.
-    """
+    """Outcome of one read of a source."""
 
     verdict: CycleVerdict
     reason: str = ""
+    """`verdict`, `reason`: How the cycle went and, unless good, why it did not."""
     frames: FrameBlock | None = None
+    """The new frames; None where the cycle brought none."""
     elapsed: int = 1
+    """How many bus cycles this read stands for (more than one where the host came late)."""
     frames_lost: int = 0
+    """Frames that are missing for ever just before these, by the exposure counter."""
     finished: bool = False
+    """The source has nothing more to give; only a recording or a script ends."""
     skipped: CycleVerdict = CycleVerdict.LATE
+    """What became of the other cycles that this read stands for."""
 
 
 def frame_dtype(n_cameras: int, n_slots: int = USUAL_SLOTS) -> np.dtype[np.void]:

@@ -24,18 +24,12 @@ DEFAULT_CAPACITY = 4096
 
 @dataclass(frozen=True, slots=True)
 class Joined:
-    """What became complete.
-
-    Attributes
-    ----------
-    frames
-        Complete frames in order, or None.
-    lost
-        Exposures given up because a camera has no frame of them.
-    """
+    """What became complete."""
 
     frames: FrameBlock | None
+    """Complete frames in order, or None."""
     lost: int
+    """Exposures given up because a camera has no frame of them."""
 
 
 class FrameJoiner:

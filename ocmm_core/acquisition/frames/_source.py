@@ -11,36 +11,24 @@ from ocmm_core.camera import USUAL_SLOTS
 
 @dataclass(frozen=True, slots=True)
 class SourceDescription:
-    """What a source says about itself before it is opened.
-
-    Attributes
-    ----------
-    name
-        For people, e.g. ``"simulated (recommended, seed 1)"``.
-    camera_serials
-        Serial number of each camera, in the order of the frames.
-    frame_period_ns
-        Time between two exposures, ns.
-    cycle_period_ns
-        Time between two reads, ns.
-    live
-        Frames come whether or not anybody reads; a source that is not live waits for the reader.
-    simulated
-        The frames are computed: no real camera saw a real part. What is measured says so.
-    stretched
-        A live source whose time waits for a busy computer; never one of real cameras.
-    n_slots
-        Slots of every camera.
-    """
+    """What a source says about itself before it is opened."""
 
     name: str
+    """For people, e.g. ``"simulated (recommended, seed 1)"``."""
     camera_serials: tuple[int, ...]
+    """Serial number of each camera, in the order of the frames."""
     frame_period_ns: int
+    """Time between two exposures, ns."""
     cycle_period_ns: int
+    """Time between two reads, ns."""
     live: bool
+    """Frames come whether or not anybody reads; a source that is not live waits for the reader."""
     simulated: bool
+    """The frames are computed: no real camera saw a real part. What is measured says so."""
     stretched: bool = False
+    """A live source whose time waits for a busy computer; never one of real cameras."""
     n_slots: int = USUAL_SLOTS
+    """Slots of every camera."""
 
 
 @runtime_checkable

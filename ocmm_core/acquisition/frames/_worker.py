@@ -41,37 +41,30 @@ class StopReason(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class AcquisitionStatus:
-    """Snapshot of a worker, in this process or another one.
-
-    Attributes
-    ----------
-    state, stop_reason, message
-        Where it is, why it stopped and its last message.
-    elapsed, good, late, lost, bad
-        Cycles; ``good + late + lost + bad == elapsed``.
-    frames, frames_lost, overrun
-        Frames delivered, frames that never arrived, frames that the reader was too slow for.
-    internal
-        It stopped on an error that nobody foresaw; ``message`` names it.
-    pace, mean_pace
-        Bus time over real time on a virtual bus, which waits for a busy computer: during the last
-        second, and since the start. None for everything else, and before it is known.
-    """
+    """Snapshot of a worker, in this process or another one."""
 
     state: AcquisitionState
     stop_reason: StopReason
     message: str
+    """`state`, `stop_reason`, `message`: Where it is, why it stopped and its last message."""
     elapsed: int
     good: int
     late: int
     lost: int
     bad: int
+    """`elapsed`, `good`, `late`, `lost`, `bad`: Cycles; ``good + late + lost + bad == elapsed``."""
     frames: int
     frames_lost: int
     overrun: int
+    """`frames`, `frames_lost`, `overrun`: Frames delivered, frames that never arrived, frames that
+    the reader was too slow for."""
     internal: bool = False
+    """It stopped on an error that nobody foresaw; ``message`` names it."""
     pace: float | None = None
     mean_pace: float | None = None
+    """`pace`, `mean_pace`: Bus time over real time on a virtual bus, which waits for a busy
+    computer: during the last second, and since the start. None for everything else, and before it
+    is known."""
 
     @property
     def pace_words(self) -> str:

@@ -49,86 +49,62 @@ _WITHOUT_SERIAL = next(each for each in INPUT_LAYOUTS.values() if not each.says_
 
 @dataclass(slots=True)
 class CameraAccount:
-    """What became of the answers of one camera.
-
-    Attributes
-    ----------
-    name
-        For people: serial number, or station address where that was not recorded.
-    answers
-        Process data that came back from it.
-    damaged
-        With a wrong check sum, or that of another camera.
-    unproven
-        Before a second one had the same serial number in its check sum, where nothing else told it.
-    idle
-        While it was not in operation or not synchronised.
-    repeated
-        With the cycle counter of the answer before.
-    contradicting
-        With counters and times that do not fit together.
-    frames, missing, known
-        Frames taken; frames left out between them; frames that came again.
-    overruns
-        How often it said that its buffer ran over.
-    restarts
-        How often its exposures began anew.
-    """
+    """What became of the answers of one camera."""
 
     name: str
+    """For people: serial number, or station address where that was not recorded."""
     answers: int = 0
+    """Process data that came back from it."""
     damaged: int = 0
+    """With a wrong check sum, or that of another camera."""
     unproven: int = 0
+    """Before a second one had the same serial number in its check sum, where nothing else told it.
+    """
     idle: int = 0
+    """While it was not in operation or not synchronised."""
     repeated: int = 0
+    """With the cycle counter of the answer before."""
     contradicting: int = 0
+    """With counters and times that do not fit together."""
     frames: int = 0
     missing: int = 0
     known: int = 0
+    """`frames`, `missing`, `known`: Frames taken; frames left out between them; frames that came
+    again."""
     overruns: int = 0
+    """How often it said that its buffer ran over."""
     restarts: int = 0
+    """How often its exposures began anew."""
 
 
 @dataclass(slots=True)
 class CaptureAccount:
-    """What a recording holds.
-
-    Attributes
-    ----------
-    packets, other, malformed, cut
-        All packets; those that are not EtherCAT; those that claim to be and cannot be read; those
-        of which only a part was recorded.
-    sent, returned
-        Datagrams by command, on their way to the cameras and back.
-    cycles, answered
-        Bus cycles by the process data that were sent, and that came back.
-    short
-        Process data that came back with a working counter that is too low.
-    joined, unjoined
-        Exposures that all cameras have a frame of, and those given up.
-    first_ns, last_ns
-        Times of the first and the last packet.
-    cut_off
-        The file ends in the middle of a packet.
-    cameras
-        In the order of the wire.
-    """
+    """What a recording holds."""
 
     packets: int = 0
     other: int = 0
     malformed: int = 0
     cut: int = 0
+    """`packets`, `other`, `malformed`, `cut`: All packets; those that are not EtherCAT; those that
+    claim to be and cannot be read; those of which only a part was recorded."""
     sent: Counter[str] = field(default_factory=Counter)
     returned: Counter[str] = field(default_factory=Counter)
+    """`sent`, `returned`: Datagrams by command, on their way to the cameras and back."""
     cycles: int = 0
     answered: int = 0
+    """`cycles`, `answered`: Bus cycles by the process data that were sent, and that came back."""
     short: int = 0
+    """Process data that came back with a working counter that is too low."""
     joined: int = 0
     unjoined: int = 0
+    """`joined`, `unjoined`: Exposures that all cameras have a frame of, and those given up."""
     first_ns: int = 0
     last_ns: int = 0
+    """`first_ns`, `last_ns`: Times of the first and the last packet."""
     cut_off: bool = False
+    """The file ends in the middle of a packet."""
     cameras: list[CameraAccount] = field(default_factory=list)
+    """In the order of the wire."""
 
 
 @dataclass(slots=True)

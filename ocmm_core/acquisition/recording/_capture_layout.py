@@ -28,19 +28,13 @@ _FIRST_STATION = 0x1001
 
 @dataclass(frozen=True, slots=True)
 class CameraArea:
-    """Logical addresses of one camera's process data.
-
-    Attributes
-    ----------
-    station
-        Its station address.
-    inputs, outputs
-        Where its inputs and its outputs begin.
-    """
+    """Logical addresses of one camera's process data."""
 
     station: int
+    """Its station address."""
     inputs: int
     outputs: int
+    """`inputs`, `outputs`: Where its inputs and its outputs begin."""
 
     @property
     def inputs_end(self) -> int:

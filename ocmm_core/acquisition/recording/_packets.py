@@ -35,21 +35,14 @@ _FINEST_RESOLUTION = 18
 
 @dataclass(frozen=True, slots=True)
 class Packet:
-    """One packet.
-
-    Attributes
-    ----------
-    time_ns
-        When it was recorded, ns since 1970.
-    content
-        From the destination address on.
-    whole
-        Nothing of it was cut off.
-    """
+    """One packet."""
 
     time_ns: int
+    """When it was recorded, ns since 1970."""
     content: bytes
+    """From the destination address on."""
     whole: bool
+    """Nothing of it was cut off."""
 
 
 class PacketFile:

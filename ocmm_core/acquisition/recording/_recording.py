@@ -42,39 +42,27 @@ _COMPUTED = ("simulated", "EtherCAT, virtual wire")
 class RecordingHead(
     msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """What was recorded.
-
-    Attributes
-    ----------
-    schema
-        `schema_of` its slots.
-    source
-        Name of the source.
-    rig_name, rig_identity
-        Name and SHA-256 of the rig document in use.
-    camera_serials
-        Serial number of each camera, in the order of the frames.
-    frame_period_ns, cycle_period_ns
-        As the source said.
-    started_utc
-        ISO 8601 text.
-    simulated
-        The frames are those of a virtual rig. Left out where they are not, so that the checksum of
-        older recordings holds.
-    n_slots
-        Slots of every camera; left out where they are `USUAL_SLOTS`, as above.
-    """
+    """What was recorded."""
 
     schema: str
+    """`schema_of` its slots."""
     source: str
+    """Name of the source."""
     rig_name: str
     rig_identity: str
+    """`rig_name`, `rig_identity`: Name and SHA-256 of the rig document in use."""
     camera_serials: tuple[int, ...]
+    """Serial number of each camera, in the order of the frames."""
     frame_period_ns: int
     cycle_period_ns: int
+    """`frame_period_ns`, `cycle_period_ns`: As the source said."""
     started_utc: str
+    """ISO 8601 text."""
     simulated: bool = False
+    """The frames are those of a virtual rig. Left out where they are not, so that the checksum of
+    older recordings holds."""
     n_slots: int = USUAL_SLOTS
+    """Slots of every camera; left out where they are `USUAL_SLOTS`, as above."""
 
     @property
     def is_simulated(self) -> bool:

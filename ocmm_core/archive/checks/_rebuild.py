@@ -37,34 +37,22 @@ _KEY = re.compile(r"[0-9a-f]{16,}")
 
 @dataclass(frozen=True, slots=True)
 class Rebuilt:
-    """What became of the files.
-
-    Attributes
-    ----------
-    kept
-        How many jobs are in the archive now.
-    unread
-        Why files are not, a sentence each.
-    """
+    """What became of the files."""
 
     kept: int
+    """How many jobs are in the archive now."""
     unread: tuple[str, ...]
+    """Why files are not, a sentence each."""
 
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """What an archive and its files say of each other.
-
-    Attributes
-    ----------
-    looked_at
-        How many jobs.
-    faults
-        Identity of a job, and what is wrong with it in a sentence.
-    """
+    """What an archive and its files say of each other."""
 
     looked_at: int
+    """How many jobs."""
     faults: tuple[tuple[str, str], ...]
+    """Identity of a job, and what is wrong with it in a sentence."""
 
 
 def rebuild(

@@ -26,20 +26,15 @@ FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 300.0
 
 @dataclass(frozen=True, slots=True)
 class Handed:
-    """What a round came to.
-
-    Attributes
-    ----------
-    sent, aside, again
-        Jobs that the archive has now; that it cannot take; that it had lost and gets again.
-    error
-        Why the round ended early; None where nothing waits any more.
-    """
+    """What a round came to."""
 
     sent: int = 0
     aside: int = 0
     again: int = 0
+    """`sent`, `aside`, `again`: Jobs that the archive has now; that it cannot take; that it had
+    lost and gets again."""
     error: OcmmError | None = None
+    """Why the round ended early; None where nothing waits any more."""
 
 
 def sender_of(outbox: Outbox, station: str) -> Sender:

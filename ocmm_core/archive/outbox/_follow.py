@@ -37,15 +37,13 @@ class ArchivePlace:
     ----------
     address, password
         As for `open_archive`.
-    station
-        Name of the station; empty is that of this computer.
-    outbox
-        Folder of the outbox.
     """
 
     address: str
     station: str
+    """Name of the station; empty is that of this computer."""
     outbox: Path
+    """Folder of the outbox."""
     password: Path | None = None
 
     def courier(self, outbox: Outbox) -> Courier:

@@ -40,50 +40,35 @@ class ItemState(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """One job in the outbox.
-
-    Attributes
-    ----------
-    sequence
-        Its number, from 1.
-    sha256, name, path
-        Of its file as it was put in; its name for people; where the job file was then.
-    put_utc
-        When.
-    state, said
-        Where it stands; why it is set aside.
-    """
+    """One job in the outbox."""
 
     sequence: int
+    """Its number, from 1."""
     sha256: str
     name: str
     path: str
+    """`sha256`, `name`, `path`: Of its file as it was put in; its name for people; where the job
+    file was then."""
     put_utc: str
+    """When."""
     state: ItemState
     said: str
+    """`state`, `said`: Where it stands; why it is set aside."""
 
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """What the last tries came to.
-
-    Attributes
-    ----------
-    code, said
-        The error of the last one; empty where it was good.
-    since_utc
-        Since when there is no good one; empty where there is.
-    good_utc
-        The last good one; empty for none.
-    clock_off_s
-        How far the clock here is ahead of that of the archive.
-    """
+    """What the last tries came to."""
 
     code: str = ""
     said: str = ""
+    """`code`, `said`: The error of the last one; empty where it was good."""
     since_utc: str = ""
+    """Since when there is no good one; empty where there is."""
     good_utc: str = ""
+    """The last good one; empty for none."""
     clock_off_s: float = 0.0
+    """How far the clock here is ahead of that of the archive."""
 
 
 def machine_identity() -> str:

@@ -13,21 +13,14 @@ from ocmm_core.archive.stores import CLOCK_TELL_S
 
 @dataclass(frozen=True, slots=True)
 class HandOver:
-    """How the hand-over to the archive stands.
-
-    Attributes
-    ----------
-    waiting
-        Jobs that the archive does not have yet.
-    aside
-        Jobs that it cannot take, newest first, with why.
-    contact
-        What the last tries came to.
-    """
+    """How the hand-over to the archive stands."""
 
     waiting: int
+    """Jobs that the archive does not have yet."""
     aside: tuple[Item, ...]
+    """Jobs that it cannot take, newest first, with why."""
     contact: Contact
+    """What the last tries came to."""
 
     @property
     def needs_attention(self) -> bool:

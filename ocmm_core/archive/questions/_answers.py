@@ -20,28 +20,19 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 @dataclass(frozen=True, slots=True)
 class ArchiveAnswer:
-    """The answer to a question.
-
-    Attributes
-    ----------
-    title
-        What was asked, in words.
-    columns, rows
-        The table; numbers are numbers, in mm or degrees.
-    notes
-        What must be known before it is used, in sentences.
-    trends
-        Charts as on the batch page.
-    study
-        Gauge R&R over stations; None for other questions.
-    """
+    """The answer to a question."""
 
     title: str
+    """What was asked, in words."""
     columns: tuple[str, ...]
     rows: tuple[Row, ...]
+    """`columns`, `rows`: The table; numbers are numbers, in mm or degrees."""
     notes: tuple[str, ...] = ()
+    """What must be known before it is used, in sentences."""
     trends: tuple[Trend, ...] = ()
+    """Charts as on the batch page."""
     study: GaugeStudy | None = None
+    """Gauge R&R over stations; None for other questions."""
 
 
 def export_answer(answer: ArchiveAnswer, path: Path) -> None:

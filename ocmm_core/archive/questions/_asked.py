@@ -17,29 +17,23 @@ MOST_VALUES = 200_000
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What a question is about; a question takes what it needs.
-
-    Attributes
-    ----------
-    station, part, characteristic, operator
-        Names; empty for all.
-    kind, what
-        Of `used`: calibration, tip, artefact ...; its hash (or how it begins), serial or name.
-    first, last
-        Days by the clock on the wall, both included; None for no limit (`today`: today).
-    most
-        Rows of a list, or jobs of a trend.
-    """
+    """What a question is about; a question takes what it needs."""
 
     station: str = ""
     part: str = ""
     characteristic: str = ""
     operator: str = ""
+    """`station`, `part`, `characteristic`, `operator`: Names; empty for all."""
     kind: str = "calibration"
     what: str = ""
+    """`kind`, `what`: Of `used`: calibration, tip, artefact ...; its hash (or how it begins),
+    serial or name."""
     first: date | None = None
     last: date | None = None
+    """`first`, `last`: Days by the clock on the wall, both included; None for no limit (`today`:
+    today)."""
     most: int = MOST_SHOWN
+    """Rows of a list, or jobs of a trend."""
 
 
 def parts(archive: Archive) -> tuple[tuple[str, str], ...]:

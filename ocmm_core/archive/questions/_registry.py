@@ -16,23 +16,16 @@ Answers = Callable[[Archive, Asked], ArchiveAnswer]
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """One question.
-
-    Attributes
-    ----------
-    name, title
-        For scripts, and for people.
-    takes, needs
-        Fields of `Asked` that it uses, and those of them that must be given.
-    answers
-        What answers it.
-    """
+    """One question."""
 
     name: str
     title: str
+    """`name`, `title`: For scripts, and for people."""
     takes: tuple[str, ...]
     needs: tuple[str, ...]
+    """`takes`, `needs`: Fields of `Asked` that it uses, and those of them that must be given."""
     answers: Answers
+    """What answers it."""
 
     def ask(self, archive: Archive, asked: Asked) -> ArchiveAnswer:
         """Return the answer; what is none is told, and nothing of it is shown.

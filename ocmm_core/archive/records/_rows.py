@@ -25,126 +25,91 @@ LARGEST_CONTENT = 256 << 20
 
 
 class ResultRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One characteristic of one job.
-
-    Attributes
-    ----------
-    position
-        In the plan, from 0.
-    characteristic, kind
-        As in the plan.
-    unit
-        Of all numbers here: mm or deg.
-    nominal, low, high
-        Limits of the value; None where there is none.
-    value, uncertainty
-        As they may be reported, U (95 %); None where there is no trustworthy value.
-    verdict
-        One of `VERDICTS`.
-    why_not
-        Why the value counts in no statistic; empty where it does.
-    """
+    """One characteristic of one job."""
 
     position: int
+    """In the plan, from 0."""
     characteristic: str
     kind: str
+    """`characteristic`, `kind`: As in the plan."""
     unit: str
+    """Of all numbers here: mm or deg."""
     nominal: float
     low: float | None
     high: float | None
+    """`nominal`, `low`, `high`: Limits of the value; None where there is none."""
     value: float | None
     uncertainty: float | None
+    """`value`, `uncertainty`: As they may be reported, U (95 %); None where there is no trustworthy
+    value."""
     verdict: str
+    """One of `VERDICTS`."""
     why_not: str
+    """Why the value counts in no statistic; empty where it does."""
 
 
 class UseRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Something that a job was measured with.
-
-    Attributes
-    ----------
-    kind
-        What it is.
-    identity
-        SHA-256 of its record or document; the serial number of an artefact.
-    name
-        What people call it.
-    """
+    """Something that a job was measured with."""
 
     kind: UseKind
+    """What it is."""
     identity: str
+    """SHA-256 of its record or document; the serial number of an artefact."""
     name: str
+    """What people call it."""
 
 
 class JobRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One job as it stood when it was handed over.
-
-    Attributes
-    ----------
-    job_uuid, steps, head
-        Which job, how many rows its audit has, and the hash of the last one.
-    sha256, size
-        Of the file.
-    station
-        Where it was measured.
-    state
-        Finished, paused, or left open.
-    part, serial, order_name, batch, operator
-        As entered.
-    plan, plan_sha256
-        Name of the plan, and hash of its document.
-    program
-        Version that made the file.
-    created_utc, changed_utc
-        Begun, and what happened last, ISO 8601 text in UTC.
-    rig, calibration
-        Name of the rig, and hash of its record; the latter is empty where it was not calibrated.
-    probe, tip
-        Names; that of the tip is empty where no record names it.
-    part_c, probe_c
-        Temperatures, °C; None where nobody gave them.
-    verdict
-        On the part, one of `PART_VERDICTS`.
-    complete, simulated
-        Everything was measured; it came from a virtual rig.
-    points
-        That count.
-    seal, signer
-        What is said of the signature of its head, and fingerprint of the key.
-    fault
-        Why nothing of it counts; empty where nothing speaks against the file.
-    """
+    """One job as it stood when it was handed over."""
 
     job_uuid: str
     steps: int
     head: str
+    """`job_uuid`, `steps`, `head`: Which job, how many rows its audit has, and the hash of the last
+    one."""
     sha256: str
     size: int
+    """`sha256`, `size`: Of the file."""
     station: str
+    """Where it was measured."""
     state: JobState
+    """Finished, paused, or left open."""
     part: str
     serial: str
     order_name: str
     batch: str
     operator: str
+    """`part`, `serial`, `order_name`, `batch`, `operator`: As entered."""
     plan: str
     plan_sha256: str
+    """`plan`, `plan_sha256`: Name of the plan, and hash of its document."""
     program: str
+    """Version that made the file."""
     created_utc: str
     changed_utc: str
+    """`created_utc`, `changed_utc`: Begun, and what happened last, ISO 8601 text in UTC."""
     rig: str
     calibration: str
+    """`rig`, `calibration`: Name of the rig, and hash of its record; the latter is empty where it
+    was not calibrated."""
     probe: str
     tip: str
+    """`probe`, `tip`: Names; that of the tip is empty where no record names it."""
     part_c: float | None
     probe_c: float | None
+    """`part_c`, `probe_c`: Temperatures, °C; None where nobody gave them."""
     verdict: str
+    """On the part, one of `PART_VERDICTS`."""
     complete: bool
     simulated: bool
+    """`complete`, `simulated`: Everything was measured; it came from a virtual rig."""
     points: int
+    """That count."""
     seal: str
     signer: str
+    """`seal`, `signer`: What is said of the signature of its head, and fingerprint of the key."""
     fault: str
+    """Why nothing of it counts; empty where nothing speaks against the file."""
 
 
 class JobRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -156,73 +121,47 @@ class JobRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 
 class Sender(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Who hands over.
-
-    Attributes
-    ----------
-    outbox
-        Identity of the outbox.
-    station
-        Name of the station.
-    machine
-        Identity of the computer, so that two of one name are told apart; empty where jobs are
-        taken from their files.
-    host, user
-        Names, for people.
-    """
+    """Who hands over."""
 
     outbox: str
+    """Identity of the outbox."""
     station: str
+    """Name of the station."""
     machine: str
+    """Identity of the computer, so that two of one name are told apart; empty where jobs are taken
+    from their files."""
     host: str
     user: str
+    """`host`, `user`: Names, for people."""
 
 
 class Delivery(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One thing that is handed over.
-
-    Attributes
-    ----------
-    sender
-        By whom.
-    sequence
-        Number in that outbox, from 1; never used twice.
-    sent_utc
-        By the clock of the sender.
-    record, content
-        The rows, and the bytes of the job file.
-    """
+    """One thing that is handed over."""
 
     sender: Sender
+    """By whom."""
     sequence: int
+    """Number in that outbox, from 1; never used twice."""
     sent_utc: str
+    """By the clock of the sender."""
     record: JobRecord
     content: bytes
+    """`record`, `content`: The rows, and the bytes of the job file."""
 
 
 class MarkRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Something that became known of an archived job; the latest of a kind holds.
-
-    Attributes
-    ----------
-    job_uuid
-        Of which job.
-    kind
-        ``altered``, ``recall`` or ``quality``.
-    holds
-        The job counts in no statistic, and stations hold it back.
-    why, who
-        A sentence, and a name.
-    utc
-        When, ISO 8601 text.
-    finding
-        Number of the document that it rests on; 0 for none.
-    """
+    """Something that became known of an archived job; the latest of a kind holds."""
 
     job_uuid: str
+    """Of which job."""
     kind: str
+    """``altered``, ``recall`` or ``quality``."""
     holds: bool
+    """The job counts in no statistic, and stations hold it back."""
     why: str
     who: str
+    """`why`, `who`: A sentence, and a name."""
     utc: str
+    """When, ISO 8601 text."""
     finding: int = 0
+    """Number of the document that it rests on; 0 for none."""

@@ -30,22 +30,15 @@ _LARGEST_PASSWORD = 4096
 
 @dataclass(frozen=True, slots=True)
 class PostgresAddress:
-    """A server, a database and how they are reached.
-
-    Attributes
-    ----------
-    options
-        Words of libpq.
-    password_file
-        None: libpq looks for it.
-    connect_s, limit_ms
-        How long a connection and a statement may take.
-    """
+    """A server, a database and how they are reached."""
 
     options: dict[str, str]
+    """Words of libpq."""
     password_file: Path | None = None
+    """None: libpq looks for it."""
     connect_s: int = 5
     limit_ms: int = 30_000
+    """`connect_s`, `limit_ms`: How long a connection and a statement may take."""
     _password: str = field(default="", repr=False)
 
     @property

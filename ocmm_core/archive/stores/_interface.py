@@ -34,21 +34,14 @@ class Answer(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Receipt:
-    """The answer to a delivery.
-
-    Attributes
-    ----------
-    answer
-        What became of it.
-    job
-        Number of the row.
-    clock_off_s
-        How far the clock of the sender is ahead of that of the archive.
-    """
+    """The answer to a delivery."""
 
     answer: Answer
+    """What became of it."""
     job: int
+    """Number of the row."""
     clock_off_s: float
+    """How far the clock of the sender is ahead of that of the archive."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,13 +54,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A document about archived jobs, such as that of a recall.
-
-    Attributes
-    ----------
-    utc, received_utc
-        By the clock of who wrote it, and by that of the archive.
-    """
+    """A document about archived jobs, such as that of a recall."""
 
     id: int
     kind: str
@@ -76,6 +63,7 @@ class Finding:
     who: str
     utc: str
     received_utc: str
+    """`utc`, `received_utc`: By the clock of who wrote it, and by that of the archive."""
 
 
 class Archive(Protocol):

@@ -21,15 +21,10 @@ from ocmm_core.errors import StorageError
 
 
 class SqlReader(ABC):
-    """Read an archive in SQL.
-
-    Attributes
-    ----------
-    place
-        What people call it; without a password.
-    """
+    """Read an archive in SQL."""
 
     place: str
+    """What people call it; without a password."""
 
     @abstractmethod
     def _run(self, sql: str, values: Mapping[str, Cell] | None = None) -> Table:

@@ -16,32 +16,25 @@ NEWER_CODE = "archive.newer"
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
-    """The words of a store.
-
-    Attributes
-    ----------
-    id
-        Of a column that is counted by the store.
-    text, real, whole, blob
-        Types; texts are compared byte by byte.
-    who, now
-        Defaults: who is connected, and the time by the clock of the store, UTC, ISO 8601 text.
-    hash_check
-        A condition on table ``file``; empty where the store cannot compute SHA-256.
-    drop_view, create_view
-        How ``archived_use`` comes to have another column; the former may be empty.
-    """
+    """The words of a store."""
 
     id: str
+    """Of a column that is counted by the store."""
     text: str
     real: str
     whole: str
     blob: str
+    """`text`, `real`, `whole`, `blob`: Types; texts are compared byte by byte."""
     who: str
     now: str
+    """`who`, `now`: Defaults: who is connected, and the time by the clock of the store, UTC, ISO
+    8601 text."""
     hash_check: str
+    """A condition on table ``file``; empty where the store cannot compute SHA-256."""
     drop_view: str
     create_view: str
+    """`drop_view`, `create_view`: How ``archived_use`` comes to have another column; the former may
+    be empty."""
 
 
 SQLITE = Dialect(

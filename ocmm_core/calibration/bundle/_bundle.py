@@ -72,25 +72,18 @@ class _Group:
 
 @dataclass(frozen=True, slots=True)
 class Linearised:
-    """A bundle at one state, with one damping.
-
-    Attributes
-    ----------
-    cost
-        Sum of the squared residuals, of the prior too; infinite where the state is impossible.
-    normal, gradient
-        (k, k) and (k,) of the common columns, before the poses are eliminated.
-    damping
-        That of all diagonals.
-    groups
-        Frames in the air, frames in a seat, then bar by bar.
-    """
+    """A bundle at one state, with one damping."""
 
     cost: float
+    """Sum of the squared residuals, of the prior too; infinite where the state is impossible."""
     normal: Float
     gradient: Float
+    """`normal`, `gradient`: (k, k) and (k,) of the common columns, before the poses are eliminated.
+    """
     damping: float
+    """That of all diagonals."""
     groups: tuple[_Group, ...]
+    """Frames in the air, frames in a seat, then bar by bar."""
 
     def reduced(self) -> tuple[Float, Float]:
         """Return the normal matrix (k, k) and gradient (k,) of the common columns alone."""
@@ -104,24 +97,16 @@ class Linearised:
 
 @dataclass(frozen=True, slots=True)
 class BundleMinimum:
-    """Where an adjustment ended.
-
-    Attributes
-    ----------
-    state
-        The best found.
-    cost
-        Chi-square there, with the prior's.
-    iterations
-        Number of steps that were tried.
-    converged
-        Whether chi-square cannot fall any further.
-    """
+    """Where an adjustment ended."""
 
     state: BundleState
+    """The best found."""
     cost: float
+    """Chi-square there, with the prior's."""
     iterations: int
+    """Number of steps that were tried."""
     converged: bool
+    """Whether chi-square cannot fall any further."""
 
 
 def linearise(data: BundleData, prior: Prior, state: BundleState, damping: float) -> Linearised:

@@ -59,36 +59,24 @@ class Culprit(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Suspect:
-    """One thing that may be wrong.
-
-    Attributes
-    ----------
-    cause
-        What kind of thing.
-    subject
-        Index of the bar, LED or camera; -1 where there is one only.
-    score
-        What speaks for it.
-    columns
-        (k, m): how the common unknowns follow from it.
-    profile
-        (b,): how much of it each block saw; None for what was wrong from the beginning.
-    moment
-        First block after a sudden change; None for all others.
-    tried
-        How many moments were searched.
-    worth
-        Score over the misfit that remains, less what freedom and search win by chance.
-    """
+    """One thing that may be wrong."""
 
     cause: Culprit
+    """What kind of thing."""
     subject: int
+    """Index of the bar, LED or camera; -1 where there is one only."""
     score: ChangeScore
+    """What speaks for it."""
     columns: Float
+    """(k, m): how the common unknowns follow from it."""
     profile: Float | None
+    """(b,): how much of it each block saw; None for what was wrong from the beginning."""
     moment: int | None
+    """First block after a sudden change; None for all others."""
     tried: int
+    """How many moments were searched."""
     worth: float
+    """Score over the misfit that remains, less what freedom and search win by chance."""
 
     @property
     def step(self) -> Float:
@@ -99,27 +87,18 @@ class Suspect:
 
 @dataclass(frozen=True, slots=True)
 class CulpritVerdict:
-    """What was found.
-
-    Attributes
-    ----------
-    history
-        That was examined.
-    named
-        Who may have lied, the likeliest first; empty where nothing is wrong.
-    misfit
-        Chi-square per degree of freedom that the best explanation leaves, at least one.
-    explained
-        Whether it leaves no more than noise.
-    effect_px
-        RMS effect of the best on the spots.
-    """
+    """What was found."""
 
     history: BlockHistory
+    """That was examined."""
     named: tuple[Suspect, ...]
+    """Who may have lied, the likeliest first; empty where nothing is wrong."""
     misfit: float
+    """Chi-square per degree of freedom that the best explanation leaves, at least one."""
     explained: bool
+    """Whether it leaves no more than noise."""
     effect_px: float
+    """RMS effect of the best on the spots."""
 
 
 @dataclass(frozen=True, slots=True)

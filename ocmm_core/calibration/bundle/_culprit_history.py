@@ -35,77 +35,52 @@ _LEAST_INFORMATION = 1e-8
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Observations of one stretch of time.
-
-    Attributes
-    ----------
-    frames, placements
-        Of the bundle's data; one of both is empty.
-    """
+    """Observations of one stretch of time."""
 
     frames: slice
     placements: slice
+    """`frames`, `placements`: Of the bundle's data; one of both is empty."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChangeScore:
-    """What the residuals say of one change.
-
-    Attributes
-    ----------
-    score
-        Twice the logarithm of the likelihood ratio; chi-square of ``dof`` degrees of freedom where
-        nothing has changed.
-    dof
-        Numbers of the change that the observations can see.
-    size
-        (m,): its most likely amount.
-    information
-        (m, m): inverse of the covariance of that.
-    scatter
-        How much more the blocks differ from the change than their noise explains, as a factor of
-        chi-square, at least one: neighbouring frames share errors of the sensors.
-    """
+    """What the residuals say of one change."""
 
     score: float
+    """Twice the logarithm of the likelihood ratio; chi-square of ``dof`` degrees of freedom where
+    nothing has changed."""
     dof: int
+    """Numbers of the change that the observations can see."""
     size: Float
+    """(m,): its most likely amount."""
     information: Float
+    """(m, m): inverse of the covariance of that."""
     scatter: float = 1.0
+    """How much more the blocks differ from the change than their noise explains, as a factor of
+    chi-square, at least one: neighbouring frames share errors of the sensors."""
 
 
 @dataclass(frozen=True, slots=True)
 class BlockHistory:
-    """The normal equations of a bundle at its minimum, block by block.
-
-    Attributes
-    ----------
-    data, prior, state
-        The bundle.
-    blocks
-        In order of time.
-    normals, gradients
-        (b, k, k) and (b, k): of every block, its poses eliminated.
-    pull
-        (k,): gradient of what is known from before.
-    covariance
-        (k, k): of the common unknowns.
-    rest
-        (k,): gradient of everything at the state; zero at an exact minimum.
-    cost
-        Chi-square at the minimum that follows to first order.
-    """
+    """The normal equations of a bundle at its minimum, block by block."""
 
     data: BundleData
     prior: Prior
     state: BundleState
+    """`data`, `prior`, `state`: The bundle."""
     blocks: tuple[Block, ...]
+    """In order of time."""
     normals: Float
     gradients: Float
+    """`normals`, `gradients`: (b, k, k) and (b, k): of every block, its poses eliminated."""
     pull: Float
+    """(k,): gradient of what is known from before."""
     covariance: Float
+    """(k, k): of the common unknowns."""
     rest: Float
+    """(k,): gradient of everything at the state; zero at an exact minimum."""
     cost: float
+    """Chi-square at the minimum that follows to first order."""
 
     @classmethod
     def of(

@@ -22,22 +22,15 @@ LEAST_CONE_MM = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """What people call the things of a session.
-
-    Attributes
-    ----------
-    cameras, bars
-        Their names.
-    procedure
-        What is to be done again, as "the relocation".
-    moment
-        Words for the first observation of a block of the history, as "pose 94".
-    """
+    """What people call the things of a session."""
 
     cameras: tuple[str, ...]
     bars: tuple[str, ...]
+    """`cameras`, `bars`: Their names."""
     procedure: str
+    """What is to be done again, as "the relocation"."""
     moment: Callable[[int], str]
+    """Words for the first observation of a block of the history, as "pose 94"."""
 
 
 def accuse(verdict: CulpritVerdict, names: Names) -> Finding | None:

@@ -17,18 +17,12 @@ LEAST_CHANCE = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class PointsExplained:
-    """One way in which the points fit.
-
-    Attributes
-    ----------
-    what
-        A clause in words.
-    names
-        Of the points it blames.
-    """
+    """One way in which the points fit."""
 
     what: str
+    """A clause in words."""
     names: tuple[str, ...]
+    """Of the points it blames."""
 
 
 def explain_points(

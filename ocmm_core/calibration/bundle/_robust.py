@@ -21,24 +21,16 @@ _STEPS_PER_ROUND = 5
 
 @dataclass(frozen=True, slots=True)
 class RobustMinimum:
-    """What is left when the wrong spots are left out.
-
-    Attributes
-    ----------
-    minimum
-        Of what was not left out.
-    data
-        With the weights of what was left out set to zero.
-    distances
-        (n, C, L): length of every spot's miss in sigmas, of those left out too; NaN if not seen.
-    residuals
-        (n, C, L, 2), predicted minus observed, px, likewise.
-    """
+    """What is left when the wrong spots are left out."""
 
     minimum: BundleMinimum
+    """Of what was not left out."""
     data: BundleData
+    """With the weights of what was left out set to zero."""
     distances: Float
+    """(n, C, L): length of every spot's miss in sigmas, of those left out too; NaN if not seen."""
     residuals: Float
+    """(n, C, L, 2), predicted minus observed, px, likewise."""
 
     @property
     def used(self) -> NDArray[np.bool_]:

@@ -18,18 +18,13 @@ LENS = slice(6, N_PARAMETERS)
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """Order of the common unknowns: cameras, LEDs, tip, seats, lengths of bars.
-
-    Attributes
-    ----------
-    cameras, leds, seats, bars
-        Number of each.
-    """
+    """Order of the common unknowns: cameras, LEDs, tip, seats, lengths of bars."""
 
     cameras: int
     leds: int
     seats: int
     bars: int
+    """`cameras`, `leds`, `seats`, `bars`: Number of each."""
 
     def camera(self, index: int) -> slice:
         """Return the columns of a camera, in the order of `camera.model.PARAMETERS`."""
@@ -81,33 +76,24 @@ class Columns:
 
 @dataclass(frozen=True, slots=True)
 class BundleState:
-    """Everything that is sought.
-
-    Attributes
-    ----------
-    cameras
-        In the order of the rig.
-    leds, tip
-        (L, 3) and (3,), mm, probe frame.
-    seats
-        (S, 3), mm, world: centres of the ball.
-    lengths
-        (B,), mm.
-    rotations, origins
-        (n, 3, 3) and (n, 3), mm: poses of the frames, world from probe.
-    bar_rotations, bar_origins
-        (m, 3, 3) and (m, 3), mm: those of the shown bars, which lie along their x, world from bar.
-    """
+    """Everything that is sought."""
 
     cameras: tuple[CameraModel, ...]
+    """In the order of the rig."""
     leds: Points3
     tip: Float
+    """`leds`, `tip`: (L, 3) and (3,), mm, probe frame."""
     seats: Points3
+    """(S, 3), mm, world: centres of the ball."""
     lengths: Float
+    """(B,), mm."""
     rotations: Float
     origins: Points3
+    """`rotations`, `origins`: (n, 3, 3) and (n, 3), mm: poses of the frames, world from probe."""
     bar_rotations: Float
     bar_origins: Points3
+    """`bar_rotations`, `bar_origins`: (m, 3, 3) and (m, 3), mm: those of the shown bars, which lie
+    along their x, world from bar."""
 
     @property
     def columns(self) -> Columns:
@@ -213,38 +199,27 @@ class BundleState:
 
 @dataclass(frozen=True, slots=True)
 class BundleData:
-    """What was observed; frames with a seat come after those without, and bar comes after bar.
-
-    Attributes
-    ----------
-    uv, weights
-        (n, C, L, 2), px, and (n, C, L), 1/px: one over sigma, zero for what is not used.
-    seats
-        (n,): index of the seat, -1 for none.
-    waved
-        Number of frames without a seat.
-    seat_sigma
-        mm per axis: how well the ball finds back into its seat.
-    bar_uv, bar_weights
-        (m, C, 2, 2), px, and (m, C, 2), 1/px.
-    bars
-        (m,): which bar each placement shows, ascending.
-    touched
-        (t, 3): two seats that are the ends of a bar, and that bar.
-    touched_sigma
-        mm: how far the distance of those seats may be from the length of the bar.
-    """
+    """What was observed; frames with a seat come after those without, and bar comes after bar."""
 
     uv: Pixels
     weights: Float
+    """`uv`, `weights`: (n, C, L, 2), px, and (n, C, L), 1/px: one over sigma, zero for what is not
+    used."""
     seats: Int
+    """(n,): index of the seat, -1 for none."""
     waved: int
+    """Number of frames without a seat."""
     seat_sigma: float
+    """mm per axis: how well the ball finds back into its seat."""
     bar_uv: Pixels
     bar_weights: Float
+    """`bar_uv`, `bar_weights`: (m, C, 2, 2), px, and (m, C, 2), 1/px."""
     bars: Int
+    """(m,): which bar each placement shows, ascending."""
     touched: Int
+    """(t, 3): two seats that are the ends of a bar, and that bar."""
     touched_sigma: float
+    """mm: how far the distance of those seats may be from the length of the bar."""
 
     def scaled(self, factors: Float, bar_factors: Float) -> BundleData:
         """Return the data with every weight multiplied by its factor."""
@@ -276,27 +251,18 @@ class BundleData:
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """What is known of the common unknowns from before.
-
-    Attributes
-    ----------
-    values
-        (k,), as `BundleState.values`.
-    information
-        (k, k): inverse of their covariance; zero where nothing is known.
-    free
-        Columns that are sought; the others stay.
-    rows
-        How many of them count as observed before.
-    body_floats
-        Nothing is known of the LEDs, so that the place of the probe in its own frame is open too.
-    """
+    """What is known of the common unknowns from before."""
 
     values: Float
+    """(k,), as `BundleState.values`."""
     information: Float
+    """(k, k): inverse of their covariance; zero where nothing is known."""
     free: Int
+    """Columns that are sought; the others stay."""
     rows: int
+    """How many of them count as observed before."""
     body_floats: bool = False
+    """Nothing is known of the LEDs, so that the place of the probe in its own frame is open too."""
 
     @property
     def gauge(self) -> int:

@@ -24,40 +24,26 @@ FOCAL_GRID = (0.7, 1.4, 0.5, 2.0, 0.35, 3.0)
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """A camera to start a fit from.
-
-    Attributes
-    ----------
-    name
-        What it was made of, for the record.
-    camera
-        Without distortion.
-    """
+    """A camera to start a fit from."""
 
     name: str
+    """What it was made of, for the record."""
     camera: CameraModel
+    """Without distortion."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cloud:
-    """Points with their principal axes.
-
-    Attributes
-    ----------
-    points
-        (n, 3), mm.
-    centre
-        (3,), their mean.
-    widths
-        (3,), mm: standard deviations along the axes, the largest first.
-    axes
-        (3, 3): rows of a proper rotation.
-    """
+    """Points with their principal axes."""
 
     points: Points3
+    """(n, 3), mm."""
     centre: Float
+    """(3,), their mean."""
     widths: Float
+    """(3,), mm: standard deviations along the axes, the largest first."""
     axes: Float
+    """(3, 3): rows of a proper rotation."""
 
     @property
     def flatness(self) -> float:

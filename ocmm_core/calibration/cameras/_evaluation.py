@@ -15,37 +15,20 @@ from ocmm_core.tracking import triangulate
 
 @dataclass(frozen=True, slots=True)
 class AxisErrors:
-    """Errors of points located with all cameras, as in Table 1 of the thesis.
-
-    Attributes
-    ----------
-    errors_world
-        (n, 3), mm, located minus known; NaN where fewer than two cameras saw the point.
-    rms, rms_space
-        (3,) per axis, and in space, mm.
-    largest
-        In space, mm.
-    """
+    """Errors of points located with all cameras, as in Table 1 of the thesis."""
 
     errors_world: Points3
+    """(n, 3), mm, located minus known; NaN where fewer than two cameras saw the point."""
     rms: Float
     rms_space: float
+    """`rms`, `rms_space`: (3,) per axis, and in space, mm."""
     largest: float
+    """In space, mm."""
 
 
 @dataclass(frozen=True, slots=True)
 class ErrorMap:
     """What a calibration predicts of its own errors.
-
-    Attributes
-    ----------
-    nodes_world
-        (nx, ny, nz, 3), mm.
-    calibration_sigma
-        (nx, ny, nz, 3), mm: standard deviation per axis from the uncertain cameras; the same for
-        every exposure, so that no averaging removes it.
-    spot_sigma
-        (nx, ny, nz, 3), mm: from the noise of the spots.
 
     Notes
     -----
@@ -53,8 +36,12 @@ class ErrorMap:
     """
 
     nodes_world: Float
+    """(nx, ny, nz, 3), mm."""
     calibration_sigma: Float
+    """(nx, ny, nz, 3), mm: standard deviation per axis from the uncertain cameras; the same for
+    every exposure, so that no averaging removes it."""
     spot_sigma: Float
+    """(nx, ny, nz, 3), mm: from the noise of the spots."""
 
 
 def split(points: KnownPoints, calibration: int, rng: np.random.Generator) -> tuple[Int, Int]:

@@ -15,46 +15,32 @@ from ocmm_core.camera import Rig
 
 
 class KnownPointsBegun(Begun, frozen=True, kw_only=True):
-    """First line.
-
-    Attributes
-    ----------
-    names, positions, reference_sigma, frame, length_sigma
-        The list, as in `KnownPoints`; mm.
-    evaluation
-        How many of the points are kept for evaluation.
-    valid_days
-        For how long the calibration may be used.
-    artefacts
-        The CMM that positioned the points, with its certificate.
-    """
+    """First line."""
 
     names: tuple[str, ...]
     positions: tuple[tuple[float, float, float], ...]
     reference_sigma: float
     frame: str
     length_sigma: float
+    """`names`, `positions`, `reference_sigma`, `frame`, `length_sigma`: The list, as in
+    `KnownPoints`; mm."""
     evaluation: int
+    """How many of the points are kept for evaluation."""
     valid_days: int
+    """For how long the calibration may be used."""
     artefacts: tuple[ArtefactUse, ...]
+    """The CMM that positioned the points, with its certificate."""
 
 
 class PointTaken(SessionEvent, frozen=True, kw_only=True):
-    """The spots at one reference point; taken again, it replaces the one before.
-
-    Attributes
-    ----------
-    point
-        Name.
-    uv
-        (C, 1), px; nothing but None where the point was skipped.
-    sigma_px
-        Standard deviation of a spot.
-    """
+    """The spots at one reference point; taken again, it replaces the one before."""
 
     point: str
+    """Name."""
     uv: Spots
+    """(C, 1), px; nothing but None where the point was skipped."""
     sigma_px: float
+    """Standard deviation of a spot."""
 
 
 KnownPointsEvent: TypeAlias = KnownPointsBegun | PointTaken

@@ -40,28 +40,19 @@ class Projector(Protocol[S]):
 
 @dataclass(frozen=True, slots=True)
 class Minimum(Generic[S]):
-    """Where a fit ended.
-
-    Attributes
-    ----------
-    state
-        The best state found.
-    residuals, jacobian
-        (m,) and (m, p) there.
-    cost
-        Sum of the squared residuals.
-    iterations
-        Number of linearisations after the first.
-    converged
-        Whether the cost cannot fall any further.
-    """
+    """Where a fit ended."""
 
     state: S
+    """The best state found."""
     residuals: Float
     jacobian: Float
+    """`residuals`, `jacobian`: (m,) and (m, p) there."""
     cost: float
+    """Sum of the squared residuals."""
     iterations: int
+    """Number of linearisations after the first."""
     converged: bool
+    """Whether the cost cannot fall any further."""
 
 
 def minimise(

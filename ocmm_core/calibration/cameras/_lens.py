@@ -24,18 +24,12 @@ ALL_PARAMETERS = (*PARAMETERS, *EXTRA_TERMS)
 
 @dataclass(frozen=True, slots=True)
 class LensCamera:
-    """A camera model with the extra terms.
-
-    Attributes
-    ----------
-    model
-        The running model.
-    extra
-        (3,), in the order of `EXTRA_TERMS`.
-    """
+    """A camera model with the extra terms."""
 
     model: CameraModel
+    """The running model."""
     extra: Float = field(default_factory=lambda: np.zeros(len(EXTRA_TERMS)))
+    """(3,), in the order of `EXTRA_TERMS`."""
 
     def moved(self, change: Float) -> LensCamera:
         """Return this camera with ``change`` (17,), in the order of `ALL_PARAMETERS`, added."""
@@ -50,18 +44,12 @@ class LensCamera:
 
 @dataclass(frozen=True, slots=True)
 class ProjectedPoints:
-    """Where a camera sees points, or how far from their spots, and how that moves.
-
-    Attributes
-    ----------
-    residuals
-        (2, n): u and v of predicted minus observed, whitened; infinite behind the camera.
-    rows
-        (terms, 2, n): derivatives in the order of `ALL_PARAMETERS`.
-    """
+    """Where a camera sees points, or how far from their spots, and how that moves."""
 
     residuals: Float
+    """(2, n): u and v of predicted minus observed, whitened; infinite behind the camera."""
     rows: Float
+    """(terms, 2, n): derivatives in the order of `ALL_PARAMETERS`."""
 
 
 def project_with_jacobian(

@@ -23,28 +23,23 @@ valley would take longer than all the rest. At a hundredth the gain by chance al
 
 @dataclass(frozen=True, slots=True)
 class LensTerms:
-    """What the extra lens terms would be and what they would change.
-
-    Attributes
-    ----------
-    values, sigmas
-        (3,), in the order of `lens.EXTRA_TERMS`; infinite sigmas where the points do not tell the
-        terms from the running model, as in a small field: there they make no difference either.
-    f_statistic, p_value
-        Gain in chi-square per term over the remaining chi-square per degree of freedom, and the
-        probability of at least that gain by chance (F-test of nested models, which holds also
-        where the spots' sigma is known to a factor only).
-    effect_rms_px, effect_max_px
-        How far the calibrated spots move, per coordinate and at most, when the terms are added
-        and everything else is fitted again. This is the error that the running model makes.
-    """
+    """What the extra lens terms would be and what they would change."""
 
     values: Float
     sigmas: Float
+    """`values`, `sigmas`: (3,), in the order of `lens.EXTRA_TERMS`; infinite sigmas where the
+    points do not tell the terms from the running model, as in a small field: there they make no
+    difference either."""
     f_statistic: float
     p_value: float
+    """`f_statistic`, `p_value`: Gain in chi-square per term over the remaining chi-square per
+    degree of freedom, and the probability of at least that gain by chance (F-test of nested models,
+    which holds also where the spots' sigma is known to a factor only)."""
     effect_rms_px: float
     effect_max_px: float
+    """`effect_rms_px`, `effect_max_px`: How far the calibrated spots move, per coordinate and at
+    most, when the terms are added and everything else is fitted again. This is the error that the
+    running model makes."""
 
     @property
     def significant(self) -> bool:

@@ -39,51 +39,35 @@ _POSE = tuple(range(6))
 
 @dataclass(frozen=True, slots=True)
 class CameraFit:
-    """What a fit of one camera found; nothing of it is judged here.
-
-    Attributes
-    ----------
-    camera
-        With the extra terms, which are zero where they were not freed.
-    free
-        Indices into `lens.ALL_PARAMETERS` of what was fitted.
-    covariance
-        (p, p) of what was fitted, from the sigma of spots and of reference points.
-    points_world, uv
-        (n, 3), mm, and (n, 2), px: all points that the camera saw.
-    used
-        (n,): False for the points that were found wrong.
-    distances
-        (n,): length of the whitened residual; about 1 for a good point.
-    residuals_px
-        (n, 2), observed minus predicted.
-    chi2, dof
-        Of the used points.
-    sigma_px, reference_sigma
-        What was assumed, px and mm per axis.
-    converged
-        Whether the minimum was reached.
-    start
-        Name of the start that led there.
-    iterations
-        Of the winning start.
-    """
+    """What a fit of one camera found; nothing of it is judged here."""
 
     camera: LensCamera
+    """With the extra terms, which are zero where they were not freed."""
     free: tuple[int, ...]
+    """Indices into `lens.ALL_PARAMETERS` of what was fitted."""
     covariance: Float
+    """(p, p) of what was fitted, from the sigma of spots and of reference points."""
     points_world: Points3
     uv: Pixels
+    """`points_world`, `uv`: (n, 3), mm, and (n, 2), px: all points that the camera saw."""
     used: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    """(n,): False for the points that were found wrong."""
     distances: Float
+    """(n,): length of the whitened residual; about 1 for a good point."""
     residuals_px: Pixels
+    """(n, 2), observed minus predicted."""
     chi2: float
     dof: int
+    """`chi2`, `dof`: Of the used points."""
     sigma_px: float
     reference_sigma: float
+    """`sigma_px`, `reference_sigma`: What was assumed, px and mm per axis."""
     converged: bool
+    """Whether the minimum was reached."""
     start: str
+    """Name of the start that led there."""
     iterations: int
+    """Of the winning start."""
 
     @property
     def rms_px(self) -> float:

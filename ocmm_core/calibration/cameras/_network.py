@@ -33,91 +33,62 @@ from ocmm_core.geometry import Float, Int, Pixels, Points3
 
 @dataclass(frozen=True, slots=True)
 class Outlier:
-    """A point that was left out.
-
-    Attributes
-    ----------
-    name
-        Of the reference point.
-    miss_px
-        (2,), observed minus predicted.
-    sigmas
-        Its length in standard deviations.
-    """
+    """A point that was left out."""
 
     name: str
+    """Of the reference point."""
     miss_px: Float
+    """(2,), observed minus predicted."""
     sigmas: float
+    """Its length in standard deviations."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraCalibration:
-    """One calibrated camera and what may be said about it.
-
-    Attributes
-    ----------
-    model
-        The camera.
-    covariance
-        (14, 14), in the order of `camera.model.PARAMETERS`; grown by chi-square per degree of
-        freedom where that is above one, never shrunk; with the uncertain length of the list.
-    rms_px, chi2, dof
-        RMS residual per coordinate, and how it compares with the stated uncertainties.
-    indices
-        (n,): which reference points the camera saw.
-    uv, residuals_px
-        (n, 2), px; residuals are observed minus predicted.
-    used
-        (n,): False for the outliers.
-    outliers
-        Named, the worst first.
-    lens_terms
-        Whether k3 and the thin prism are needed.
-    warnings
-        What speaks against this camera and was not refused.
-    start
-        Which start led to the minimum.
-    """
+    """One calibrated camera and what may be said about it."""
 
     model: CameraModel
+    """The camera."""
     covariance: Float
+    """(14, 14), in the order of `camera.model.PARAMETERS`; grown by chi-square per degree of
+    freedom where that is above one, never shrunk; with the uncertain length of the list."""
     rms_px: float
     chi2: float
     dof: int
+    """`rms_px`, `chi2`, `dof`: RMS residual per coordinate, and how it compares with the stated
+    uncertainties."""
     indices: Int
+    """(n,): which reference points the camera saw."""
     uv: Pixels
     residuals_px: Pixels
+    """`uv`, `residuals_px`: (n, 2), px; residuals are observed minus predicted."""
     used: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    """(n,): False for the outliers."""
     outliers: tuple[Outlier, ...]
+    """Named, the worst first."""
     lens_terms: LensTerms
+    """Whether k3 and the thin prism are needed."""
     warnings: tuple[Finding, ...]
+    """What speaks against this camera and was not refused."""
     start: str
+    """Which start led to the minimum."""
 
 
 @dataclass(frozen=True, slots=True)
 class RigCalibration:
-    """All cameras of a rig, calibrated together.
-
-    Attributes
-    ----------
-    cameras
-        In the order of the rig.
-    covariance
-        (14 C, 14 C), with what the common reference points and their common length do to all
-        cameras.
-    warnings
-        Of all cameras and of the rig.
-    hull_world
-        (h, 3), mm: corners of the convex hull of the points that at least two cameras used.
-    forced
-        Whether a person overruled a guard.
-    """
+    """All cameras of a rig, calibrated together."""
 
     cameras: tuple[CameraCalibration, ...]
+    """In the order of the rig."""
     covariance: Float
+    """(14 C, 14 C), with what the common reference points and their common length do to all
+    cameras."""
     warnings: tuple[Finding, ...]
+    """Of all cameras and of the rig."""
     hull_world: Points3
+    """(h, 3), mm: corners of the convex hull of the points that at least two cameras used."""
     forced: bool
+    """Whether a person overruled a guard."""
 
     @property
     def volume_world(self) -> Float:

@@ -22,23 +22,16 @@ BEHIND_PX = 1e9
 
 @dataclass(frozen=True, slots=True)
 class CameraProblem:
-    """Known points, their spots, and how far each can be wrong.
-
-    Attributes
-    ----------
-    points_world, uv
-        (n, 3), mm, and (n, 2), px.
-    whitening
-        (3, n), 1/px: the lower triangle (00, 10, 11) that brings each point's residual to unit
-        variance; that of a point weighted down is scaled down.
-    free
-        Indices into `ALL_PARAMETERS` of what is fitted; the rest stays at its start.
-    """
+    """Known points, their spots, and how far each can be wrong."""
 
     points_world: Points3
     uv: Pixels
+    """`points_world`, `uv`: (n, 3), mm, and (n, 2), px."""
     whitening: Float
+    """(3, n), 1/px: the lower triangle (00, 10, 11) that brings each point's residual to unit
+    variance; that of a point weighted down is scaled down."""
     free: tuple[int, ...]
+    """Indices into `ALL_PARAMETERS` of what is fitted; the rest stays at its start."""
 
     def linearise(self, state: LensCamera) -> tuple[Float, Float]:
         """Return whitened residuals (2n,), predicted minus observed, and derivatives (2n, p).

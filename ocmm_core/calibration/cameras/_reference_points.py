@@ -54,46 +54,30 @@ MAX_LENGTH_SIGMA = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class KnownPoints:
-    """Positions that are known.
-
-    Attributes
-    ----------
-    names
-        Of the points, each once.
-    positions_world
-        (n, 3), mm.
-    sigma
-        Standard uncertainty of one coordinate, mm.
-    frame
-        What the coordinates refer to, in words.
-    length_sigma
-        Relative standard uncertainty of all distances, which are too long or too short together.
-    """
+    """Positions that are known."""
 
     names: tuple[str, ...]
+    """Of the points, each once."""
     positions_world: Points3
+    """(n, 3), mm."""
     sigma: float
+    """Standard uncertainty of one coordinate, mm."""
     frame: str
+    """What the coordinates refer to, in words."""
     length_sigma: float = 0.0
+    """Relative standard uncertainty of all distances, which are too long or too short together."""
 
 
 @dataclass(frozen=True, slots=True)
 class SpotTable:
-    """Averaged spots of every camera at the reference points.
-
-    Attributes
-    ----------
-    serials
-        Of the cameras.
-    uv
-        (C, n, 2), px, in the order of the reference points; NaN where not seen.
-    sigma_px
-        Standard deviation of one averaged spot, px per axis.
-    """
+    """Averaged spots of every camera at the reference points."""
 
     serials: tuple[int, ...]
+    """Of the cameras."""
     uv: Pixels
+    """(C, n, 2), px, in the order of the reference points; NaN where not seen."""
     sigma_px: float
+    """Standard deviation of one averaged spot, px per axis."""
 
 
 def load_reference_points(path: Path | str) -> KnownPoints:

@@ -30,51 +30,35 @@ _WORST_CONDITION = 1e10
 
 @dataclass(frozen=True, slots=True)
 class Articulation:
-    """The ball in a cone.
-
-    Attributes
-    ----------
-    mean_world
-        (3,), mm.
-    off_world
-        (n, 3), mm: tips less their mean.
-    spread_2s, largest
-        mm: two standard deviations, and the largest distance from the mean.
-    half_range
-        (3,), mm: half of largest less smallest, per world axis.
-    spread_limit, largest_limit
-        mm: what the stated uncertainties allow.
-    half_range_limit
-        (3,), mm.
-    """
+    """The ball in a cone."""
 
     mean_world: Float
+    """(3,), mm."""
     off_world: Points3
+    """(n, 3), mm: tips less their mean."""
     spread_2s: float
     largest: float
+    """`spread_2s`, `largest`: mm: two standard deviations, and the largest distance from the mean.
+    """
     half_range: Float
+    """(3,), mm: half of largest less smallest, per world axis."""
     spread_limit: float
     largest_limit: float
+    """`spread_limit`, `largest_limit`: mm: what the stated uncertainties allow."""
     half_range_limit: Float
+    """(3,), mm."""
 
 
 @dataclass(frozen=True, slots=True)
 class BallPlace:
-    """Where the ball is in the probe, against its calibration.
-
-    Attributes
-    ----------
-    offset_probe
-        (3,), mm: true less calibrated.
-    covariance
-        (3, 3), mm^2: with that of the calibration.
-    axis_probe
-        (3,): from the ball to the middle of the LEDs, unit.
-    """
+    """Where the ball is in the probe, against its calibration."""
 
     offset_probe: Float
+    """(3,), mm: true less calibrated."""
     covariance: Float
+    """(3, 3), mm^2: with that of the calibration."""
     axis_probe: Float
+    """(3,): from the ball to the middle of the LEDs, unit."""
 
     @property
     def length_error(self) -> float:

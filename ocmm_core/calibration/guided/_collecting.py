@@ -54,18 +54,12 @@ _LABEL_EVERY_NS = 20_000_000
 
 @dataclass(frozen=True, slots=True)
 class Average:
-    """Mean of some frames.
-
-    Attributes
-    ----------
-    uv
-        (C, n, 2), px: by spot or LED; NaN where it was not seen in every frame.
-    sigma_px
-        Standard deviation of one mean, px per axis.
-    """
+    """Mean of some frames."""
 
     uv: Pixels
+    """(C, n, 2), px: by spot or LED; NaN where it was not seen in every frame."""
     sigma_px: float
+    """Standard deviation of one mean, px per axis."""
 
 
 def sigma_of_mean(rig: Rig, frames: int) -> float:

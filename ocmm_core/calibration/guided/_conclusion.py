@@ -40,72 +40,51 @@ _NODES = 5
 
 @dataclass(frozen=True, slots=True)
 class CalibrationContext:
-    """How a calibration came about.
-
-    Attributes
-    ----------
-    method
-        Of the calibration.
-    made
-        When its last observation was taken.
-    valid_days
-        For how long it may be used.
-    who, software, temperature_c, sensor_temperatures_c
-        As in `CameraRecord`.
-    data_sha256
-        Of the observations, see `hash_of`.
-    artefacts
-        What lengths and positions rest on.
-    previous
-        Hash of the record in force; empty for the first one.
-    """
+    """How a calibration came about."""
 
     method: Method
+    """Of the calibration."""
     made: datetime
+    """When its last observation was taken."""
     valid_days: int
+    """For how long it may be used."""
     who: str
     software: str
     temperature_c: float | None
     sensor_temperatures_c: tuple[float, ...]
+    """`who`, `software`, `temperature_c`, `sensor_temperatures_c`: As in `CameraRecord`."""
     data_sha256: str
+    """Of the observations, see `hash_of`."""
     artefacts: tuple[ArtefactUse, ...]
+    """What lengths and positions rest on."""
     previous: str
+    """Hash of the record in force; empty for the first one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """What a calibration found, whichever method it was.
-
-    Attributes
-    ----------
-    cameras, covariance, volume_world, hull_world
-        As in `cameras.RigCalibration` and `relocation.RelocationResult`.
-    residuals
-        One for each camera.
-    rms_px, chi2_per_dof
-        Of all cameras together.
-    points
-        Reference positions or poses that were used.
-    outliers
-        Names of what was left out.
-    errors_at_world, errors_world
-        See `outcome.CalibrationOutcome`.
-    warnings
-        What speaks against it and was not refused.
-    """
+    """What a calibration found, whichever method it was."""
 
     cameras: tuple[CameraModel, ...]
     covariance: Float
     volume_world: Float
     hull_world: Points3
+    """`cameras`, `covariance`, `volume_world`, `hull_world`: As in `cameras.RigCalibration` and
+    `relocation.RelocationResult`."""
     residuals: tuple[CameraResiduals, ...]
+    """One for each camera."""
     rms_px: float
     chi2_per_dof: float
+    """`rms_px`, `chi2_per_dof`: Of all cameras together."""
     points: int
+    """Reference positions or poses that were used."""
     outliers: tuple[str, ...]
+    """Names of what was left out."""
     errors_at_world: Points3
     errors_world: Points3
+    """`errors_at_world`, `errors_world`: See `outcome.CalibrationOutcome`."""
     warnings: tuple[Finding, ...]
+    """What speaks against it and was not refused."""
 
 
 def build_outcome(

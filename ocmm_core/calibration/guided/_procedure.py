@@ -57,19 +57,13 @@ class ProcedureDecision(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """Whether the next step may be entered.
-
-    Attributes
-    ----------
-    open
-        It may.
-    reason, remedy
-        Why not, and what to do; one sentence each, empty where it is open.
-    """
+    """Whether the next step may be entered."""
 
     open: bool
+    """It may."""
     reason: str = ""
     remedy: str = ""
+    """`reason`, `remedy`: Why not, and what to do; one sentence each, empty where it is open."""
 
 
 OPEN = Gate(True)
@@ -77,116 +71,77 @@ OPEN = Gate(True)
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One step of a procedure.
-
-    Attributes
-    ----------
-    name
-        Stable identifier.
-    title, instruction
-        For people: a few words, and what to do now.
-    gate
-        Out of this step.
-    done, wanted
-        Observations of this step; zero wanted where nothing is counted.
-    """
+    """One step of a procedure."""
 
     name: str
+    """Stable identifier."""
     title: str
     instruction: str
+    """`title`, `instruction`: For people: a few words, and what to do now."""
     gate: Gate
+    """Out of this step."""
     done: int = 0
     wanted: int = 0
+    """`done`, `wanted`: Observations of this step; zero wanted where nothing is counted."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraLive:
-    """What one camera sees now.
-
-    Attributes
-    ----------
-    name
-        Of the camera.
-    uv
-        (k, 2), px: its spots in the latest frame.
-    labels
-        (k,): number of the LED of each spot, -1 where unknown.
-    """
+    """What one camera sees now."""
 
     name: str
+    """Of the camera."""
     uv: Pixels
+    """(k, 2), px: its spots in the latest frame."""
     labels: Int
+    """(k,): number of the LED of each spot, -1 where unknown."""
 
 
 @dataclass(frozen=True, slots=True)
 class Live:
-    """What is seen now, and whether it could be taken.
-
-    Attributes
-    ----------
-    cameras
-        One for each camera; empty before the first frame.
-    ready
-        `take` would take it now.
-    hint
-        Why not, or what to do next, in one sentence.
-    frames, wanted
-        Frames of the present average, and how many make it complete.
-    motion_px
-        How far the spots moved during the average, px; NaN while there is none.
-    """
+    """What is seen now, and whether it could be taken."""
 
     cameras: tuple[CameraLive, ...] = ()
+    """One for each camera; empty before the first frame."""
     ready: bool = False
+    """`take` would take it now."""
     hint: str = "No frames yet."
+    """Why not, or what to do next, in one sentence."""
     frames: int = 0
     wanted: int = 0
+    """`frames`, `wanted`: Frames of the present average, and how many make it complete."""
     motion_px: float = float("nan")
+    """How far the spots moved during the average, px; NaN while there is none."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProcedureView:
-    """Everything that a screen shows of any procedure.
-
-    Attributes
-    ----------
-    kind
-        Which procedure: one of `ProcedureKind`, or of the enumeration of another room.
-    session
-        Its file.
-    rig
-        Name of the rig.
-    begun_utc, who
-        ISO 8601 text, and who does it.
-    steps
-        In order.
-    current
-        Index of the current step.
-    live
-        What is seen now.
-    decision
-        How it ended, `ProcedureDecision.OPEN` until then.
-    stored
-        What was accepted is in the store; where it is not, `compute` and `accept` put it there.
-    error
-        What the last calculation said against the observations; None while nothing did.
-    torn
-        What is to be told of an entry that was being written when the program stopped; empty where
-        there was none.
-    """
+    """Everything that a screen shows of any procedure."""
 
     kind: StrEnum
+    """Which procedure: one of `ProcedureKind`, or of the enumeration of another room."""
     session: Path
+    """Its file."""
     rig: str
+    """Name of the rig."""
     begun_utc: str
     who: str
+    """`begun_utc`, `who`: ISO 8601 text, and who does it."""
     steps: tuple[Step, ...]
+    """In order."""
     current: int
+    """Index of the current step."""
     live: Live
+    """What is seen now."""
     decision: ProcedureDecision
+    """How it ended, `ProcedureDecision.OPEN` until then."""
     stored: bool
+    """What was accepted is in the store; where it is not, `compute` and `accept` put it there."""
     error: Finding | None
+    """What the last calculation said against the observations; None while nothing did."""
     torn: str = ""
+    """What is to be told of an entry that was being written when the program stopped; empty where
+    there was none."""
 
     @property
     def step(self) -> Step:

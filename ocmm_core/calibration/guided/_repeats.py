@@ -26,64 +26,43 @@ REPEAT_CHANCE = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class RestingPosition:
-    """Where the ball rested.
-
-    Attributes
-    ----------
-    world
-        (3,), mm.
-    covariance
-        (3, 3), mm^2: of what is drawn anew when the place is measured again. What both positions
-        share (cameras, probe) does not belong to it; the pattern of the sensors does, where the
-        probe is held otherwise.
-    utc
-        When, ISO 8601 text.
-    """
+    """Where the ball rested."""
 
     world: Float
+    """(3,), mm."""
     covariance: Float
+    """(3, 3), mm^2: of what is drawn anew when the place is measured again. What both positions
+    share (cameras, probe) does not belong to it; the pattern of the sensors does, where the probe
+    is held otherwise."""
     utc: str
+    """When, ISO 8601 text."""
 
 
 @dataclass(frozen=True, slots=True)
 class Repeat:
-    """One place, measured first and again.
-
-    Attributes
-    ----------
-    place
-        In words.
-    first, again
-        In order of time.
-    """
+    """One place, measured first and again."""
 
     place: str
+    """In words."""
     first: RestingPosition
     again: RestingPosition
+    """`first`, `again`: In order of time."""
 
 
 @dataclass(frozen=True, slots=True)
 class JudgedRepeat:
-    """What became of one place.
-
-    Attributes
-    ----------
-    place, first_utc, again_utc
-        See `Repeat`.
-    shift_world
-        (3,), mm: again less first.
-    normalised_square
-        Of the shift, with its covariance; 3 on average where nothing moved.
-    limit
-        What chance exceeds with the stated probability, shared by all repeats.
-    """
+    """What became of one place."""
 
     place: str
     first_utc: str
     again_utc: str
+    """`place`, `first_utc`, `again_utc`: See `Repeat`."""
     shift_world: Float
+    """(3,), mm: again less first."""
     normalised_square: float
+    """Of the shift, with its covariance; 3 on average where nothing moved."""
     limit: float
+    """What chance exceeds with the stated probability, shared by all repeats."""
 
     @property
     def consistent(self) -> bool:

@@ -22,21 +22,14 @@ _SEATS_APART = 0.3
 
 
 class SeatVisited(SessionEvent, frozen=True, kw_only=True):
-    """The probe in a seat that stays where it is during the session.
-
-    Attributes
-    ----------
-    seat
-        Index.
-    uv
-        (C, L), px.
-    sigma_px
-        Standard deviation of a spot.
-    """
+    """The probe in a seat that stays where it is during the session."""
 
     seat: int
+    """Index."""
     uv: Spots
+    """(C, L), px."""
     sigma_px: float
+    """Standard deviation of a spot."""
 
 
 def judge_first_visit(tip_world: Float, known_world: Sequence[Float], rig: Rig) -> str:

@@ -34,50 +34,34 @@ _ANGLES = 3
 
 @dataclass(frozen=True, slots=True)
 class Rest:
-    """The probe at rest somewhere.
-
-    Attributes
-    ----------
-    touch
-        The ball's centre with its sensitivities.
-    residuals
-        (m - 6,): what the pose leaves over, in directions across all poses, in sigmas.
-    by_cameras, by_geometry
-        (m - 6, 14 C) and (m - 6, 3 L + 3): their derivatives.
-    utc
-        When, ISO 8601 text.
-    """
+    """The probe at rest somewhere."""
 
     touch: RestingTouch
+    """The ball's centre with its sensitivities."""
     residuals: Float
+    """(m - 6,): what the pose leaves over, in directions across all poses, in sigmas."""
     by_cameras: Float
     by_geometry: Float
+    """`by_cameras`, `by_geometry`: (m - 6, 14 C) and (m - 6, 3 L + 3): their derivatives."""
     utc: str
+    """When, ISO 8601 text."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraStep:
-    """The step that explains a session best.
-
-    Attributes
-    ----------
-    camera
-        Index of the camera that would have turned.
-    last, first
-        Indices of the last rest before it and of the first one after it.
-    turn
-        (3,), rad: of the camera, in its own frame.
-    gain, limit
-        By how much chi-square falls with it, and what chance exceeds with the stated probability
-        over all cameras and moments.
-    """
+    """The step that explains a session best."""
 
     camera: int
+    """Index of the camera that would have turned."""
     last: int
     first: int
+    """`last`, `first`: Indices of the last rest before it and of the first one after it."""
     turn: Float
+    """(3,), rad: of the camera, in its own frame."""
     gain: float
     limit: float
+    """`gain`, `limit`: By how much chi-square falls with it, and what chance exceeds with the
+    stated probability over all cameras and moments."""
 
     @property
     def is_real(self) -> bool:

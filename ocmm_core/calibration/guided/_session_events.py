@@ -26,40 +26,27 @@ Spots: TypeAlias = tuple[tuple[tuple[float, float] | None, ...], ...]
 
 
 class SessionEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True):
-    """Base of all events.
-
-    Attributes
-    ----------
-    utc
-        When, ISO 8601 text.
-    """
+    """Base of all events."""
 
     utc: str
+    """When, ISO 8601 text."""
 
 
 class Begun(SessionEvent, frozen=True, kw_only=True):
-    """First line: what is fixed for the whole session; each procedure adds its own.
-
-    Attributes
-    ----------
-    rig, rig_identity
-        Name of the rig that the session starts from, and the hash of its document or record.
-    running
-        Hash of the calibration in force at the beginning; empty where there was none.
-    who
-        Who does it.
-    software
-        Version.
-    temperature_c
-        Of the surroundings; None where nobody measured it. InputError where it cannot be one.
-    """
+    """First line: what is fixed for the whole session; each procedure adds its own."""
 
     rig: str
     rig_identity: str
+    """`rig`, `rig_identity`: Name of the rig that the session starts from, and the hash of its
+    document or record."""
     running: str
+    """Hash of the calibration in force at the beginning; empty where there was none."""
     who: str
+    """Who does it."""
     software: str
+    """Version."""
     temperature_c: float | None
+    """Of the surroundings; None where nobody measured it. InputError where it cannot be one."""
 
     def __post_init__(self) -> None:
         """Refuse a temperature that nobody measures at; lengths of artefacts rest on it."""

@@ -37,22 +37,15 @@ _COLUMNS = ("shot", "kind", "place", "serial", "led", "u", "v")
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """Simultaneous averaged spots.
-
-    Attributes
-    ----------
-    kind, place
-        See above.
-    uv
-        (C, L, 2), px, by LED; (C, 2, 2) for the bar; NaN where not seen.
-    sigma_px
-        Standard deviation of a spot, px per axis.
-    """
+    """Simultaneous averaged spots."""
 
     kind: ShotKind
     place: str
+    """`kind`, `place`: See above."""
     uv: Pixels
+    """(C, L, 2), px, by LED; (C, 2, 2) for the bar; NaN where not seen."""
     sigma_px: float
+    """Standard deviation of a spot, px per axis."""
 
 
 def load_shots(path: Path | str, rig: Rig, n_leds: int) -> tuple[Shot, ...]:

@@ -19,40 +19,26 @@ _LARGEST_TABLE = 16 << 20
 
 @dataclass(frozen=True, slots=True)
 class TextRow:
-    """One line of a table.
-
-    Attributes
-    ----------
-    line
-        Its number in the file, from 1.
-    cells
-        By column name.
-    """
+    """One line of a table."""
 
     line: int
+    """Its number in the file, from 1."""
     cells: dict[str, str]
+    """By column name."""
 
 
 @dataclass(frozen=True, slots=True)
 class TextTable:
-    """A table as it was read.
-
-    Attributes
-    ----------
-    path
-        The file.
-    head
-        Key (lower case) to line number and value.
-    columns
-        Names, lower case.
-    rows
-        In the order of the file.
-    """
+    """A table as it was read."""
 
     path: Path
+    """The file."""
     head: dict[str, tuple[int, str]]
+    """Key (lower case) to line number and value."""
     columns: tuple[str, ...]
+    """Names, lower case."""
     rows: tuple[TextRow, ...]
+    """In the order of the file."""
     decimal_comma: bool
 
     def value(self, key: str, what: str) -> tuple[int, str]:

@@ -14,27 +14,18 @@ from ocmm_core.tracking import ProbeBody, tip_sensitivity
 
 @dataclass(frozen=True, slots=True)
 class RestingTouch:
-    """The probe at rest with its ball somewhere.
-
-    Attributes
-    ----------
-    tip_world
-        (3,), mm: centre of the ball by the calibration of the probe.
-    rotation_world_from_probe
-        (3, 3).
-    noise
-        (3, 3), mm^2: covariance by the spots of this observation alone.
-    by_cameras
-        (3, 14 C): derivatives by the cameras' parameters, which all observations share.
-    by_geometry
-        (3, 3 L + 3): by the LEDs and the tip of the probe; they turn with the attitude.
-    """
+    """The probe at rest with its ball somewhere."""
 
     tip_world: Float
+    """(3,), mm: centre of the ball by the calibration of the probe."""
     rotation_world_from_probe: Float
+    """(3, 3)."""
     noise: Float
+    """(3, 3), mm^2: covariance by the spots of this observation alone."""
     by_cameras: Float
+    """(3, 14 C): derivatives by the cameras' parameters, which all observations share."""
     by_geometry: Float
+    """(3, 3 L + 3): by the LEDs and the tip of the probe; they turn with the attitude."""
 
 
 def touch_of(uv: Float, sigma_px: float, rig: Rig, body: ProbeBody) -> RestingTouch:

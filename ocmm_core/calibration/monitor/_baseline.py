@@ -38,25 +38,18 @@ _CAUTION = 1.3
 
 @dataclass(frozen=True, slots=True)
 class Baseline:
-    """What the cameras leave over while nothing has changed.
-
-    Attributes
-    ----------
-    maps
-        One for each camera: the pattern in the middle of each cell, and how many spots were in it.
-    belief
-        What is known besides of the errors of cameras and probe, given these maps.
-    left_px
-        Standard deviation of what the maps do not hold where spots were, per axis, found with
-        looks that they were not learnt from.
-    looks
-        How many they were learnt from.
-    """
+    """What the cameras leave over while nothing has changed."""
 
     maps: tuple[ResidualMap, ...]
+    """One for each camera: the pattern in the middle of each cell, and how many spots were in it.
+    """
     belief: Belief
+    """What is known besides of the errors of cameras and probe, given these maps."""
     left_px: float
+    """Standard deviation of what the maps do not hold where spots were, per axis, found with looks
+    that they were not learnt from."""
     looks: int
+    """How many they were learnt from."""
 
 
 def learn_baseline(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -> Baseline:

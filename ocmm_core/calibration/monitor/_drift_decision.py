@@ -48,69 +48,47 @@ class ChangeCause(Enum):
 
 @dataclass(frozen=True, slots=True)
 class MonitorOptions:
-    """How changes are looked for.
-
-    Attributes
-    ----------
-    look_ns
-        Bus time of one look.
-    looks, every
-        So many of the latest looks are examined together, each time that ``every`` new ones came.
-    sparse
-        One look of so many is kept for the slow changes; ``looks`` of them are examined together.
-    floor_px
-        See `score_changes`.
-    false_alarm
-        Probability of an alarm of one kind in one examination of a rig to which nothing happened.
-    good
-        Whatever chance explains with more than this probability is a good check.
-    worst_chi2
-        Squared residuals per degree of freedom above which something is wrong that has no name.
-    unfit_ns
-        After so much bus time in which the spots fit no pose, though they are seen, something is
-        wrong, too.
-    """
+    """How changes are looked for."""
 
     look_ns: int = 50_000_000
+    """Bus time of one look."""
     looks: int = 40
     every: int = 10
+    """`looks`, `every`: So many of the latest looks are examined together, each time that ``every``
+    new ones came."""
     sparse: int = 30
+    """One look of so many is kept for the slow changes; ``looks`` of them are examined together."""
     floor_px: float = 0.0004
+    """See `score_changes`."""
     false_alarm: float = 1e-7
+    """Probability of an alarm of one kind in one examination of a rig to which nothing happened."""
     good: float = 0.01
+    """Whatever chance explains with more than this probability is a good check."""
     worst_chi2: float = 2.0
+    """Squared residuals per degree of freedom above which something is wrong that has no name."""
     unfit_ns: int = 2_000_000_000
+    """After so much bus time in which the spots fit no pose, though they are seen, something is
+    wrong, too."""
 
 
 @dataclass(frozen=True, slots=True)
 class DriftReport:
-    """What some looks, or none, say about the calibration.
-
-    Attributes
-    ----------
-    time_ns
-        Bus time of the last frame that went into it.
-    cause
-        What has changed.
-    cameras
-        Names of those that may have changed, the likeliest first.
-    what
-        One sentence for people; empty where nothing has changed.
-    good
-        Nothing has changed, and the looks were enough to say so.
-    since_ns
-        Until this bus time all was well, as far as is known; None where it was never checked.
-    scores
-        The numbers; None where the spots fit no pose.
-    """
+    """What some looks, or none, say about the calibration."""
 
     time_ns: int
+    """Bus time of the last frame that went into it."""
     cause: ChangeCause
+    """What has changed."""
     cameras: tuple[str, ...]
+    """Names of those that may have changed, the likeliest first."""
     what: str
+    """One sentence for people; empty where nothing has changed."""
     good: bool
+    """Nothing has changed, and the looks were enough to say so."""
     since_ns: int | None
+    """Until this bus time all was well, as far as is known; None where it was never checked."""
     scores: Scores | None
+    """The numbers; None where the spots fit no pose."""
 
     @property
     def alarm(self) -> bool:

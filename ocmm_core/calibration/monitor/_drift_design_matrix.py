@@ -27,19 +27,13 @@ N_MOTIONS = 6
 
 @dataclass(frozen=True, slots=True)
 class Belief:
-    """What is believed of the errors of cameras and probe, while nothing changes.
-
-    Attributes
-    ----------
-    mean
-        (14 C + 3 L + 3,): truth minus documents; parameters of all cameras, then the probe as in
-        `ProbeBody.geometry_covariance`.
-    covariance
-        Of it.
-    """
+    """What is believed of the errors of cameras and probe, while nothing changes."""
 
     mean: Float
+    """(14 C + 3 L + 3,): truth minus documents; parameters of all cameras, then the probe as in
+    `ProbeBody.geometry_covariance`."""
     covariance: Float
+    """Of it."""
     _factor: Float | None = field(default=None, init=False, repr=False, compare=False)
 
     @classmethod
@@ -67,33 +61,23 @@ class Belief:
 
 @dataclass(frozen=True, slots=True)
 class SpotRows:
-    """The n spots of one camera in some looks, and what moves them.
-
-    Attributes
-    ----------
-    look, led
-        (n,).
-    uv, residuals
-        (n, 2), px: where they are, and as in `ResidualSample`.
-    white_px, pattern_px
-        (n,): standard deviations, as in `ResidualSample`.
-    by_pose
-        (n, 2, 6): turn about the ball (rad), shift of the ball (mm), world.
-    by_camera
-        (n, 2, 14): in the order of `camera.model.PARAMETERS`.
-    by_led
-        (n, 2, 3): place of the LED, mm, probe frame.
-    """
+    """The n spots of one camera in some looks, and what moves them."""
 
     look: Int
     led: Int
+    """`look`, `led`: (n,)."""
     uv: Pixels
     residuals: Pixels
+    """`uv`, `residuals`: (n, 2), px: where they are, and as in `ResidualSample`."""
     white_px: Float
     pattern_px: Float
+    """`white_px`, `pattern_px`: (n,): standard deviations, as in `ResidualSample`."""
     by_pose: Float
+    """(n, 2, 6): turn about the ball (rad), shift of the ball (mm), world."""
     by_camera: Float
+    """(n, 2, 14): in the order of `camera.model.PARAMETERS`."""
     by_led: Float
+    """(n, 2, 3): place of the LED, mm, probe frame."""
 
 
 def spot_rows(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody, c: int) -> SpotRows:

@@ -44,60 +44,41 @@ _BOUND = 1e3
 
 @dataclass(frozen=True, slots=True)
 class PossibleChange:
-    """One thing that may have changed.
-
-    Attributes
-    ----------
-    score
-        Twice the logarithm of the likelihood ratio; a chi-square of ``dof`` degrees of freedom
-        where nothing has changed.
-    dof
-        Numbers that the change has.
-    size
-        (dof,): its most likely amount.
-    covariance
-        (dof, dof) of that.
-    """
+    """One thing that may have changed."""
 
     score: float
+    """Twice the logarithm of the likelihood ratio; a chi-square of ``dof`` degrees of freedom where
+    nothing has changed."""
     dof: int
+    """Numbers that the change has."""
     size: Float
+    """(dof,): its most likely amount."""
     covariance: Float
+    """(dof, dof) of that."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scores:
-    """What some looks say.
-
-    Attributes
-    ----------
-    chi2, dof
-        Squared residuals after everything that an honest look shows; a chi-square.
-    cameras
-        Change of each camera, sizes in the order of `CAMERA_CHANGES`.
-    motions, lenses
-        The same, of the first six of these alone and of the others alone.
-    axes
-        (C, 9): score of each of these changes alone.
-    axis_sizes
-        (C, 9): most likely amount of each of them alone.
-    leds
-        Change of the place of each LED in the probe frame, (3,), mm.
-    common
-        Motion of all cameras together against the known places of the ball: a turn (rad) about
-        the origin of the world, then a shift (mm), both of the places; None where no look has a
-        known place.
-    """
+    """What some looks say."""
 
     chi2: float
     dof: int
+    """`chi2`, `dof`: Squared residuals after everything that an honest look shows; a chi-square."""
     cameras: tuple[PossibleChange, ...]
+    """Change of each camera, sizes in the order of `CAMERA_CHANGES`."""
     motions: tuple[PossibleChange, ...]
     lenses: tuple[PossibleChange, ...]
+    """`motions`, `lenses`: The same, of the first six of these alone and of the others alone."""
     axes: Float
+    """(C, 9): score of each of these changes alone."""
     axis_sizes: Float
+    """(C, 9): most likely amount of each of them alone."""
     leds: tuple[PossibleChange, ...]
+    """Change of the place of each LED in the probe frame, (3,), mm."""
     common: PossibleChange | None
+    """Motion of all cameras together against the known places of the ball: a turn (rad) about the
+    origin of the world, then a shift (mm), both of the places; None where no look has a known
+    place."""
 
 
 def score_changes(

@@ -32,23 +32,16 @@ _TOLERANCE, _MOST_STEPS = 1e-3, 400
 
 @dataclass(frozen=True, slots=True)
 class BellGrid:
-    """Nodes of one image axis of one camera among all heights.
-
-    Attributes
-    ----------
-    start, columns, rows
-        Number of its first node, and how many there are.
-    step_px
-        Their distance, which is also the standard deviation of a bell.
-    height_px
-        Of a bell whose height is 1.
-    """
+    """Nodes of one image axis of one camera among all heights."""
 
     start: int
     columns: int
     rows: int
+    """`start`, `columns`, `rows`: Number of its first node, and how many there are."""
     step_px: float
+    """Their distance, which is also the standard deviation of a bell."""
     height_px: float
+    """Of a bell whose height is 1."""
 
     @classmethod
     def on(cls, camera: CameraModel, noise: SpotNoise, start: int) -> BellGrid:
@@ -80,30 +73,21 @@ class PatternFit:
     """The regression: a residual is heights of bells, errors in units of their belief, and a pose.
 
     Rows are looks by cameras by LEDs by axes; those of spots that were not seen weigh nothing.
-
-    Attributes
-    ----------
-    bells
-        (K m, nodes): what each height adds to each residual, px.
-    errors
-        (K m, z): the same for the factor of the belief.
-    factor
-        (14 C + 3 L + 3, z).
-    residuals, weights
-        (K, m): px, and one over their standard deviation.
-    poses
-        (K, m, 6): orthonormal base of what the pose of a look can do to its weighted residuals.
-    grids
-        Of u and v of each camera.
     """
 
     bells: csr_array
+    """(K m, nodes): what each height adds to each residual, px."""
     errors: Float
+    """(K m, z): the same for the factor of the belief."""
     factor: Float
+    """(14 C + 3 L + 3, z)."""
     residuals: Float
     weights: Float
+    """`residuals`, `weights`: (K, m): px, and one over their standard deviation."""
     poses: Float
+    """(K, m, 6): orthonormal base of what the pose of a look can do to its weighted residuals."""
     grids: tuple[tuple[BellGrid, BellGrid], ...]
+    """Of u and v of each camera."""
 
     @classmethod
     def of(cls, looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -> PatternFit:

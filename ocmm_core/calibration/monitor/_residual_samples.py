@@ -29,57 +29,39 @@ stand for all its frames."""
 
 @dataclass(frozen=True, slots=True)
 class ResidualSample:
-    """Mean residuals of frames that follow each other.
-
-    Attributes
-    ----------
-    first_ns, last_ns
-        Bus time of its first and last frame.
-    n_frames
-        Frames that were averaged.
-    residuals
-        (C, L, 2), px: seen minus predicted by the pose of each frame and by the residual map; NaN
-        where not seen.
-    pattern_px
-        (C, L): standard deviation of what the map does not hold of the pattern there.
-    white_px
-        Standard deviation of each of them that is left of the white noise.
-    rotation_world_from_probe, origin_world
-        (3, 3) and (3,), mm: pose in the middle.
-    known_tip_world, known_tip_covariance
-        (3,), mm, and (3, 3), mm^2: where the ball was, if that is known from elsewhere, as in a
-        control nest; None otherwise.
-    """
+    """Mean residuals of frames that follow each other."""
 
     first_ns: int
     last_ns: int
+    """`first_ns`, `last_ns`: Bus time of its first and last frame."""
     n_frames: int
+    """Frames that were averaged."""
     residuals: Float
+    """(C, L, 2), px: seen minus predicted by the pose of each frame and by the residual map; NaN
+    where not seen."""
     pattern_px: Float
+    """(C, L): standard deviation of what the map does not hold of the pattern there."""
     white_px: float
+    """Standard deviation of each of them that is left of the white noise."""
     rotation_world_from_probe: Float
     origin_world: Float
+    """`rotation_world_from_probe`, `origin_world`: (3, 3) and (3,), mm: pose in the middle."""
     known_tip_world: Float | None = None
     known_tip_covariance: Float | None = None
+    """`known_tip_world`, `known_tip_covariance`: (3,), mm, and (3, 3), mm^2: where the ball was, if
+    that is known from elsewhere, as in a control nest; None otherwise."""
 
 
 @dataclass(frozen=True, slots=True)
 class PatternMap:
-    """What one camera is known to leave over at each place of its sensor.
-
-    Attributes
-    ----------
-    cell_px
-        (2,): width and height of a cell; the first one begins at pixel (0, 0).
-    mean_px
-        (rows, columns, 2): at the middle of the cells.
-    left_px
-        (rows, columns): standard deviation of what it does not hold of the pattern.
-    """
+    """What one camera is known to leave over at each place of its sensor."""
 
     cell_px: Float
+    """(2,): width and height of a cell; the first one begins at pixel (0, 0)."""
     mean_px: Float
+    """(rows, columns, 2): at the middle of the cells."""
     left_px: Float
+    """(rows, columns): standard deviation of what it does not hold of the pattern."""
 
     def at(self, uv: Pixels) -> tuple[Pixels, Float]:
         """Return mean and standard deviation at pixels (..., 2): (..., 2) and (...).

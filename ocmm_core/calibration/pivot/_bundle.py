@@ -29,24 +29,16 @@ _STANDING_FOR_ALL = 500
 
 @dataclass(frozen=True, slots=True)
 class PivotState:
-    """A swept probe.
-
-    Attributes
-    ----------
-    centre
-        (3,), mm, world: the ball.
-    arms
-        (L, 3), mm, body: from the ball to the LEDs.
-    rotations
-        (n, 3, 3), world from body.
-    slacks
-        (n, 3), mm, world: where the ball is in each pose, less the centre.
-    """
+    """A swept probe."""
 
     centre: Float
+    """(3,), mm, world: the ball."""
     arms: Points3
+    """(L, 3), mm, body: from the ball to the LEDs."""
     rotations: Float
+    """(n, 3, 3), world from body."""
     slacks: Points3
+    """(n, 3), mm, world: where the ball is in each pose, less the centre."""
 
     @property
     def columns(self) -> int:
@@ -65,30 +57,21 @@ class PivotState:
 
 @dataclass(frozen=True, slots=True)
 class PivotNormals:
-    """Reduced normal equations at a state.
-
-    Attributes
-    ----------
-    cost
-        Chi-square; infinite where the state is impossible.
-    normals, gradients
-        (B, k, k) and (B, k), block by block.
-    crossed
-        (B, k, 14 C): the rows that cross with the cameras, where they were asked for.
-    factors, y, z
-        What the turns need.
-    scores
-        (n, k): gradient of every pose.
-    """
+    """Reduced normal equations at a state."""
 
     cost: float
+    """Chi-square; infinite where the state is impossible."""
     normals: Float
     gradients: Float
+    """`normals`, `gradients`: (B, k, k) and (B, k), block by block."""
     crossed: Float
+    """(B, k, 14 C): the rows that cross with the cameras, where they were asked for."""
     factors: Float
     y: Float
     z: Float
+    """`factors`, `y`, `z`: What the turns need."""
     scores: Float
+    """(n, k): gradient of every pose."""
 
 
 @dataclass(frozen=True, slots=True)

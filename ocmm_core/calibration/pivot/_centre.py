@@ -26,21 +26,14 @@ _LARGEST_CONDITION = 1e12
 
 @dataclass(frozen=True, slots=True)
 class ThesisPivot:
-    """The result of the thesis's method (3.2).
-
-    Attributes
-    ----------
-    centre_world
-        (3,), mm: mean of the centres of all LEDs.
-    centres_world
-        (L, 3), mm.
-    arms
-        (L, 3), mm: group average of the LEDs about the centre, turned as in the first pose.
-    """
+    """The result of the thesis's method (3.2)."""
 
     centre_world: Float
+    """(3,), mm: mean of the centres of all LEDs."""
     centres_world: Points3
+    """(L, 3), mm."""
     arms: Points3
+    """(L, 3), mm: group average of the LEDs about the centre, turned as in the first pose."""
 
     @property
     def deviations(self) -> Points3:

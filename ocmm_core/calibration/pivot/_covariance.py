@@ -47,49 +47,33 @@ BEYOND_CHANCE = 1.4
 
 @dataclass(frozen=True, slots=True)
 class Geometry:
-    """LEDs and tip in the frame of a probe's document.
-
-    Attributes
-    ----------
-    leds_probe, tip_probe
-        (L, 3) and (3,), mm.
-    T_probe_from_body
-        From the frame of the adjustment, whose origin is the tip.
-    by_arms
-        (3 L + 3, 3 L): derivative of LEDs and tip by the arms of the adjustment. The LEDs stay
-        laid onto those of the document.
-    """
+    """LEDs and tip in the frame of a probe's document."""
 
     leds_probe: Points3
     tip_probe: Float
+    """`leds_probe`, `tip_probe`: (L, 3) and (3,), mm."""
     T_probe_from_body: RigidTransform
+    """From the frame of the adjustment, whose origin is the tip."""
     by_arms: Float
+    """(3 L + 3, 3 L): derivative of LEDs and tip by the arms of the adjustment. The LEDs stay laid
+    onto those of the document."""
 
 
 @dataclass(frozen=True, slots=True)
 class PivotUncertainty:
-    """Covariances (3 L + 3, 3 L + 3), mm^2, of LEDs and tip in the probe's frame.
-
-    Attributes
-    ----------
-    noise
-        Of the sweep, by block bootstrap, less what the cameras' errors add to the scatter of the
-        blocks; never below the formal one, nor below that of the sensors' pattern.
-    formal
-        Of independent frames with the stated sigma.
-    by_cameras
-        (3 L + 3, 14 C): derivative of LEDs and tip by the parameters of the cameras.
-    cameras
-        What the uncertainty of the cameras adds.
-    block
-        Frames in a block.
-    """
+    """Covariances (3 L + 3, 3 L + 3), mm^2, of LEDs and tip in the probe's frame."""
 
     noise: Float
+    """Of the sweep, by block bootstrap, less what the cameras' errors add to the scatter of the
+    blocks; never below the formal one, nor below that of the sensors' pattern."""
     formal: Float
+    """Of independent frames with the stated sigma."""
     by_cameras: Float
+    """(3 L + 3, 14 C): derivative of LEDs and tip by the parameters of the cameras."""
     cameras: Float
+    """What the uncertainty of the cameras adds."""
     block: int
+    """Frames in a block."""
 
     @property
     def total(self) -> Float:

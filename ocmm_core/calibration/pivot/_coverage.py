@@ -23,22 +23,15 @@ _WAVES = 60
 
 @dataclass(frozen=True, slots=True)
 class PivotPreview:
-    """A sweep as it stands, for the map while it goes on.
-
-    Attributes
-    ----------
-    coverage
-        So far; None with fewer than ten frames.
-    tip_sigma
-        mm: standard uncertainty of the tip (root of the sum over its axes) that spot noise and
-        cameras would leave if the sweep ended now; infinite where it is open.
-    centre_world
-        (3,), mm: where the ball rests by the probe's document; NaN without coverage.
-    """
+    """A sweep as it stands, for the map while it goes on."""
 
     coverage: SweepCoverage | None
+    """So far; None with fewer than ten frames."""
     tip_sigma: float
+    """mm: standard uncertainty of the tip (root of the sum over its axes) that spot noise and
+    cameras would leave if the sweep ended now; infinite where it is open."""
     centre_world: Float
+    """(3,), mm: where the ball rests by the probe's document; NaN without coverage."""
 
 
 def coverage_of(rotations: Float, middle_probe: Float) -> SweepCoverage:

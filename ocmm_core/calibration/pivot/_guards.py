@@ -28,21 +28,14 @@ WIDER = "Sweep the probe by 20 degrees or more to all sides, and turn it about i
 
 @dataclass(frozen=True, slots=True)
 class Jump:
-    """Where the ball moved in the middle of a sweep.
-
-    Attributes
-    ----------
-    frame
-        The first one after it.
-    shift_world
-        (3,), mm.
-    chi2
-        Of no motion, three degrees of freedom.
-    """
+    """Where the ball moved in the middle of a sweep."""
 
     frame: int
+    """The first one after it."""
     shift_world: Float
+    """(3,), mm."""
     chi2: float
+    """Of no motion, three degrees of freedom."""
 
 
 def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> list[Finding]:

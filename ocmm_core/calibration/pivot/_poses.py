@@ -31,27 +31,18 @@ _LARGEST_CONDITION = 1e5
 
 @dataclass(frozen=True, slots=True)
 class PosePivot:
-    """Tip and centre from poses.
-
-    Attributes
-    ----------
-    tip
-        (3,), mm, body.
-    centre
-        (3,), mm, world.
-    used
-        (n,): poses that took part.
-    distances
-        (n,), mm: how far each pose puts the tip from the centre.
-    scale
-        mm per axis: standard deviation of the good poses.
-    """
+    """Tip and centre from poses."""
 
     tip: Float
+    """(3,), mm, body."""
     centre: Float
+    """(3,), mm, world."""
     used: NDArray[np.bool_]
+    """(n,): poses that took part."""
     distances: Float
+    """(n,), mm: how far each pose puts the tip from the centre."""
     scale: float
+    """mm per axis: standard deviation of the good poses."""
 
     @property
     def rms(self) -> float:

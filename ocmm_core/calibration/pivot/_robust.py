@@ -29,26 +29,18 @@ _MEDIAN_OF_CHI2_3 = 2.3660
 
 @dataclass(frozen=True, slots=True)
 class FreePoses:
-    """Every frame by itself, with the arms of a state as the body.
-
-    Attributes
-    ----------
-    solved
-        (n,).
-    tips, covariances
-        (n, 3), mm, world, and (n, 3, 3), mm^2; NaN where not solved.
-    rotations
-        (n, 3, 3), world from probe; NaN where not solved.
-    chi2, dof
-        (n,): of the spots.
-    """
+    """Every frame by itself, with the arms of a state as the body."""
 
     solved: NDArray[np.bool_]
+    """(n,)."""
     tips: Points3
     covariances: Float
+    """`tips`, `covariances`: (n, 3), mm, world, and (n, 3, 3), mm^2; NaN where not solved."""
     rotations: Float
+    """(n, 3, 3), world from probe; NaN where not solved."""
     chi2: Float
     dof: Float
+    """`chi2`, `dof`: (n,): of the spots."""
 
     @property
     def spot_scale(self) -> float:
@@ -63,27 +55,18 @@ class FreePoses:
 
 @dataclass(frozen=True, slots=True)
 class RobustPivot:
-    """What is left when the wrong frames are left out.
-
-    Attributes
-    ----------
-    minimum
-        Its state has the rotations of the frames that took part only, in their order.
-    used
-        (n,): which these are.
-    left_out
-        The others, in order.
-    free
-        All frames by themselves.
-    iterations
-        Steps of all adjustments.
-    """
+    """What is left when the wrong frames are left out."""
 
     minimum: PivotMinimum
+    """Its state has the rotations of the frames that took part only, in their order."""
     used: NDArray[np.bool_]
+    """(n,): which these are."""
     left_out: tuple[LeftOut, ...]
+    """The others, in order."""
     free: FreePoses
+    """All frames by themselves."""
     iterations: int
+    """Steps of all adjustments."""
 
 
 def free_poses(rig: Rig, sweep: PivotSweep, arms: Points3) -> FreePoses:

@@ -28,22 +28,16 @@ _MISS_MEDIANS = 6.0
 
 @dataclass(frozen=True, slots=True)
 class PivotStart:
-    """The start of an adjustment.
-
-    Attributes
-    ----------
-    targets
-        (n, L, 3), mm, world; NaN where fewer than two cameras saw the LED.
-    state
-        Of all frames; rotations of frames that are not ``solvable`` are the unit matrix.
-    solvable, agreeing
-        (n,): frames with three targets, and those that agree on where the tip rests.
-    """
+    """The start of an adjustment."""
 
     targets: Float
+    """(n, L, 3), mm, world; NaN where fewer than two cameras saw the LED."""
     state: PivotState
+    """Of all frames; rotations of frames that are not ``solvable`` are the unit matrix."""
     solvable: NDArray[np.bool_]
     agreeing: NDArray[np.bool_]
+    """`solvable`, `agreeing`: (n,): frames with three targets, and those that agree on where the
+    tip rests."""
 
 
 def locate_targets(rig: Rig, uv: Pixels) -> Float:

@@ -29,39 +29,27 @@ _LEAST_IN_CELL = 5
 
 @dataclass(frozen=True, slots=True)
 class PivotValidation:
-    """How a second sweep agrees with a calibration.
-
-    Attributes
-    ----------
-    tip_difference
-        (3,), mm, probe frame: tip of the second sweep less that of the first.
-    tip_difference_sigma
-        (3,), mm: standard uncertainty of the difference.
-    chi2
-        Of no difference, three degrees of freedom.
-    led_difference
-        mm: RMS distance of the LEDs.
-    place_distance
-        mm: between the places of the ball.
-    attitude_distance
-        rad: between the middles of the directions in which the probe was held.
-    articulation_2s, articulation_max
-        mm: two standard deviations and the largest distance from their mean of the tips that the
-        first calibration gives, averaged over attitudes within 10 degrees (single point
-        articulation, ASME B89.4.22).
-    findings
-        What speaks against the calibration.
-    """
+    """How a second sweep agrees with a calibration."""
 
     tip_difference: Float
+    """(3,), mm, probe frame: tip of the second sweep less that of the first."""
     tip_difference_sigma: Float
+    """(3,), mm: standard uncertainty of the difference."""
     chi2: float
+    """Of no difference, three degrees of freedom."""
     led_difference: float
+    """mm: RMS distance of the LEDs."""
     place_distance: float
+    """mm: between the places of the ball."""
     attitude_distance: float
+    """rad: between the middles of the directions in which the probe was held."""
     articulation_2s: float
     articulation_max: float
+    """`articulation_2s`, `articulation_max`: mm: two standard deviations and the largest distance
+    from their mean of the tips that the first calibration gives, averaged over attitudes within 10
+    degrees (single point articulation, ASME B89.4.22)."""
     findings: tuple[Finding, ...]
+    """What speaks against the calibration."""
 
     @property
     def passed(self) -> bool:

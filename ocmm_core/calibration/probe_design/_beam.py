@@ -26,57 +26,40 @@ _MM3_PER_M3 = 1e9
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """A round section, from ``start_mm`` to ``end_mm``; its diameters run evenly between the ends.
-
-    Attributes
-    ----------
-    diameter_mm, bore_mm
-        Outside and inside, at the start and at the end.
-    density
-        kg/m^3.
-    modulus
-        Young's modulus, N/mm^2.
-    """
+    """A round bar between two places; its diameters run evenly between them."""
 
     start_mm: float
     end_mm: float
     diameter_mm: tuple[float, float]
     bore_mm: tuple[float, float]
+    """`diameter_mm`, `bore_mm`: Outside and inside, at the start and at the end."""
     density: float
+    """kg/m^3."""
     modulus: float
+    """Young's modulus, N/mm^2."""
 
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """A sandwich of two faces and a core; its width runs evenly between the ends.
-
-    Attributes
-    ----------
-    width_mm
-        At the start and at the end.
-    core_mm, face_mm
-        Thickness of the core, and of one face.
-    density, core_density
-        kg/m^3: of the faces and of the core.
-    modulus
-        Young's modulus of the faces, N/mm^2.
-    expansion_per_k
-        Thermal expansion of the faces, 1/K.
-    offset_mm
-        Of its middle from the axis of the probe, along the soft direction. It bends about its own
-        middle: a force across the probe does not ask where that is.
-    """
+    """A sandwich of two faces and a core; its width runs evenly between the ends."""
 
     start_mm: float
     end_mm: float
     width_mm: tuple[float, float]
+    """At the start and at the end."""
     core_mm: float
     face_mm: float
+    """`core_mm`, `face_mm`: Thickness of the core, and of one face."""
     density: float
     core_density: float
+    """`density`, `core_density`: kg/m^3: of the faces and of the core."""
     modulus: float
+    """Young's modulus of the faces, N/mm^2."""
     expansion_per_k: float = 0.0
+    """Thermal expansion of the faces, 1/K."""
     offset_mm: float = 0.0
+    """Of its middle from the axis of the probe, along the soft direction. It bends about its own
+    middle: a force across the probe does not ask where that is."""
 
 
 Section: TypeAlias = Bar | Panel
@@ -84,29 +67,21 @@ Section: TypeAlias = Bar | Panel
 
 @dataclass(frozen=True, slots=True)
 class Beam:
-    """Sections on a grid of n places.
-
-    Attributes
-    ----------
-    x_mm
-        (n,): places from the ball's centre; every step between sections is there twice.
-    load
-        (n,): weight of a length, N/mm.
-    soft, stiff
-        (n,): bending stiffness E I across the panel and along it, N mm^2; the same for bars.
-    axial
-        (n,): stiffness E A against tension, N.
-    bow
-        (n,): curvature where one face of a panel is a kelvin warmer than the other, 1/(mm K);
-        bars are too thin to stay so.
-    """
+    """Sections on a grid of n places."""
 
     x_mm: Float
+    """(n,): places from the ball's centre; every step between sections is there twice."""
     load: Float
+    """(n,): weight of a length, N/mm."""
     soft: Float
     stiff: Float
+    """`soft`, `stiff`: (n,): bending stiffness E I across the panel and along it, N mm^2; the same
+    for bars."""
     axial: Float
+    """(n,): stiffness E A against tension, N."""
     bow: Float
+    """(n,): curvature where one face of a panel is a kelvin warmer than the other, 1/(mm K); bars
+    are too thin to stay so."""
 
     @property
     def weight(self) -> float:
@@ -116,25 +91,17 @@ class Beam:
 
 @dataclass(frozen=True, slots=True)
 class Deflection:
-    """How a beam bends.
-
-    Attributes
-    ----------
-    x_mm
-        (n,): places.
-    moment
-        (n,): bending moment, N mm.
-    deflection_mm, slope
-        (n,): across the beam, and its derivative along it.
-    reactions
-        N: of the supports, in their order.
-    """
+    """How a beam bends."""
 
     x_mm: Float
+    """(n,): places."""
     moment: Float
+    """(n,): bending moment, N mm."""
     deflection_mm: Float
     slope: Float
+    """`deflection_mm`, `slope`: (n,): across the beam, and its derivative along it."""
     reactions: tuple[float, ...]
+    """N: of the supports, in their order."""
 
     def at(self, x_mm: Float) -> tuple[Float, Float]:
         """Return deflection, mm, and slope at places (m,); straight on beyond the ends."""

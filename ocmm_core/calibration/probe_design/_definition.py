@@ -28,18 +28,12 @@ from ocmm_core.tracking import (
 
 @dataclass(frozen=True, slots=True)
 class DefinitionCheck:
-    """What can be said of a definition that may be used.
-
-    Attributes
-    ----------
-    body
-        The probe.
-    labels
-        The nearest wrong labelling with all LEDs, and with each of them hidden.
-    """
+    """What can be said of a definition that may be used."""
 
     body: ProbeBody
+    """The probe."""
     labels: tuple[WrongLabels, ...]
+    """The nearest wrong labelling with all LEDs, and with each of them hidden."""
 
     @property
     def nearest_hidden(self) -> WrongLabels | None:

@@ -80,88 +80,62 @@ class LayerEntry(_Entry, frozen=True, kw_only=True):
 
 
 class DesignDocument(Document, frozen=True, kw_only=True):
-    """A probe's design as it is written down; lengths in mm from the ball's centre.
-
-    Attributes
-    ----------
-    name, probe
-        Of the design, and of the probe in the probe document.
-    axis
-        From the ball along the probe, probe frame.
-    soft
-        The direction in which it bends most easily, probe frame; across the axis.
-    handle
-        Where the hand holds it.
-    contact_force_n
-        The hand presses with up to so much.
-    temperature_range_k
-        Where its temperature is not measured, it is within so much of that of its calibration.
-    reference_temperature_c
-        Of its calibration, where no record says it.
-    materials, sections, ball
-        What it is made of, what bends, and the material of the ball.
-    chain_start, chain
-        What grows, one after the other; where the first piece begins.
-    """
+    """A probe's design as it is written down; lengths in mm from the ball's centre."""
 
     name: str
     probe: str
+    """`name`, `probe`: Of the design, and of the probe in the probe document."""
     axis: Vector3
+    """From the ball along the probe, probe frame."""
     soft: Vector3
+    """The direction in which it bends most easily, probe frame; across the axis."""
     handle: float
+    """Where the hand holds it."""
     contact_force_n: float
+    """The hand presses with up to so much."""
     temperature_range_k: float
+    """Where its temperature is not measured, it is within so much of that of its calibration."""
     ball: str
     materials: list[MaterialEntry]
     sections: list[BarEntry | PanelEntry]
+    """`materials`, `sections`, `ball`: What it is made of, what bends, and the material of the
+    ball."""
     chain_start: float
     chain: list[LayerEntry]
+    """`chain_start`, `chain`: What grows, one after the other; where the first piece begins."""
     reference_temperature_c: float | None = None
+    """Of its calibration, where no record says it."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProbeDesign:
-    """A probe's design, checked.
-
-    Attributes
-    ----------
-    name, probe
-        Of the design and of the probe that it belongs to.
-    axis_probe, soft_probe
-        (3,), unit, probe frame: along it, and across it where it bends most easily.
-    sections
-        What it is made of along the axis, from the ball on.
-    beam
-        What bends: the sections on a grid.
-    chain
-        What grows.
-    ball
-        Expansion of the ball.
-    handle_mm
-        Where the hand holds it, from the ball's centre.
-    contact_force_n
-        Largest force of the hand.
-    temperature_range_k
-        How far its temperature is from that of its calibration where nobody measures it.
-    reference_temperature_c
-        Of its calibration by this document; None where it says nothing.
-    text
-        The document, for the job file.
-    """
+    """A probe's design, checked."""
 
     name: str
     probe: str
+    """`name`, `probe`: Of the design and of the probe that it belongs to."""
     axis_probe: Float
     soft_probe: Float
+    """`axis_probe`, `soft_probe`: (3,), unit, probe frame: along it, and across it where it bends
+    most easily."""
     sections: tuple[Section, ...]
+    """What it is made of along the axis, from the ball on."""
     beam: Beam
+    """What bends: the sections on a grid."""
     chain: LayerChain
+    """What grows."""
     ball: Expansion
+    """Expansion of the ball."""
     handle_mm: float
+    """Where the hand holds it, from the ball's centre."""
     contact_force_n: float
+    """Largest force of the hand."""
     temperature_range_k: float
+    """How far its temperature is from that of its calibration where nobody measures it."""
     reference_temperature_c: float | None
+    """Of its calibration by this document; None where it says nothing."""
     text: str
+    """The document, for the job file."""
 
 
 def load_design(path: Path | str, body: ProbeBody) -> ProbeDesign:

@@ -25,18 +25,12 @@ _AT_ONCE = 24
 
 @dataclass(frozen=True, slots=True)
 class Postures:
-    """How and where the probe is held.
-
-    Attributes
-    ----------
-    tilt_deg
-        About X, Y and Z of the world: as likely everywhere between minus and plus this.
-    volume_world
-        (2, 3), mm: corners; the ball is as likely everywhere between them.
-    """
+    """How and where the probe is held."""
 
     tilt_deg: tuple[float, float, float]
+    """About X, Y and Z of the world: as likely everywhere between minus and plus this."""
     volume_world: Float
+    """(2, 3), mm: corners; the ball is as likely everywhere between them."""
 
     def draw(self, n: int, rng: np.random.Generator) -> tuple[Float, Float]:
         """Return rotations world from probe (n, 3, 3) and places of the ball (n, 3), mm."""
@@ -47,20 +41,14 @@ class Postures:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What the rig is good for with one layout.
-
-    Attributes
-    ----------
-    sigma_px
-        Noise of a spot.
-    everything_seen
-        LEDs that face away from a camera are taken to be seen all the same.
-    """
+    """What the rig is good for with one layout."""
 
     rig: Rig
     body: ProbeBody
     sigma_px: float
+    """Noise of a spot."""
     everything_seen: bool = False
+    """LEDs that face away from a camera are taken to be seen all the same."""
 
     def covariance(self, rotations: Float, tips_world: Float) -> Float:
         """Return the bound (n, 3, 3), mm^2; NaN where the pose gives no number.
@@ -121,45 +109,30 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class TipNumber:
-    """The error of the tip over many poses.
-
-    Attributes
-    ----------
-    axes_um
-        RMS along X, Y and Z of the world.
-    space_um
-        RMS of the distance.
-    p95_um
-        RMS distance that 95 % of the poses stay below.
-    share
-        Poses that give a number at all.
-    """
+    """The error of the tip over many poses."""
 
     axes_um: tuple[float, float, float]
+    """RMS along X, Y and Z of the world."""
     space_um: float
+    """RMS of the distance."""
     p95_um: float
+    """RMS distance that 95 % of the poses stay below."""
     share: float
+    """Poses that give a number at all."""
 
 
 @dataclass(frozen=True, slots=True)
 class TipMap:
-    """The error of the tip over two quantities.
-
-    Attributes
-    ----------
-    title, names
-        What is shown, and what the columns and the rows are, with units.
-    columns, rows
-        (n,) and (m,): values at the middle of the cells.
-    space_um
-        (m, n): RMS distance; NaN where nothing is seen.
-    """
+    """The error of the tip over two quantities."""
 
     title: str
     names: tuple[str, str]
+    """`title`, `names`: What is shown, and what the columns and the rows are, with units."""
     columns: Float
     rows: Float
+    """`columns`, `rows`: (n,) and (m,): values at the middle of the cells."""
     space_um: Float
+    """(m, n): RMS distance; NaN where nothing is seen."""
 
 
 def tip_number(view: View, postures: Postures, poses: int, seed: int) -> TipNumber:

@@ -9,19 +9,13 @@ from ocmm_core.tracking import AMBIGUITY_LIMIT_MM, Ambiguity, ProbeBody, nearest
 
 @dataclass(frozen=True, slots=True)
 class WrongLabels:
-    """The wrong labelling that comes nearest to the body.
-
-    Attributes
-    ----------
-    hidden
-        Number of the LED that no camera sees, from 1; 0 where all are seen.
-    ambiguity
-        The labelling; its labels name the LEDs that are believed at the places of those seen. None
-        where the rules exclude all.
-    """
+    """The wrong labelling that comes nearest to the body."""
 
     hidden: int
+    """Number of the LED that no camera sees, from 1; 0 where all are seen."""
     ambiguity: Ambiguity | None
+    """The labelling; its labels name the LEDs that are believed at the places of those seen. None
+    where the rules exclude all."""
 
     @property
     def is_safe(self) -> bool:

@@ -25,37 +25,24 @@ from ocmm_core.tracking import ProbeBody
 
 @dataclass(frozen=True, slots=True)
 class ContactForce:
-    """What the hand's force on the ball does.
-
-    Attributes
-    ----------
-    by_force
-        (3 L + 3, 3), mm/N: movement of LEDs and ball by the force on the ball, probe frame.
-    largest_n
-        Every force from zero up to this one is as likely, N.
-    """
+    """What the hand's force on the ball does."""
 
     by_force: Float
+    """(3 L + 3, 3), mm/N: movement of LEDs and ball by the force on the ball, probe frame."""
     largest_n: float
+    """Every force from zero up to this one is as likely, N."""
 
 
 @dataclass(frozen=True, slots=True)
 class TemperatureState:
-    """How warm the probe is and was.
-
-    Attributes
-    ----------
-    now
-        None where nobody knows.
-    made
-        At its calibration; None where nobody knows.
-    compensated
-        Its geometry is computed for the present temperature.
-    """
+    """How warm the probe is and was."""
 
     now: Temperature | None = None
+    """None where nobody knows."""
     made: Temperature | None = None
+    """At its calibration; None where nobody knows."""
     compensated: bool = False
+    """Its geometry is computed for the present temperature."""
 
     @property
     def difference_k(self) -> float | None:

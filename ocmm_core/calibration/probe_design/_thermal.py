@@ -46,40 +46,26 @@ def require_temperature(what: str, celsius: float) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Temperature:
-    """How warm something is.
-
-    Attributes
-    ----------
-    celsius
-        Degrees.
-    sigma_k
-        Standard uncertainty, with that of the place where it was measured, K.
-    origin
-        Where the number comes from, in words.
-    """
+    """How warm something is."""
 
     celsius: float
+    """Degrees."""
     sigma_k: float
+    """Standard uncertainty, with that of the place where it was measured, K."""
     origin: str
+    """Where the number comes from, in words."""
 
 
 @dataclass(frozen=True, slots=True)
 class Expansion:
-    """Thermal expansion of a material.
-
-    Attributes
-    ----------
-    name
-        Of the material.
-    per_k
-        Relative growth of a length, 1/K.
-    sigma_per_k
-        Its standard uncertainty, 1/K.
-    """
+    """Thermal expansion of a material."""
 
     name: str
+    """Of the material."""
     per_k: float
+    """Relative growth of a length, 1/K."""
     sigma_per_k: float
+    """Its standard uncertainty, 1/K."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,18 +79,12 @@ class Layer:
 
 @dataclass(frozen=True, slots=True)
 class LayerChain:
-    """Layers that follow each other without gaps, from the ball on.
-
-    Attributes
-    ----------
-    axis_probe
-        (3,), unit: from the ball's centre along the probe.
-    layers
-        The first one begins at the ball or before it.
-    """
+    """Layers that follow each other without gaps, from the ball on."""
 
     axis_probe: Float
+    """(3,), unit: from the ball's centre along the probe."""
     layers: tuple[Layer, ...]
+    """The first one begins at the ball or before it."""
 
     @property
     def materials(self) -> tuple[Expansion, ...]:

@@ -33,80 +33,52 @@ U_WARNED, U_REFUSED = 1.0 / 5.0, 1.0 / 3.0
 
 
 class ArtefactCertificate(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What vouches for an artefact.
-
-    Attributes
-    ----------
-    number
-        Of the certificate.
-    sha256
-        Of its file; empty where there is none.
-    due_utc
-        ISO 8601 text: it holds until then.
-    """
+    """What vouches for an artefact."""
 
     number: str
+    """Of the certificate."""
     sha256: str
+    """Of its file; empty where there is none."""
     due_utc: str
+    """ISO 8601 text: it holds until then."""
 
 
 class ArtefactDocument(Document, frozen=True, kw_only=True):
-    """Head of every artefact.
-
-    Attributes
-    ----------
-    name, serial
-        What it is called, and its number.
-    expanded, expanded_per_length
-        Expanded uncertainty (k = 2) of a certified length: constant part, mm, and part of the
-        length.
-    expansion, expansion_sigma
-        Thermal expansion and its standard uncertainty, 1/K.
-    certificate
-        See `ArtefactCertificate`.
-    temperatures
-        From and to, degrees Celsius: where the certificate holds, with the expansion.
-    certified
-        From and to, mm: lengths that the certificate covers; without it, all that the document
-        names.
-    """
+    """Head of every artefact."""
 
     name: str
     serial: str
+    """`name`, `serial`: What it is called, and its number."""
     expanded: float
     expanded_per_length: float = 0.0
+    """`expanded`, `expanded_per_length`: Expanded uncertainty (k = 2) of a certified length:
+    constant part, mm, and part of the length."""
     expansion: float
     expansion_sigma: float
+    """`expansion`, `expansion_sigma`: Thermal expansion and its standard uncertainty, 1/K."""
     certificate: ArtefactCertificate
+    """See `ArtefactCertificate`."""
     temperatures: tuple[float, float] = RATED_C
+    """From and to, degrees Celsius: where the certificate holds, with the expansion."""
     certified: tuple[float, float] | None = None
+    """From and to, mm: lengths that the certificate covers; without it, all that the document
+    names."""
 
 
 class BarDocument(ArtefactDocument, frozen=True, kw_only=True):
-    """A length bar.
-
-    Attributes
-    ----------
-    nests
-        Places of the nests for the ball along the bar at 20 degrees, mm; the first is zero.
-    leds
-        Places of the LEDs at its ends along the bar; empty where it has none.
-    """
+    """A length bar."""
 
     nests: tuple[float, ...]
+    """Places of the nests for the ball along the bar at 20 degrees, mm; the first is zero."""
     leds: tuple[float, ...] = ()
+    """Places of the LEDs at its ends along the bar; empty where it has none."""
 
 
 class SphereDocument(ArtefactDocument, frozen=True, kw_only=True):
-    """A sphere.
-
-    Attributes
-    ----------
-    diameter
-        At 20 degrees, mm.
-    """
+    """A sphere."""
 
     diameter: float
+    """At 20 degrees, mm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,20 +87,18 @@ class Artefact:
 
     Attributes
     ----------
-    use
-        As it goes into records.
     expanded, expanded_per_length, expansion, expansion_sigma, temperatures
         See `ArtefactDocument`.
-    identity
-        SHA-256 of the document.
     """
 
     use: ArtefactUse
+    """As it goes into records."""
     expanded: float
     expanded_per_length: float
     expansion: float
     expansion_sigma: float
     identity: str
+    """SHA-256 of the document."""
     temperatures: tuple[float, float] = RATED_C
 
     def at(self, length: float, temperature_c: float | None) -> tuple[float, float]:
@@ -214,35 +184,23 @@ class Artefact:
 
 @dataclass(frozen=True, slots=True)
 class LengthBar:
-    """A bar.
-
-    Attributes
-    ----------
-    artefact
-        What it has in common with others.
-    nests, leds
-        mm along the bar at 20 degrees.
-    """
+    """A bar."""
 
     artefact: Artefact
+    """What it has in common with others."""
     nests: tuple[float, ...]
     leds: tuple[float, ...]
+    """`nests`, `leds`: mm along the bar at 20 degrees."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sphere:
-    """A sphere.
-
-    Attributes
-    ----------
-    artefact
-        What it has in common with others.
-    diameter
-        mm at 20 degrees.
-    """
+    """A sphere."""
 
     artefact: Artefact
+    """What it has in common with others."""
     diameter: float
+    """mm at 20 degrees."""
 
 
 def load_bar(path: Path | str) -> LengthBar:

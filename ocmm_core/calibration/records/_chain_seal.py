@@ -37,24 +37,16 @@ NAME = "events.seal.json"
 
 
 class ChainSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where a chain ends.
-
-    Attributes
-    ----------
-    schema
-        `SCHEMA`.
-    count
-        Lines that are on the disk.
-    link
-        Hash of the last of them; empty where there is none.
-    coming
-        Hash of a line that was being written; empty where none was.
-    """
+    """Where a chain ends."""
 
     schema: str
+    """`SCHEMA`."""
     count: int
+    """Lines that are on the disk."""
     link: str
+    """Hash of the last of them; empty where there is none."""
     coming: str = ""
+    """Hash of a line that was being written; empty where none was."""
 
 
 class SignedSeal(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -37,32 +37,22 @@ from ocmm_core.seals import KeyFolder, SealState, SealWord, Seen, recall, rememb
 
 
 class StoredEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What every line of a chain of events has.
-
-    Attributes
-    ----------
-    utc
-        ISO 8601 text.
-    sealed
-        It was written together with a seal; False in chains of earlier versions.
-    signed
-        So it was with a signature of the station.
-    files
-        Session files that it rests on.
-    lost
-        Names of files of earlier events that were missing or damaged, and that what was done now
-        makes up for; they are not asked for any more.
-    who, reason
-        For people.
-    """
+    """What every line of a chain of events has."""
 
     utc: str
+    """ISO 8601 text."""
     sealed: bool = False
+    """It was written together with a seal; False in chains of earlier versions."""
     signed: bool = False
+    """So it was with a signature of the station."""
     files: tuple[KeptFile, ...] = ()
+    """Session files that it rests on."""
     lost: tuple[str, ...] = ()
+    """Names of files of earlier events that were missing or damaged, and that what was done now
+    makes up for; they are not asked for any more."""
     who: str
     reason: str
+    """`who`, `reason`: For people."""
 
 
 T = TypeVar("T", bound=StoredEvent)

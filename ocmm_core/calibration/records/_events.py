@@ -41,26 +41,18 @@ class EventKind(StrEnum):
 
 
 class Event(StoredEvent, frozen=True, kw_only=True):
-    """One line of the chain; see also `StoredEvent`.
-
-    Attributes
-    ----------
-    kind
-        An `EventKind`.
-    calibration
-        Hash of the record it is about.
-    evidence
-        Hash of the verification record, also of one that has fallen, or of the record of a recall;
-        empty for other kinds.
-    since_utc
-        For a doubt: last time at which all was well; empty where that is not known. For an
-        artefact: since when it is wrong.
-    """
+    """One line of the chain; see also `StoredEvent`."""
 
     kind: EventKind
+    """An `EventKind`."""
     calibration: str
+    """Hash of the record it is about."""
     evidence: str = ""
+    """Hash of the verification record, also of one that has fallen, or of the record of a recall;
+    empty for other kinds."""
     since_utc: str = ""
+    """For a doubt: last time at which all was well; empty where that is not known. For an artefact:
+    since when it is wrong."""
 
 
 class TipEventKind(StrEnum):
@@ -76,40 +68,26 @@ class TipEventKind(StrEnum):
 
 
 class TipEvent(StoredEvent, frozen=True, kw_only=True):
-    """One line of the chain; see also `StoredEvent`.
-
-    Attributes
-    ----------
-    kind
-        A `TipEventKind`.
-    tip
-        Name of the tip it is about.
-    record
-        Hash of the record that belongs to it; empty where there is none.
-    since_utc
-        For a doubt: last time at which all was well; empty otherwise.
-    """
+    """One line of the chain; see also `StoredEvent`."""
 
     kind: TipEventKind
+    """A `TipEventKind`."""
     tip: str
+    """Name of the tip it is about."""
     record: str = ""
+    """Hash of the record that belongs to it; empty where there is none."""
     since_utc: str = ""
+    """For a doubt: last time at which all was well; empty otherwise."""
 
 
 @dataclass(frozen=True, slots=True)
 class TipRecords:
-    """What is in force for a tip.
-
-    Attributes
-    ----------
-    calibration
-        Accepted last for it.
-    qualification
-        The last one that passed with this calibration; None where there is none.
-    """
+    """What is in force for a tip."""
 
     calibration: ProbeRecord
+    """Accepted last for it."""
     qualification: TipRecord | None
+    """The last one that passed with this calibration; None where there is none."""
 
     @property
     def due_utc(self) -> str:

@@ -30,18 +30,12 @@ Stamp = tuple[int, int, int, int]
 
 
 class KeptFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A file in the folder of a store.
-
-    Attributes
-    ----------
-    name
-        Below the folder, with forward slashes.
-    sha256
-        Of its bytes; of a record (``<hash>.json``) that of its content, which names it.
-    """
+    """A file in the folder of a store."""
 
     name: str
+    """Below the folder, with forward slashes."""
     sha256: str
+    """Of its bytes; of a record (``<hash>.json``) that of its content, which names it."""
 
     @property
     def is_record(self) -> bool:

@@ -10,23 +10,16 @@ from ocmm_core.errors import CalibrationError
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """Something that speaks against a calibration.
-
-    Attributes
-    ----------
-    code, what, remedy
-        As in `OcmmError`.
-    refuses
-        The calibration may not be used.
-    forcible
-        A person may use it nevertheless.
-    """
+    """Something that speaks against a calibration."""
 
     code: str
     what: str
     remedy: str
+    """`code`, `what`, `remedy`: As in `OcmmError`."""
     refuses: bool
+    """The calibration may not be used."""
     forcible: bool = False
+    """A person may use it nevertheless."""
 
 
 def let_pass(findings: Sequence[Finding], force: bool) -> tuple[Finding, ...]:

@@ -39,18 +39,12 @@ from ocmm_core.fieldbus.described import (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrationView(ViewInUse):
-    """What is to be said about the calibration at a moment; see also `ViewInUse`.
-
-    Attributes
-    ----------
-    rig
-        Its name.
-    record
-        None where the rig comes from the rig document.
-    """
+    """What is to be said about the calibration at a moment; see also `ViewInUse`."""
 
     rig: str
+    """Its name."""
     record: CameraRecord | None = None
+    """None where the rig comes from the rig document."""
 
     @property
     def label(self) -> str:
@@ -61,24 +55,16 @@ class CalibrationView(ViewInUse):
 
 @dataclass(frozen=True, slots=True)
 class CalibrationInUse(InUse[CalibrationStore, CalibrationView]):
-    """The calibration that a job was begun with; see also `InUse`.
-
-    Attributes
-    ----------
-    rig
-        What is measured with.
-    rig_text
-        The complete text that it comes from, for the job file; its SHA-256 is ``rig.identity``.
-    record
-        The record it comes from; None where it comes from the rig document.
-    device
-        What the cameras are where a file describes them; None where they are ours.
-    """
+    """The calibration that a job was begun with; see also `InUse`."""
 
     rig: Rig
+    """What is measured with."""
     rig_text: str
+    """The complete text that it comes from, for the job file; its SHA-256 is ``rig.identity``."""
     record: CameraRecord | None = None
+    """The record it comes from; None where it comes from the rig document."""
     device: DeviceDescription | None = None
+    """What the cameras are where a file describes them; None where they are ours."""
 
     @property
     def camera_doubts(self) -> tuple[str, ...]:

@@ -23,24 +23,16 @@ NO_TRENDS = trends([], [])
 
 @dataclass(frozen=True, slots=True)
 class CalibrationOverview:
-    """What the store of a rig holds.
-
-    Attributes
-    ----------
-    events
-        What happened, oldest first.
-    trends
-        Over all calibrations and verifications.
-    verifications
-        The last one of each calibration that has one, by its hash.
-    fault
-        Why a part of it cannot be shown; empty where all can.
-    """
+    """What the store of a rig holds."""
 
     events: tuple[Event, ...] = ()
+    """What happened, oldest first."""
     trends: CalibrationTrends = NO_TRENDS
+    """Over all calibrations and verifications."""
     verifications: Mapping[str, VerificationRecord] = field(default_factory=dict)
+    """The last one of each calibration that has one, by its hash."""
     fault: str = ""
+    """Why a part of it cannot be shown; empty where all can."""
 
 
 def overview(store: CalibrationStore | None) -> CalibrationOverview:
@@ -63,30 +55,20 @@ def overview(store: CalibrationStore | None) -> CalibrationOverview:
 
 @dataclass(frozen=True, slots=True)
 class TipState:
-    """One tip as it stands.
-
-    Attributes
-    ----------
-    tip
-        Name.
-    mounted
-        It is on the probe.
-    status
-        Whether it may be trusted.
-    calibration
-        In force.
-    qualification
-        In force; None where it was not qualified since.
-    check
-        The last quick check of this qualification; None where there was none.
-    """
+    """One tip as it stands."""
 
     tip: str
+    """Name."""
     mounted: bool
+    """It is on the probe."""
     status: RecordStatus
+    """Whether it may be trusted."""
     calibration: ProbeRecord
+    """In force."""
     qualification: TipRecord | None
+    """In force; None where it was not qualified since."""
     check: TipCheckRecord | None
+    """The last quick check of this qualification; None where there was none."""
 
     @property
     def due_utc(self) -> str:
@@ -96,44 +78,29 @@ class TipState:
 
 @dataclass(frozen=True, slots=True)
 class ProbeTrends:
-    """What is worth watching over the years; one course for each tip.
-
-    Attributes
-    ----------
-    diameter, form
-        Of the ball, mm, of all qualifications.
-    place
-        Distance of the tip from where its first calibration had it, mm.
-    check
-        Of each quick check, the error that came nearest to its limit, as a part of that limit.
-    """
+    """What is worth watching over the years; one course for each tip."""
 
     diameter: tuple[Course, ...] = ()
     form: tuple[Course, ...] = ()
+    """`diameter`, `form`: Of the ball, mm, of all qualifications."""
     place: tuple[Course, ...] = ()
+    """Distance of the tip from where its first calibration had it, mm."""
     check: tuple[Course, ...] = ()
+    """Of each quick check, the error that came nearest to its limit, as a part of that limit."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProbeOverview:
-    """What the store of a probe holds.
-
-    Attributes
-    ----------
-    tips
-        All that were ever calibrated, the mounted one first.
-    events
-        What happened, oldest first.
-    trends
-        Over all records.
-    fault
-        Why a part of it cannot be shown; empty where all can.
-    """
+    """What the store of a probe holds."""
 
     tips: tuple[TipState, ...] = ()
+    """All that were ever calibrated, the mounted one first."""
     events: tuple[TipEvent, ...] = ()
+    """What happened, oldest first."""
     trends: ProbeTrends = ProbeTrends()
+    """Over all records."""
     fault: str = ""
+    """Why a part of it cannot be shown; empty where all can."""
 
 
 def probe_overview(store: ProbeStore | None, now: datetime) -> ProbeOverview:

@@ -36,42 +36,28 @@ TEXT_SCHEMA = "ocmm.probe-in-use/1"
 
 
 class ProbeText(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Everything that the geometry of a calibrated probe comes from, as jobs keep it.
-
-    Attributes
-    ----------
-    schema
-        `TEXT_SCHEMA`.
-    document
-        The probe document.
-    calibration, qualification
-        Records of the tip.
-    """
+    """Everything that the geometry of a calibrated probe comes from, as jobs keep it."""
 
     schema: str
+    """`TEXT_SCHEMA`."""
     document: str
+    """The probe document."""
     calibration: ProbeRecord
     qualification: TipRecord | None
+    """`calibration`, `qualification`: Records of the tip."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProbeView(ViewInUse):
-    """What is to be said about the probe at a moment; see also `ViewInUse`.
-
-    Attributes
-    ----------
-    probe, tip
-        Names; that of the tip is empty where no record names it.
-    diameter_mm
-        Of the ball, as it is compensated.
-    records
-        None where the geometry comes from the document.
-    """
+    """What is to be said about the probe at a moment; see also `ViewInUse`."""
 
     probe: str
     tip: str
+    """`probe`, `tip`: Names; that of the tip is empty where no record names it."""
     diameter_mm: float
+    """Of the ball, as it is compensated."""
     records: TipRecords | None = None
+    """None where the geometry comes from the document."""
 
     @property
     def title(self) -> str:
@@ -106,27 +92,18 @@ class ProbeView(ViewInUse):
 
 @dataclass(frozen=True, slots=True)
 class ProbeInUse(InUse[ProbeStore, ProbeView]):
-    """The probe that a job was begun with; see also `InUse`.
-
-    Attributes
-    ----------
-    body
-        What is measured with.
-    probe_text
-        The complete text that it comes from, for the job file; its SHA-256 is ``body.identity``.
-    design
-        The probe by its document; records are compared with its identity.
-    tip
-        Name of the tip; empty where no record names it.
-    records
-        What the geometry comes from; None where it comes from the document.
-    """
+    """The probe that a job was begun with; see also `InUse`."""
 
     body: ProbeBody
+    """What is measured with."""
     probe_text: str
+    """The complete text that it comes from, for the job file; its SHA-256 is ``body.identity``."""
     design: ProbeBody
+    """The probe by its document; records are compared with its identity."""
     tip: str = ""
+    """Name of the tip; empty where no record names it."""
     records: TipRecords | None = None
+    """What the geometry comes from; None where it comes from the document."""
 
     @property
     def is_design(self) -> bool:

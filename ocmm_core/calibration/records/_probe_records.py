@@ -25,122 +25,86 @@ CHECK_SCHEMA = "ocmm.tip-check/1"
 
 
 class MadeRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Head of every record of a probe.
-
-    Attributes
-    ----------
-    schema
-        Which kind, with its version.
-    probe
-        Name of the probe.
-    tip
-        Name of the tip, as on the stylus or in the menu.
-    made_utc
-        ISO 8601 text, UTC.
-    made_by, software
-        Who, with which version.
-    temperature_c
-        Of the surroundings; None where nobody measured it.
-    rig, rig_identity
-        Name of the rig, and hash of the record or document of its cameras.
-    data_sha256
-        Of the observations.
-    """
+    """Head of every record of a probe."""
 
     schema: str
+    """Which kind, with its version."""
     probe: str
+    """Name of the probe."""
     tip: str
+    """Name of the tip, as on the stylus or in the menu."""
     made_utc: str
+    """ISO 8601 text, UTC."""
     made_by: str
     software: str
+    """`made_by`, `software`: Who, with which version."""
     temperature_c: float | None
+    """Of the surroundings; None where nobody measured it."""
     rig: str
     rig_identity: str
+    """`rig`, `rig_identity`: Name of the rig, and hash of the record or document of its cameras."""
     data_sha256: str
+    """Of the observations."""
 
 
 class PivotCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the second, independent sweep said; see `pivot.PivotValidation`.
-
-    Attributes
-    ----------
-    difference_mm, sigma_mm
-        Between the tips of both sweeps, probe frame, and its standard uncertainty.
-    led_difference_mm
-        RMS distance of the LEDs.
-    place_mm, attitude_deg
-        How far the second sweep was from the first.
-    articulation_2s_mm, articulation_max_mm
-        Of the first tip, followed through the second sweep; None where it had too few attitudes.
-    """
+    """What the second, independent sweep said; see `pivot.PivotValidation`."""
 
     difference_mm: Vector3
     sigma_mm: Vector3
+    """`difference_mm`, `sigma_mm`: Between the tips of both sweeps, probe frame, and its standard
+    uncertainty."""
     led_difference_mm: float
+    """RMS distance of the LEDs."""
     place_mm: float
     attitude_deg: float
+    """`place_mm`, `attitude_deg`: How far the second sweep was from the first."""
     articulation_2s_mm: float | None
     articulation_max_mm: float | None
+    """`articulation_2s_mm`, `articulation_max_mm`: Of the first tip, followed through the second
+    sweep; None where it had too few attitudes."""
 
 
 class ProbeRecord(MadeRecord, frozen=True, kw_only=True):
-    """A pivot calibration of a probe with one tip.
-
-    Attributes
-    ----------
-    valid_until_utc
-        ISO 8601 text, UTC.
-    probe_identity
-        SHA-256 of the probe's document, in whose frame everything is.
-    leds_mm, tip_mm
-        Where the LEDs and the centre of the ball are.
-    covariance
-        Rows (3 L + 3): LEDs, then the tip, mm^2.
-    frames, left_out
-        Frames of the first sweep, and how many of them did not fit.
-    ranges_deg, attitudes
-        How far the probe was turned about its axes, and attitudes at least two degrees apart.
-    rms_px, chi2_per_dof
-        Of the residuals.
-    thesis_tip_mm, thesis_spread_mm
-        By the method of the thesis on the same frames: the tip, and the RMS distance of the centres
-        of its spheres from their mean (Table 4).
-    validation
-        By the second sweep.
-    change_mm
-        Distance of the tip from that of the record before; None for the first one.
-    change_reason
-        Why it changed by more than usual, in the words of a person; else empty.
-    warnings
-        What spoke against it without refusing it.
-    forced
-        Somebody overruled a guard.
-    artefacts
-        The cone, where it has a name.
-    previous
-        Hash of the record before for this tip; empty for the first one.
-    """
+    """A pivot calibration of a probe with one tip."""
 
     valid_until_utc: str
+    """ISO 8601 text, UTC."""
     probe_identity: str
+    """SHA-256 of the probe's document, in whose frame everything is."""
     leds_mm: tuple[Vector3, ...]
     tip_mm: Vector3
+    """`leds_mm`, `tip_mm`: Where the LEDs and the centre of the ball are."""
     covariance: tuple[tuple[float, ...], ...]
+    """Rows (3 L + 3): LEDs, then the tip, mm^2."""
     frames: int
     left_out: int
+    """`frames`, `left_out`: Frames of the first sweep, and how many of them did not fit."""
     ranges_deg: Vector3
     attitudes: int
+    """`ranges_deg`, `attitudes`: How far the probe was turned about its axes, and attitudes at
+    least two degrees apart."""
     rms_px: float
     chi2_per_dof: float
+    """`rms_px`, `chi2_per_dof`: Of the residuals."""
     thesis_tip_mm: Vector3
     thesis_spread_mm: float
+    """`thesis_tip_mm`, `thesis_spread_mm`: By the method of the thesis on the same frames: the tip,
+    and the RMS distance of the centres of its spheres from their mean (Table 4)."""
     validation: PivotCheck
+    """By the second sweep."""
     change_mm: float | None
+    """Distance of the tip from that of the record before; None for the first one."""
     change_reason: str
+    """Why it changed by more than usual, in the words of a person; else empty."""
     warnings: tuple[str, ...]
+    """What spoke against it without refusing it."""
     forced: bool
+    """Somebody overruled a guard."""
     artefacts: tuple[ArtefactUse, ...]
+    """The cone, where it has a name."""
     previous: str
+    """Hash of the record before for this tip; empty for the first one."""
 
     @property
     def tip_sigma_mm(self) -> float:
@@ -149,81 +113,58 @@ class ProbeRecord(MadeRecord, frozen=True, kw_only=True):
 
 
 class TipRecord(MadeRecord, frozen=True, kw_only=True):
-    """A qualification of a tip on a calibrated sphere, and its articulation in a cone.
-
-    Attributes
-    ----------
-    valid_until_utc
-        ISO 8601 text, UTC.
-    calibration
-        Hash of the `ProbeRecord` that the points were computed with.
-    diameter_mm, diameter_sigma_mm
-        Effective diameter of the ball and its standard uncertainty, with that of the sphere.
-    noise_sigma_mm
-        The part of it that comes from the spots alone.
-    by_cameras, by_geometry
-        Derivatives of the diameter by the parameters of the cameras (14 C) and by LEDs and tip of
-        the probe (3 L + 3): what a later check has in common with it. Empty where nobody kept them.
-    form_mm
-        Largest less smallest radius over all points (ISO 10360-5).
-    points
-        Points on the sphere.
-    point_sigma_mm
-        Standard deviation of one point along the normal, from the residuals.
-    articulation_2s_mm, articulation_max_mm
-        Two standard deviations and largest distance from their mean of the tips of all attitudes
-        in the cone (ASME B89.4.22).
-    attitudes
-        Attitudes in the cone.
-    checks
-        What was judged, with limits; all of them, also those that failed.
-    artefacts
-        Sphere, and cone where it has a name.
-    passed
-        The verdict.
-    camera_doubts
-        What the cameras cannot prove, in sentences; records of our own cameras keep their hash.
-    """
+    """A qualification of a tip on a calibrated sphere, and its articulation in a cone."""
 
     valid_until_utc: str
+    """ISO 8601 text, UTC."""
     calibration: str
+    """Hash of the `ProbeRecord` that the points were computed with."""
     diameter_mm: float
     diameter_sigma_mm: float
+    """`diameter_mm`, `diameter_sigma_mm`: Effective diameter of the ball and its standard
+    uncertainty, with that of the sphere."""
     noise_sigma_mm: float = 0.0
+    """The part of it that comes from the spots alone."""
     by_cameras: tuple[float, ...] = ()
     by_geometry: tuple[float, ...] = ()
+    """`by_cameras`, `by_geometry`: Derivatives of the diameter by the parameters of the cameras (14
+    C) and by LEDs and tip of the probe (3 L + 3): what a later check has in common with it. Empty
+    where nobody kept them."""
     form_mm: float
+    """Largest less smallest radius over all points (ISO 10360-5)."""
     points: int
+    """Points on the sphere."""
     point_sigma_mm: float
+    """Standard deviation of one point along the normal, from the residuals."""
     articulation_2s_mm: float
     articulation_max_mm: float
+    """`articulation_2s_mm`, `articulation_max_mm`: Two standard deviations and largest distance
+    from their mean of the tips of all attitudes in the cone (ASME B89.4.22)."""
     attitudes: int
+    """Attitudes in the cone."""
     checks: tuple[Check, ...]
+    """What was judged, with limits; all of them, also those that failed."""
     artefacts: tuple[ArtefactUse, ...]
+    """Sphere, and cone where it has a name."""
     passed: bool
+    """The verdict."""
     camera_doubts: tuple[str, ...] | msgspec.UnsetType = msgspec.UNSET
+    """What the cameras cannot prove, in sentences; records of our own cameras keep their hash."""
 
 
 class TipCheckRecord(MadeRecord, frozen=True, kw_only=True):
-    """A quick check that the mounted tip is still the one that was qualified.
-
-    Attributes
-    ----------
-    calibration, qualification
-        Hashes of the `ProbeRecord` and the `TipRecord` that were checked.
-    checks
-        Diameter and length, with limits.
-    artefacts
-        Sphere, and cone where it has a name.
-    passed
-        The verdict.
-    """
+    """A quick check that the mounted tip is still the one that was qualified."""
 
     calibration: str
     qualification: str
+    """`calibration`, `qualification`: Hashes of the `ProbeRecord` and the `TipRecord` that were
+    checked."""
     checks: tuple[Check, ...]
+    """Diameter and length, with limits."""
     artefacts: tuple[ArtefactUse, ...]
+    """Sphere, and cone where it has a name."""
     passed: bool
+    """The verdict."""
 
 
 def probe_from_records(

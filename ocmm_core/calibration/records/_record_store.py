@@ -55,24 +55,16 @@ class State(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class RecordStatus:
-    """The state of the calibration in force.
-
-    Attributes
-    ----------
-    state
-        See `State`.
-    reason
-        Why it is not VALID; empty where it is.
-    remedy
-        What to do about it.
-    since_utc
-        For SUSPECT: points taken after this time are in doubt. Empty otherwise.
-    """
+    """The state of the calibration in force."""
 
     state: State
+    """See `State`."""
     reason: str = ""
+    """Why it is not VALID; empty where it is."""
     remedy: str = ""
+    """What to do about it."""
     since_utc: str = ""
+    """For SUSPECT: points taken after this time are in doubt. Empty otherwise."""
 
 
 T = TypeVar("T", bound=StoredEvent)

@@ -28,23 +28,16 @@ Method = Literal["known points", "relocation"]
 
 
 class ResidualMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the calibration leaves over, by place on the sensor; the monitor compares with it.
-
-    Attributes
-    ----------
-    columns, rows
-        Cells over the width and the height of the sensor.
-    mean_u_px, mean_v_px
-        Mean residual of each cell, row by row; zero where no spot was.
-    count
-        Spots in each cell.
-    """
+    """What the calibration leaves over, by place on the sensor; the monitor compares with it."""
 
     columns: int
     rows: int
+    """`columns`, `rows`: Cells over the width and the height of the sensor."""
     mean_u_px: tuple[float, ...]
     mean_v_px: tuple[float, ...]
+    """`mean_u_px`, `mean_v_px`: Mean residual of each cell, row by row; zero where no spot was."""
     count: tuple[int, ...]
+    """Spots in each cell."""
 
 
 class ArtefactUse(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -58,76 +51,53 @@ class ArtefactUse(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A calibration of the cameras of one rig.
-
-    Attributes
-    ----------
-    schema
-        `SCHEMA`.
-    rig
-        Name of the rig.
-    method
-        How the cameras were calibrated.
-    made_utc, valid_until_utc
-        ISO 8601 text, UTC.
-    made_by, software
-        Who calibrated, with which version.
-    temperature_c
-        Of the cameras' surroundings; None where nobody measured it.
-    sensor_temperatures_c
-        Of the sensors, camera by camera, as the cameras told them while they were calibrated;
-        empty where they did not.
-    frame_rate_hz, noise
-        As in the rig document.
-    cameras
-        In the order of the frames.
-    covariance
-        Rows of the covariance of all parameters (14 C, 14 C), camera by camera in the order of
-        `camera.model.PARAMETERS`.
-    volume_min, volume_max
-        Box in which points are accepted.
-    hull
-        Corners of the convex hull of the data, mm, world.
-    residual_maps
-        One for each camera.
-    rms_px, chi2_per_dof
-        Of the residuals of all cameras.
-    points
-        Reference positions or poses that were used.
-    outliers
-        Names of those that were left out.
-    data_sha256
-        Of the observations.
-    artefacts
-        What lengths and positions rest on.
-    previous
-        Hash of the record before; empty for the first one.
-    """
+    """A calibration of the cameras of one rig."""
 
     schema: str
+    """`SCHEMA`."""
     rig: str
+    """Name of the rig."""
     method: Method
+    """How the cameras were calibrated."""
     made_utc: str
     valid_until_utc: str
+    """`made_utc`, `valid_until_utc`: ISO 8601 text, UTC."""
     made_by: str
     software: str
+    """`made_by`, `software`: Who calibrated, with which version."""
     temperature_c: float | None
+    """Of the cameras' surroundings; None where nobody measured it."""
     sensor_temperatures_c: tuple[float, ...] = ()
+    """Of the sensors, camera by camera, as the cameras told them while they were calibrated; empty
+    where they did not."""
     frame_rate_hz: int
     noise: SpotNoise
+    """`frame_rate_hz`, `noise`: As in the rig document."""
     cameras: tuple[CameraEntry, ...]
+    """In the order of the frames."""
     covariance: tuple[tuple[float, ...], ...]
+    """Rows of the covariance of all parameters (14 C, 14 C), camera by camera in the order of
+    `camera.model.PARAMETERS`."""
     volume_min: Vector3
     volume_max: Vector3
+    """`volume_min`, `volume_max`: Box in which points are accepted."""
     hull: tuple[Vector3, ...]
+    """Corners of the convex hull of the data, mm, world."""
     residual_maps: tuple[ResidualMap, ...]
+    """One for each camera."""
     rms_px: float
     chi2_per_dof: float
+    """`rms_px`, `chi2_per_dof`: Of the residuals of all cameras."""
     points: int
+    """Reference positions or poses that were used."""
     outliers: tuple[str, ...]
+    """Names of those that were left out."""
     data_sha256: str
+    """Of the observations."""
     artefacts: tuple[ArtefactUse, ...]
+    """What lengths and positions rest on."""
     previous: str
+    """Hash of the record before; empty for the first one."""
 
 
 SCHEMA = "ocmm.camera-calibration/1"
@@ -135,22 +105,17 @@ VERIFICATION_SCHEMA = "ocmm.verification/1"
 
 
 class Check(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One measured length or diameter of a verification.
-
-    Attributes
-    ----------
-    name
-        Line and length, or sphere and place.
-    measured_mm, certified_mm, expanded_mm, limit_mm
-        Value, certified value at the temperature of the test, expanded uncertainty (k = 2) of
-        the test value, and permissible error.
-    """
+    """One measured length or diameter of a verification."""
 
     name: str
+    """Line and length, or sphere and place."""
     measured_mm: float
     certified_mm: float
     expanded_mm: float
     limit_mm: float
+    """`measured_mm`, `certified_mm`, `expanded_mm`, `limit_mm`: Value, certified value at the
+    temperature of the test, expanded uncertainty (k = 2) of the test value, and permissible error.
+    """
 
     @property
     def error_mm(self) -> float:
@@ -159,47 +124,31 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 class Corner(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Whether a test length ended in a corner of the volume, as it was taken.
-
-    Attributes
-    ----------
-    name
-        Which side of X, Y and Z.
-    off
-        Distance of the nearest end of a test length, as the largest share of an edge.
-    reached
-        It is near enough.
-    reason
-        Why it was not reached, by who verified; empty where nobody said.
-    """
+    """Whether a test length ended in a corner of the volume, as it was taken."""
 
     name: str
+    """Which side of X, Y and Z."""
     off: float
+    """Distance of the nearest end of a test length, as the largest share of an edge."""
     reached: bool
+    """It is near enough."""
     reason: str = ""
+    """Why it was not reached, by who verified; empty where nobody said."""
 
 
 class RepeatedSeat(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A seat that was visited at the beginning and again.
-
-    Attributes
-    ----------
-    place
-        In words.
-    first_utc, again_utc
-        When, ISO 8601 text.
-    shift_mm
-        Again less first, world.
-    square, limit
-        Normalised square of the shift, and what chance exceeds hardly ever.
-    """
+    """A seat that was visited at the beginning and again."""
 
     place: str
+    """In words."""
     first_utc: str
     again_utc: str
+    """`first_utc`, `again_utc`: When, ISO 8601 text."""
     shift_mm: Vector3
+    """Again less first, world."""
     square: float
     limit: float
+    """`square`, `limit`: Normalised square of the shift, and what chance exceeds hardly ever."""
 
 
 class Objection(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -217,54 +166,38 @@ class VerificationRecord(
 
     Fields that an earlier version did not write have a default and are left out where they hold it,
     so that its records keep their hash.
-
-    Attributes
-    ----------
-    schema
-        `VERIFICATION_SCHEMA`.
-    calibration
-        Hash of the record that was checked.
-    made_utc, made_by, software, temperature_c
-        As in `CameraRecord`.
-    rule
-        How the checks were judged, in words.
-    checks
-        All that count, also those that failed.
-    artefacts
-        What they rest on.
-    data_sha256
-        Of the observations; must not be those of the calibration.
-    passed
-        The verdict by the rule: every check conforms, every corner was reached or has a reason,
-        and nothing else speaks against it.
-    superseded
-        Checks of a line that failed and was repeated, as they were the first time.
-    corners
-        All eight; empty in records of earlier versions.
-    repeats
-        Seats that were visited twice.
-    objections
-        What else speaks against it.
-    notes
-        What of the guideline's advice could not be followed, and why.
     """
 
     schema: str
+    """`VERIFICATION_SCHEMA`."""
     calibration: str
+    """Hash of the record that was checked."""
     made_utc: str
     made_by: str
     software: str
     temperature_c: float | None
+    """`made_utc`, `made_by`, `software`, `temperature_c`: As in `CameraRecord`."""
     rule: str
+    """How the checks were judged, in words."""
     checks: tuple[Check, ...]
+    """All that count, also those that failed."""
     artefacts: tuple[ArtefactUse, ...]
+    """What they rest on."""
     data_sha256: str
+    """Of the observations; must not be those of the calibration."""
     passed: bool
+    """The verdict by the rule: every check conforms, every corner was reached or has a reason, and
+    nothing else speaks against it."""
     superseded: tuple[Check, ...] = ()
+    """Checks of a line that failed and was repeated, as they were the first time."""
     corners: tuple[Corner, ...] = ()
+    """All eight; empty in records of earlier versions."""
     repeats: tuple[RepeatedSeat, ...] = ()
+    """Seats that were visited twice."""
     objections: tuple[Objection, ...] = ()
+    """What else speaks against it."""
     notes: tuple[str, ...] = ()
+    """What of the guideline's advice could not be followed, and why."""
 
 
 def rig_from_record(record: CameraRecord) -> Rig:

@@ -20,59 +20,39 @@ from ocmm_core.geometry import Float
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """A value at a time.
-
-    Attributes
-    ----------
-    when
-        When it was found.
-    value, sigma
-        Value and its standard uncertainty, in the unit of the course.
-    """
+    """A value at a time."""
 
     when: datetime
+    """When it was found."""
     value: float
     sigma: float
+    """`value`, `sigma`: Value and its standard uncertainty, in the unit of the course."""
 
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """A quantity over time.
-
-    Attributes
-    ----------
-    name
-        Whose it is.
-    samples
-        Oldest first.
-    """
+    """A quantity over time."""
 
     name: str
+    """Whose it is."""
     samples: tuple[Sample, ...]
+    """Oldest first."""
 
 
 @dataclass(frozen=True, slots=True)
 class CalibrationTrends:
-    """What is worth watching over the years.
-
-    Attributes
-    ----------
-    focal
-        Focal length of each camera, mm.
-    principal_u, principal_v
-        Principal point of each camera, px.
-    baseline
-        Distance of each camera from the first one, mm.
-    error
-        Of each verification, the error that came nearest to its limit, as a part of that limit
-        and with its sign; beyond one the limit was exceeded.
-    """
+    """What is worth watching over the years."""
 
     focal: tuple[Course, ...]
+    """Focal length of each camera, mm."""
     principal_u: tuple[Course, ...]
     principal_v: tuple[Course, ...]
+    """`principal_u`, `principal_v`: Principal point of each camera, px."""
     baseline: tuple[Course, ...]
+    """Distance of each camera from the first one, mm."""
     error: Course
+    """Of each verification, the error that came nearest to its limit, as a part of that limit and
+    with its sign; beyond one the limit was exceeded."""
 
 
 def trends(

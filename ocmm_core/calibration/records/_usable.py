@@ -50,30 +50,20 @@ class Blocker:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ViewInUse:
-    """What is to be said at a moment about what a job is measured with.
-
-    Attributes
-    ----------
-    word
-        In one word.
-    identity
-        Hash of what the geometry comes from.
-    blocker
-        Why no points may be taken; None where they may.
-    uncalibrated
-        They are taken all the same, and prove nothing.
-    warnings
-        What somebody should know who measures.
-    since_utc
-        For SUSPECT: points since then are in doubt. Empty otherwise.
-    """
+    """What is to be said at a moment about what a job is measured with."""
 
     word: CalibrationStatus
+    """In one word."""
     identity: str
+    """Hash of what the geometry comes from."""
     blocker: Blocker | None = None
+    """Why no points may be taken; None where they may."""
     uncalibrated: bool = False
+    """They are taken all the same, and prove nothing."""
     warnings: tuple[str, ...] = ()
+    """What somebody should know who measures."""
     since_utc: str = ""
+    """For SUSPECT: points since then are in doubt. Empty otherwise."""
 
     @property
     def blocking_reason(self) -> Blocker | None:
@@ -95,21 +85,14 @@ S = TypeVar("S", bound=RecordStore[Any])
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InUse(ABC, Generic[S, V]):
-    """What a job was begun with.
-
-    Attributes
-    ----------
-    store
-        Where its records are; None for virtual rigs, and where it is damaged.
-    fault
-        Word and reason why it must not be used, found when it was opened; None where it may.
-    uncalibrated
-        Somebody insists on measuring all the same.
-    """
+    """What a job was begun with."""
 
     store: S | None = None
+    """Where its records are; None for virtual rigs, and where it is damaged."""
     fault: tuple[CalibrationStatus, Blocker] | None = None
+    """Word and reason why it must not be used, found when it was opened; None where it may."""
     uncalibrated: bool = False
+    """Somebody insists on measuring all the same."""
 
     @property
     @abstractmethod

@@ -45,18 +45,12 @@ _AGREES, _CONTRADICTS = 3.0, 5.0
 
 @dataclass(frozen=True, slots=True)
 class Accusation:
-    """Who lied in a relocation.
-
-    Attributes
-    ----------
-    verdict
-        With the numbers.
-    finding
-        In words; None where nobody lied.
-    """
+    """Who lied in a relocation."""
 
     verdict: CulpritVerdict
+    """With the numbers."""
     finding: Finding | None
+    """In words; None where nobody lied."""
 
 
 def accuse_in_relocation(

@@ -24,23 +24,16 @@ so that the bar alone gives the scale."""
 
 @dataclass(frozen=True, slots=True)
 class ProbeFrames:
-    """Simultaneous spots of the probe, by LED number.
-
-    Attributes
-    ----------
-    uv
-        (n, C, L, 2), px; NaN where not seen.
-    sigma_px
-        (n,), px per axis: standard deviation of a spot in each frame; smaller where exposures
-        were averaged.
-    seats
-        (n,): index into `Observations.seats` of the seat in which the ball rested, -1 where it
-        was in the air.
-    """
+    """Simultaneous spots of the probe, by LED number."""
 
     uv: Pixels
+    """(n, C, L, 2), px; NaN where not seen."""
     sigma_px: Float
+    """(n,), px per axis: standard deviation of a spot in each frame; smaller where exposures were
+    averaged."""
     seats: Int
+    """(n,): index into `Observations.seats` of the seat in which the ball rested, -1 where it was
+    in the air."""
 
     @classmethod
     def waved(cls, uv: Pixels, sigma_px: float) -> ProbeFrames:
@@ -58,79 +51,52 @@ class ProbeFrames:
 
 @dataclass(frozen=True, slots=True)
 class LengthBar:
-    """A certified distance between two LEDs, or between two seats of the ball.
-
-    Attributes
-    ----------
-    name
-        As on its certificate.
-    length, sigma
-        mm, at the temperature of the observations; standard uncertainty (k = 1). The true length
-        is the same in all placements, so that its error does not average out.
-    """
+    """A certified distance between two LEDs, or between two seats of the ball."""
 
     name: str
+    """As on its certificate."""
     length: float
     sigma: float
+    """`length`, `sigma`: mm, at the temperature of the observations; standard uncertainty (k = 1).
+    The true length is the same in all placements, so that its error does not average out."""
 
 
 @dataclass(frozen=True, slots=True)
 class ShownBar:
-    """A bar with an LED at each end, in several placements.
-
-    Attributes
-    ----------
-    bar
-        Its certified length.
-    uv
-        (m, C, 2, 2), px: placement, camera, end; NaN where not seen.
-    sigma_px
-        (m,), px per axis: standard deviation of a spot in each placement.
-    """
+    """A bar with an LED at each end, in several placements."""
 
     bar: LengthBar
+    """Its certified length."""
     uv: Pixels
+    """(m, C, 2, 2), px: placement, camera, end; NaN where not seen."""
     sigma_px: Float
+    """(m,), px per axis: standard deviation of a spot in each placement."""
 
 
 @dataclass(frozen=True, slots=True)
 class TouchedBar:
-    """A bar with two seats, which the ball of the probe was put into, in several placements.
-
-    Attributes
-    ----------
-    bar
-        Its certified length, between the centres of a ball in both seats.
-    seats
-        For each placement the names of the seats at its ends: every placement has its own.
-    """
+    """A bar with two seats, which the ball of the probe was put into, in several placements."""
 
     bar: LengthBar
+    """Its certified length, between the centres of a ball in both seats."""
     seats: tuple[tuple[str, str], ...]
+    """For each placement the names of the seats at its ends: every placement has its own."""
 
 
 @dataclass(frozen=True, slots=True)
 class Observations:
-    """Everything that was seen.
-
-    Attributes
-    ----------
-    frames
-        The probe, waved and seated.
-    shown_bars, touched_bars
-        Known lengths; either kind gives the scale.
-    seats
-        Names of the places that did not move while the ball rested in them: nests, cones and the
-        seats of touched bars.
-    seat_sigma
-        mm per axis: how well the ball finds back into a seat.
-    """
+    """Everything that was seen."""
 
     frames: ProbeFrames
+    """The probe, waved and seated."""
     shown_bars: tuple[ShownBar, ...] = ()
     touched_bars: tuple[TouchedBar, ...] = ()
+    """`shown_bars`, `touched_bars`: Known lengths; either kind gives the scale."""
     seats: tuple[str, ...] = ()
+    """Names of the places that did not move while the ball rested in them: nests, cones and the
+    seats of touched bars."""
     seat_sigma: float = 0.001
+    """mm per axis: how well the ball finds back into a seat."""
 
     @property
     def bars(self) -> tuple[LengthBar, ...]:
@@ -146,37 +112,24 @@ class KeptByCameras:
 
 @dataclass(frozen=True, slots=True)
 class KeptByPoints:
-    """The world stays where it was: at least three seats are known in it.
-
-    Attributes
-    ----------
-    positions_world
-        (3,), mm, of the centre of the ball, by name of the seat.
-    sigma
-        mm per axis.
-    """
+    """The world stays where it was: at least three seats are known in it."""
 
     positions_world: Mapping[str, Float]
+    """(3,), mm, of the centre of the ball, by name of the seat."""
     sigma: float = 0.0
+    """mm per axis."""
 
 
 @dataclass(frozen=True, slots=True)
 class SetByPoints:
-    """Three touched seats make a new world.
-
-    Attributes
-    ----------
-    origin
-        Seat at (0, 0, 0).
-    on_x
-        Seat on the positive X axis.
-    in_xy
-        Seat in the XY plane, on the side of positive Y.
-    """
+    """Three touched seats make a new world."""
 
     origin: str
+    """Seat at (0, 0, 0)."""
     on_x: str
+    """Seat on the positive X axis."""
     in_xy: str
+    """Seat in the XY plane, on the side of positive Y."""
 
 
 WorldFrame: TypeAlias = KeptByCameras | KeptByPoints | SetByPoints
@@ -184,142 +137,97 @@ WorldFrame: TypeAlias = KeptByCameras | KeptByPoints | SetByPoints
 
 @dataclass(frozen=True, slots=True)
 class RelocationOptions:
-    """What is found anew.
-
-    Attributes
-    ----------
-    lens, geometry
-        See `LensMode` and `GeometryMode`.
-    world
-        What the world frame hangs on.
-    """
+    """What is found anew."""
 
     lens: LensMode = "prior"
     geometry: GeometryMode = "uncertain"
+    """`lens`, `geometry`: See `LensMode` and `GeometryMode`."""
     world: WorldFrame = field(default_factory=KeptByCameras)
+    """What the world frame hangs on."""
 
 
 @dataclass(frozen=True, slots=True)
 class WrongSpot:
-    """A spot that was left out.
-
-    Attributes
-    ----------
-    frame, camera, led
-        Indices into `ProbeFrames.uv`.
-    miss_px
-        (2,), observed minus predicted.
-    sigmas
-        Its length in standard deviations.
-    """
+    """A spot that was left out."""
 
     frame: int
     camera: int
     led: int
+    """`frame`, `camera`, `led`: Indices into `ProbeFrames.uv`."""
     miss_px: Float
+    """(2,), observed minus predicted."""
     sigmas: float
+    """Its length in standard deviations."""
 
 
 @dataclass(frozen=True, slots=True)
 class BarResidual:
-    """One placement of a bar.
-
-    Attributes
-    ----------
-    bar
-        Name.
-    placement
-        Index among the placements of that bar.
-    measured_mm
-        Distance of its ends as this placement alone shows it, with the new cameras.
-    error_mm
-        Measured less certified.
-    sigma_mm
-        Standard deviation of the measured distance from the noise of its spots.
-    used
-        False for a placement that was left out.
-    """
+    """One placement of a bar."""
 
     bar: str
+    """Name."""
     placement: int
+    """Index among the placements of that bar."""
     measured_mm: float
+    """Distance of its ends as this placement alone shows it, with the new cameras."""
     error_mm: float
+    """Measured less certified."""
     sigma_mm: float
+    """Standard deviation of the measured distance from the noise of its spots."""
     used: bool
+    """False for a placement that was left out."""
 
 
 @dataclass(frozen=True, slots=True)
 class RelocationResult:
-    """The cameras after a relocation and what may be said about them.
-
-    Attributes
-    ----------
-    cameras
-        In the order of the rig.
-    covariance
-        (14 C, 14 C), in the order of `camera.model.PARAMETERS`, camera by camera, in the new world
-        frame and with the uncertainty of that frame; grown by chi-square per degree of freedom
-        where that is above one, never shrunk.
-    T_world_from_start
-        Motion from the world of the start rig to the new one as far as the frame was moved after
-        the adjustment.
-    leds_probe, tip_probe
-        (L, 3) and (3,), mm: LEDs and tip of the probe as these frames show them.
-    geometry_covariance
-        (3 L + 3, 3 L + 3), mm^2, of LEDs and tip.
-    rms_px, chi2, dof
-        RMS residual per coordinate of the used spots of the probe, and how all residuals compare
-        with their uncertainties.
-    residuals_px
-        (n, C, L, 2), observed minus predicted; NaN where not seen.
-    used
-        (n, C, L): False for what was not seen or left out.
-    wrong_spots
-        The worst first.
-    frames_used
-        (n,): frames that took part.
-    bars
-        All placements.
-    seats_world
-        (3,), mm, by name: where the balls in the seats are.
-    hull_world
-        (h, 3), mm: corners of the convex hull of all LEDs that two cameras saw.
-    tips_world
-        (n, 3), mm; NaN for frames that did not take part.
-    volume_world
-        (2, 3), mm: box in which points are accepted; it holds the tips of the frames.
-    warnings
-        What speaks against this calibration and was not refused.
-    iterations
-        Steps that were tried.
-    options
-        How it was made.
-    forced
-        Whether a person overruled a guard.
-    """
+    """The cameras after a relocation and what may be said about them."""
 
     cameras: tuple[CameraModel, ...]
+    """In the order of the rig."""
     covariance: Float
+    """(14 C, 14 C), in the order of `camera.model.PARAMETERS`, camera by camera, in the new world
+    frame and with the uncertainty of that frame; grown by chi-square per degree of freedom where
+    that is above one, never shrunk."""
     T_world_from_start: RigidTransform
+    """Motion from the world of the start rig to the new one as far as the frame was moved after the
+    adjustment."""
     leds_probe: Points3
     tip_probe: Float
+    """`leds_probe`, `tip_probe`: (L, 3) and (3,), mm: LEDs and tip of the probe as these frames
+    show them."""
     geometry_covariance: Float
+    """(3 L + 3, 3 L + 3), mm^2, of LEDs and tip."""
     rms_px: float
     chi2: float
     dof: int
+    """`rms_px`, `chi2`, `dof`: RMS residual per coordinate of the used spots of the probe, and how
+    all residuals compare with their uncertainties."""
     residuals_px: Pixels
+    """(n, C, L, 2), observed minus predicted; NaN where not seen."""
     used: NDArray[np.bool_]
+    """(n, C, L): False for what was not seen or left out."""
     wrong_spots: tuple[WrongSpot, ...]
+    """The worst first."""
     frames_used: NDArray[np.bool_]
+    """(n,): frames that took part."""
     bars: tuple[BarResidual, ...]
+    """All placements."""
     seats_world: Mapping[str, Float]
+    """(3,), mm, by name: where the balls in the seats are."""
     hull_world: Points3
+    """(h, 3), mm: corners of the convex hull of all LEDs that two cameras saw."""
     tips_world: Points3
+    """(n, 3), mm; NaN for frames that did not take part."""
     volume_world: Float
+    """(2, 3), mm: box in which points are accepted; it holds the tips of the frames."""
     warnings: tuple[Finding, ...]
+    """What speaks against this calibration and was not refused."""
     iterations: int
+    """Steps that were tried."""
     options: RelocationOptions
+    """How it was made."""
     forced: bool
+    """Whether a person overruled a guard."""
 
     def applied_to(self, rig: Rig, identity: str) -> Rig:
         """Return the rig with these cameras; ``identity`` is that of the calibration's record."""

@@ -29,28 +29,19 @@ _THREE_TWO_ONE = [0, 1, 2, 4, 5, 8]
 
 @dataclass(frozen=True, slots=True)
 class Anchors:
-    """Points that hold the world.
-
-    Attributes
-    ----------
-    points
-        (m, 3), mm, where the state has them.
-    follow
-        (3 m, k): how they move with the common unknowns.
-    targets
-        (m, 3), mm, where they belong.
-    held
-        (h, 3 m): the sums of coordinates that are brought to their targets, or None for the best
-        fit of all.
-    sigma
-        mm per axis: how well the targets are known.
-    """
+    """Points that hold the world."""
 
     points: Points3
+    """(m, 3), mm, where the state has them."""
     follow: Float
+    """(3 m, k): how they move with the common unknowns."""
     targets: Points3
+    """(m, 3), mm, where they belong."""
     held: Float | None
+    """(h, 3 m): the sums of coordinates that are brought to their targets, or None for the best fit
+    of all."""
     sigma: float
+    """mm per axis: how well the targets are known."""
 
 
 def check_world(world: WorldFrame, seats: Sequence[str]) -> None:

@@ -37,20 +37,14 @@ the length is a condition."""
 
 @dataclass(frozen=True, slots=True)
 class RelocationProblem:
-    """What the engine is given.
-
-    Attributes
-    ----------
-    data, prior, start
-        See `bundle`.
-    order
-        (n,): index among the observed frames of every frame of the data.
-    """
+    """What the engine is given."""
 
     data: BundleData
     prior: Prior
     start: BundleState
+    """`data`, `prior`, `start`: See `bundle`."""
     order: Int
+    """(n,): index among the observed frames of every frame of the data."""
 
     @property
     def own_degrees(self) -> int:

@@ -47,45 +47,34 @@ SET_NAMES = ("origin", "on X", "in XY")
 
 
 class RelocationBegun(Begun, frozen=True, kw_only=True):
-    """First line.
-
-    Attributes
-    ----------
-    probe_identity
-        Hash of the probe's document.
-    bar
-        That gives the scale.
-    poses_wanted, bars_wanted
-        At least.
-    length_mm, length_limit_mm
-        Good enough is a standard uncertainty of this length below this limit.
-    lens, geometry
-        See `_data`.
-    world
-        What the world frame hangs on.
-    control_names, control_positions, control_sigma
-        Control points that are known in the world, mm; empty unless it hangs on them.
-    valid_days
-        For how long the calibration may be used.
-    seats
-        How many seats are visited first and last: none where what was recorded lacks them. None in
-        a session that an earlier version began, which did not ask for them.
-    """
+    """First line."""
 
     probe_identity: str
+    """Hash of the probe's document."""
     bar: BarArtefact
+    """That gives the scale."""
     poses_wanted: int
     bars_wanted: int
+    """`poses_wanted`, `bars_wanted`: At least."""
     length_mm: float
     length_limit_mm: float
+    """`length_mm`, `length_limit_mm`: Good enough is a standard uncertainty of this length below
+    this limit."""
     lens: LensMode
     geometry: GeometryMode
+    """`lens`, `geometry`: See `_data`."""
     world: World
+    """What the world frame hangs on."""
     control_names: tuple[str, ...]
     control_positions: tuple[Vector3, ...]
     control_sigma: float
+    """`control_names`, `control_positions`, `control_sigma`: Control points that are known in the
+    world, mm; empty unless it hangs on them."""
     valid_days: int
+    """For how long the calibration may be used."""
     seats: int | None = None
+    """How many seats are visited first and last: none where what was recorded lacks them. None in a
+    session that an earlier version began, which did not ask for them."""
 
 
 class PoseTaken(SessionEvent, frozen=True, kw_only=True):
@@ -103,19 +92,13 @@ class BarTaken(SessionEvent, frozen=True, kw_only=True):
 
 
 class SeatTaken(SessionEvent, frozen=True, kw_only=True):
-    """The ball of the probe in a seat: a control point, or an end of the bar in a placement.
-
-    Attributes
-    ----------
-    seat
-        Name of the control point; empty for the bar.
-    uv, sigma_px
-        As in `PoseTaken`.
-    """
+    """The ball of the probe in a seat: a control point, or an end of the bar in a placement."""
 
     seat: str
+    """Name of the control point; empty for the bar."""
     uv: Spots
     sigma_px: float
+    """`uv`, `sigma_px`: As in `PoseTaken`."""
 
 
 RelocationEvent: TypeAlias = RelocationBegun | PoseTaken | BarTaken | SeatTaken | SeatVisited
@@ -126,26 +109,20 @@ _SEAT_MM = 20.0
 
 @dataclass(slots=True)
 class RelocationState:
-    """Everything that was taken.
-
-    Attributes
-    ----------
-    rig, body, begun
-        What it is about.
-    poses, bars, bar_ends, seats
-        In order; ``bar_ends`` are those of a bar that is touched, two for each placement.
-    visits
-        Of the seats that are visited first and last, in order.
-    """
+    """Everything that was taken."""
 
     rig: Rig
     body: ProbeBody
     begun: RelocationBegun
+    """`rig`, `body`, `begun`: What it is about."""
     poses: list[PoseTaken] = field(default_factory=list)
     bars: list[BarTaken] = field(default_factory=list)
     bar_ends: list[SeatTaken] = field(default_factory=list)
     seats: list[SeatTaken] = field(default_factory=list)
+    """`poses`, `bars`, `bar_ends`, `seats`: In order; ``bar_ends`` are those of a bar that is
+    touched, two for each placement."""
     visits: list[SeatVisited] = field(default_factory=list)
+    """Of the seats that are visited first and last, in order."""
     _since: int = 0
     _rotations: list[Float] = field(default_factory=list)
     _tips: list[Float] = field(default_factory=list)

@@ -33,35 +33,24 @@ from ocmm_core.tracking import ProbeBody
 
 @dataclass(frozen=True, slots=True)
 class PivotMaterial:
-    """What a result is calculated from.
-
-    Attributes
-    ----------
-    rig, body
-        The cameras, and the probe by its document.
-    begun
-        First line of the session.
-    first, second
-        The two sweeps.
-    visits
-        Of the first cone, first and again.
-    previous
-        The record in force when the session was begun; None where there was none.
-    made
-        When the last pose was taken.
-    force
-        Somebody overruled the guards that may be overruled.
-    """
+    """What a result is calculated from."""
 
     rig: Rig
     body: ProbeBody
+    """`rig`, `body`: The cameras, and the probe by its document."""
     begun: PivotBegun
+    """First line of the session."""
     first: PivotSweep
     second: PivotSweep
+    """`first`, `second`: The two sweeps."""
     visits: ConeVisits
+    """Of the first cone, first and again."""
     previous: ProbeRecord | None
+    """The record in force when the session was begun; None where there was none."""
     made: datetime
+    """When the last pose was taken."""
     force: bool
+    """Somebody overruled the guards that may be overruled."""
 
 
 def conclude_pivot(given: PivotMaterial) -> PivotOutcome:

@@ -42,34 +42,24 @@ _SHAPE_POSES = 100
 
 @dataclass(frozen=True, slots=True)
 class SweepProgress:
-    """A sweep as it stands.
-
-    Attributes
-    ----------
-    poses
-        Taken so far.
-    coverage
-        None with fewer than ten of them.
-    tip_sigma
-        mm, predicted; infinite before it can be told.
-    tip_probe
-        (3,), mm, frame of the document: the tip as the sweep shows it; None as long as it does not.
-    centre_world
-        (3,), mm: where the ball rests; NaN before it is known.
-    middle_world, cells
-        Of the sphere map.
-    findings
-        What a guard would say now, other than that more is needed.
-    """
+    """A sweep as it stands."""
 
     poses: int
+    """Taken so far."""
     coverage: SweepCoverage | None
+    """None with fewer than ten of them."""
     tip_sigma: float
+    """mm, predicted; infinite before it can be told."""
     tip_probe: Float | None
+    """(3,), mm, frame of the document: the tip as the sweep shows it; None as long as it does not.
+    """
     centre_world: Float
+    """(3,), mm: where the ball rests; NaN before it is known."""
     middle_world: Float
     cells: tuple[MapCell, ...]
+    """`middle_world`, `cells`: Of the sphere map."""
     findings: tuple[Finding, ...]
+    """What a guard would say now, other than that more is needed."""
 
 
 NO_PROGRESS = SweepProgress(0, None, np.inf, None, np.full(3, np.nan), np.full(3, np.nan), (), ())

@@ -39,21 +39,14 @@ _REMEDY = "Find what moved (cone, camera, frame or tip), fix it, and calibrate t
 
 @dataclass(frozen=True, slots=True)
 class ConeVisits:
-    """The first cone, first and again.
-
-    Attributes
-    ----------
-    begun_utc
-        When its sweep began.
-    again
-        The visits at the end, in order of time; none where what was recorded has none.
-    slack_mm
-        Standard deviation of the ball's place in the cone, per axis.
-    """
+    """The first cone, first and again."""
 
     begun_utc: str
+    """When its sweep began."""
     again: tuple[ConeVisited, ...]
+    """The visits at the end, in order of time; none where what was recorded has none."""
     slack_mm: float = 0.0
+    """Standard deviation of the ball's place in the cone, per axis."""
 
 
 def turns_from(rotations: Float, rotation: Float) -> Float:

@@ -20,43 +20,31 @@ SWEEPS = (FIRST, SECOND)
 
 
 class PivotBegun(Begun, frozen=True, kw_only=True):
-    """First line.
-
-    Attributes
-    ----------
-    probe, probe_identity
-        Name of the probe, and hash of its document.
-    tip
-        Name of the tip.
-    expected_tip
-        Where the tip should be, mm, in the frame of the document: by the calibration in force, or
-        by the document; None where nothing is known of it.
-    cone
-        Where it has a name.
-    slack_mm
-        Standard deviation of the ball's place in the cone, per axis.
-    change_limit_mm
-        From this change of the tip on, a person must say why.
-    poses_wanted, tip_sigma_mm
-        A sweep is complete with so many poses and the tip known so well.
-    valid_days
-        For how long the calibration may be used.
-    again
-        Whether the ball comes back into the first cone at the end: not where what was recorded
-        lacks it. None in a session that an earlier version began, which did not ask for it.
-    """
+    """First line."""
 
     probe: str
     probe_identity: str
+    """`probe`, `probe_identity`: Name of the probe, and hash of its document."""
     tip: str
+    """Name of the tip."""
     expected_tip: Vector3 | None
+    """Where the tip should be, mm, in the frame of the document: by the calibration in force, or by
+    the document; None where nothing is known of it."""
     cone: ArtefactUse | None
+    """Where it has a name."""
     slack_mm: float
+    """Standard deviation of the ball's place in the cone, per axis."""
     change_limit_mm: float
+    """From this change of the tip on, a person must say why."""
     poses_wanted: int
     tip_sigma_mm: float
+    """`poses_wanted`, `tip_sigma_mm`: A sweep is complete with so many poses and the tip known so
+    well."""
     valid_days: int
+    """For how long the calibration may be used."""
     again: bool | None = None
+    """Whether the ball comes back into the first cone at the end: not where what was recorded lacks
+    it. None in a session that an earlier version began, which did not ask for it."""
 
     def expected(self, body: ProbeBody) -> ProbeBody:
         """Return the probe with the tip where it should be."""
@@ -75,21 +63,14 @@ class PivotBegun(Begun, frozen=True, kw_only=True):
 
 
 class PosesTaken(SessionEvent, frozen=True, kw_only=True):
-    """Some poses of a sweep, in the order of time.
-
-    Attributes
-    ----------
-    step
-        Which sweep.
-    poses
-        Spots (C, L) of each pose, px, by LED.
-    sigma_px
-        Standard deviation of a spot, per axis.
-    """
+    """Some poses of a sweep, in the order of time."""
 
     step: str
+    """Which sweep."""
     poses: tuple[Spots, ...]
+    """Spots (C, L) of each pose, px, by LED."""
     sigma_px: float
+    """Standard deviation of a spot, per axis."""
 
 
 class SweepDiscarded(SessionEvent, frozen=True, kw_only=True):
@@ -99,18 +80,12 @@ class SweepDiscarded(SessionEvent, frozen=True, kw_only=True):
 
 
 class ConeVisited(SessionEvent, frozen=True, kw_only=True):
-    """The ball rests in the first cone again, at the end.
-
-    Attributes
-    ----------
-    uv
-        Spots (C, L), px, by LED.
-    sigma_px
-        Standard deviation of a spot, per axis.
-    """
+    """The ball rests in the first cone again, at the end."""
 
     uv: Spots
+    """Spots (C, L), px, by LED."""
     sigma_px: float
+    """Standard deviation of a spot, per axis."""
 
 
 PivotEvent: TypeAlias = PivotBegun | PosesTaken | SweepDiscarded | ConeVisited

@@ -40,32 +40,24 @@ from ocmm_core.tracking import ProbeBody, solve
 
 @dataclass(slots=True)
 class SweepingState:
-    """Everything that was taken.
-
-    Attributes
-    ----------
-    rig, body, begun
-        What it is about.
-    poses
-        Of each sweep.
-    first_utc, last_utc
-        When the first ones of the first sweep, and when the last ones of all were taken.
-    visits
-        Of the first cone at the end: all of them count, as long as its sweep is the same.
-    visited
-        Whether the last one came after all sweeping.
-    """
+    """Everything that was taken."""
 
     rig: Rig
     body: ProbeBody
     begun: PivotBegun
+    """`rig`, `body`, `begun`: What it is about."""
     poses: dict[str, SweepPoses] = field(
         default_factory=lambda: {name: SweepPoses() for name in SWEEPS}
     )
+    """Of each sweep."""
     first_utc: str = ""
     last_utc: str = ""
+    """`first_utc`, `last_utc`: When the first ones of the first sweep, and when the last ones of
+    all were taken."""
     visits: list[ConeVisited] = field(default_factory=list)
+    """Of the first cone at the end: all of them count, as long as its sweep is the same."""
     visited: bool = False
+    """Whether the last one came after all sweeping."""
     _progress: dict[str, SweepProgress] = field(default_factory=dict)
     _turned: Float | None = None
 

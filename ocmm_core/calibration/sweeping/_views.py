@@ -30,72 +30,51 @@ class SweepPhase(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class MapCell:
-    """One cell of the sphere map: the probe held in one direction.
-
-    Attributes
-    ----------
-    direction_world
-        (3,), unit: from the ball to the middle of the LEDs. Cells lie about `CELL_RAD` apart
-        (`_map`) and stay where they are while the sweep goes on.
-    poses
-        That were taken in it.
-    wanted
-        It belongs to what a good sweep covers.
-    """
+    """One cell of the sphere map: the probe held in one direction."""
 
     direction_world: Float
+    """(3,), unit: from the ball to the middle of the LEDs. Cells lie about `CELL_RAD` apart
+    (`_map`) and stay where they are while the sweep goes on."""
     poses: int
+    """That were taken in it."""
     wanted: bool
+    """It belongs to what a good sweep covers."""
 
 
 @dataclass(frozen=True, slots=True)
 class SweepView:
-    """One of the two sweeps as it stands.
-
-    Attributes
-    ----------
-    phase
-        What happens to it now.
-    poses, poses_wanted
-        Taken, and the least for a good end.
-    attitudes, attitudes_wanted
-        Likewise attitudes at least two degrees apart.
-    ranges, ranges_wanted
-        (3,), rad: how far the probe was turned about the axis of most turn, of second most and of
-        least, and how far it should be.
-    tip_sigma_mm, tip_sigma_wanted_mm
-        Standard uncertainty of the tip that is predicted if the sweep ended now (root of the sum
-        over its axes), infinite before it can be told; and what is good enough.
-    map_middle_world
-        (3,), unit: about which the map is drawn; NaN before the first pose.
-    cells
-        Of the sphere map: all with a pose, and all that are wanted.
-    centre_world
-        (3,), mm: where the ball rests; NaN before it is known.
-    good
-        Nothing is missing: the sweep ends by itself.
-    missing
-        What is missing or wrong, in one sentence; empty when good.
-    may_end
-        `PivotProcedure.end_sweep` would end it now: it is good, or somebody overruled the guards
-        and it holds at least what they never let go.
-    """
+    """One of the two sweeps as it stands."""
 
     phase: SweepPhase
+    """What happens to it now."""
     poses: int
     poses_wanted: int
+    """`poses`, `poses_wanted`: Taken, and the least for a good end."""
     attitudes: int
     attitudes_wanted: int
+    """`attitudes`, `attitudes_wanted`: Likewise attitudes at least two degrees apart."""
     ranges: Float
     ranges_wanted: Float
+    """`ranges`, `ranges_wanted`: (3,), rad: how far the probe was turned about the axis of most
+    turn, of second most and of least, and how far it should be."""
     tip_sigma_mm: float
     tip_sigma_wanted_mm: float
+    """`tip_sigma_mm`, `tip_sigma_wanted_mm`: Standard uncertainty of the tip that is predicted if
+    the sweep ended now (root of the sum over its axes), infinite before it can be told; and what is
+    good enough."""
     map_middle_world: Float
+    """(3,), unit: about which the map is drawn; NaN before the first pose."""
     cells: tuple[MapCell, ...]
+    """Of the sphere map: all with a pose, and all that are wanted."""
     centre_world: Float
+    """(3,), mm: where the ball rests; NaN before it is known."""
     good: bool
+    """Nothing is missing: the sweep ends by itself."""
     missing: str
+    """What is missing or wrong, in one sentence; empty when good."""
     may_end: bool = False
+    """`PivotProcedure.end_sweep` would end it now: it is good, or somebody overruled the guards and
+    it holds at least what they never let go."""
 
     @property
     def covered(self) -> float:
@@ -106,24 +85,16 @@ class SweepView:
 
 @dataclass(frozen=True, slots=True)
 class PivotChange:
-    """How a calibration differs from the one in force for the same tip.
-
-    Attributes
-    ----------
-    previous
-        The record in force.
-    tip_difference
-        (3,), mm, probe frame: new less old.
-    led_differences
-        (L, 3), mm, likewise.
-    limit_mm
-        From this distance of the tips on a person must say why.
-    """
+    """How a calibration differs from the one in force for the same tip."""
 
     previous: ProbeRecord
+    """The record in force."""
     tip_difference: Float
+    """(3,), mm, probe frame: new less old."""
     led_differences: Points3
+    """(L, 3), mm, likewise."""
     limit_mm: float
+    """From this distance of the tips on a person must say why."""
 
     @property
     def tip_distance(self) -> float:
@@ -148,30 +119,21 @@ class PivotOutcome:
     The thesis's method on the same frames is in ``first.thesis`` and ``second.thesis``
     (`pivot.ThesisPivot`: centres of the spheres, spread, Table 4), residuals of the spots,
     frames left out and the tip of every frame are in the calibrations.
-
-    Attributes
-    ----------
-    record
-        That would be stored; its ``change_reason`` is filled in when it is accepted.
-    body
-        The probe with this geometry; its ball is that of the document.
-    first, second
-        Of each sweep; the first one is the calibration.
-    validation
-        How the second agrees with it.
-    change
-        To the calibration in force; None for the first one of this tip.
-    findings
-        What speaks against it without refusing it, of both sweeps and their comparison.
     """
 
     record: ProbeRecord
+    """That would be stored; its ``change_reason`` is filled in when it is accepted."""
     body: ProbeBody
+    """The probe with this geometry; its ball is that of the document."""
     first: PivotCalibration
     second: PivotCalibration
+    """`first`, `second`: Of each sweep; the first one is the calibration."""
     validation: PivotValidation
+    """How the second agrees with it."""
     change: PivotChange | None
+    """To the calibration in force; None for the first one of this tip."""
     findings: tuple[Finding, ...]
+    """What speaks against it without refusing it, of both sweeps and their comparison."""
 
     @property
     def must_be_confirmed(self) -> bool:
@@ -191,47 +153,34 @@ def led_paths(found: PivotCalibration) -> Float:
 
 @dataclass(frozen=True, slots=True)
 class PivotView:
-    """Snapshot of the pivot calibration.
-
-    Attributes
-    ----------
-    base
-        What all procedures show. Its hint says what to do now, or what a guard would refuse.
-    probe, tip
-        Names.
-    in_cone
-        The ball rests in the cone now.
-    countdown_s
-        Seconds until poses are taken; None unless it runs.
-    direction_world
-        (3,), unit: where the probe points now, the mark on the sphere map; NaN while not seen.
-    first, second
-        The two sweeps.
-    place_distance_mm, attitude_distance
-        How far the second sweep is from the first: between the places of the ball, and between the
-        middles of the attitudes, rad; NaN before it has poses.
-    place_wanted_mm, attitude_wanted
-        One of the two must be reached.
-    warnings
-        What is the matter now: hidden LEDs, a cone that moves, another probe.
-    outcome
-        Of `compute`; None before it, and after more was taken.
-    """
+    """Snapshot of the pivot calibration."""
 
     base: ProcedureView
+    """What all procedures show. Its hint says what to do now, or what a guard would refuse."""
     probe: str
     tip: str
+    """`probe`, `tip`: Names."""
     in_cone: bool
+    """The ball rests in the cone now."""
     countdown_s: float | None
+    """Seconds until poses are taken; None unless it runs."""
     direction_world: Float
+    """(3,), unit: where the probe points now, the mark on the sphere map; NaN while not seen."""
     first: SweepView
     second: SweepView
+    """`first`, `second`: The two sweeps."""
     place_distance_mm: float
     attitude_distance: float
+    """`place_distance_mm`, `attitude_distance`: How far the second sweep is from the first: between
+    the places of the ball, and between the middles of the attitudes, rad; NaN before it has poses.
+    """
     place_wanted_mm: float
     attitude_wanted: float
+    """`place_wanted_mm`, `attitude_wanted`: One of the two must be reached."""
     warnings: tuple[Finding, ...]
+    """What is the matter now: hidden LEDs, a cone that moves, another probe."""
     outcome: PivotOutcome | None
+    """Of `compute`; None before it, and after more was taken."""
 
     @property
     def sweep(self) -> SweepView | None:

@@ -52,21 +52,14 @@ CHANCE = 1e-4
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """One quantity of a check.
-
-    Attributes
-    ----------
-    check
-        As it goes into the record.
-    sigma_wanted_mm
-        Standard uncertainty from which on it is conclusive; infinite where it always is.
-    finding
-        What to say where it fails.
-    """
+    """One quantity of a check."""
 
     check: Check
+    """As it goes into the record."""
     sigma_wanted_mm: float
+    """Standard uncertainty from which on it is conclusive; infinite where it always is."""
     finding: Finding
+    """What to say where it fails."""
 
     @property
     def verdict(self) -> CheckVerdict:
@@ -81,28 +74,19 @@ class Judged:
 
 @dataclass(frozen=True, slots=True)
 class TipCheckDecision:
-    """What all quantities together say.
-
-    Attributes
-    ----------
-    verdict
-        FAILED where one failed; else INCONCLUSIVE where one is; else PASSED.
-    judged
-        All that could be judged.
-    advice
-        Why it is not PASSED and what to do; empty where it is.
-    ball
-        None before there are enough points.
-    articulation, place
-        None before there are enough attitudes.
-    """
+    """What all quantities together say."""
 
     verdict: CheckVerdict
+    """FAILED where one failed; else INCONCLUSIVE where one is; else PASSED."""
     judged: tuple[Judged, ...]
+    """All that could be judged."""
     advice: str
+    """Why it is not PASSED and what to do; empty where it is."""
     ball: BallFit | None
+    """None before there are enough points."""
     articulation: Articulation | None
     place: BallPlace | None
+    """`articulation`, `place`: None before there are enough attitudes."""
 
     @property
     def checks(self) -> tuple[Check, ...]:

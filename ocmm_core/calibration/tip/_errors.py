@@ -21,21 +21,14 @@ from ocmm_core.tracking import ProbeBody
 
 @dataclass(frozen=True, slots=True)
 class DiameterErrors:
-    """Errors of a diameter, without those of the sphere.
-
-    Attributes
-    ----------
-    noise
-        mm: standard uncertainty by the spots of its points alone.
-    by_cameras
-        (14 C,): derivative by the cameras' parameters.
-    by_geometry
-        (3 L + 3,): by LEDs and tip of the probe.
-    """
+    """Errors of a diameter, without those of the sphere."""
 
     noise: float
+    """mm: standard uncertainty by the spots of its points alone."""
     by_cameras: Float
+    """(14 C,): derivative by the cameras' parameters."""
     by_geometry: Float
+    """(3 L + 3,): by LEDs and tip of the probe."""
 
     def sigma(self, rig: Rig, body: ProbeBody) -> float:
         """Return the standard uncertainty, mm."""

@@ -10,27 +10,18 @@ from ocmm_core.calibration.tip._qualification import TipLimits
 
 
 class TouchBegun(Begun, frozen=True, kw_only=True):
-    """What the first line of either procedure says.
-
-    Attributes
-    ----------
-    tip
-        Name of the tip.
-    probe_identity
-        Hash of the probe's document.
-    sphere
-        That is touched.
-    cone
-        Where it has a name.
-    nominal_mm
-        Diameter that the ball should have.
-    """
+    """What the first line of either procedure says."""
 
     tip: str
+    """Name of the tip."""
     probe_identity: str
+    """Hash of the probe's document."""
     sphere: Sphere
+    """That is touched."""
     cone: ArtefactUse | None
+    """Where it has a name."""
     nominal_mm: float
+    """Diameter that the ball should have."""
 
 
 class TipBegun(TouchBegun, frozen=True, kw_only=True):

@@ -42,53 +42,37 @@ _MOST_DOUBTFUL = 3
 
 @dataclass(frozen=True, slots=True)
 class BallFit:
-    """The ball by its points on a sphere.
-
-    Attributes
-    ----------
-    centre_world
-        (3,), mm: of the sphere.
-    radius
-        mm: half of D_sphere + D_ball.
-    covariance
-        (4, 4), mm^2: of centre and radius.
-    directions_world
-        (n, 3): from the centre to the points, unit.
-    residuals
-        (n,), mm: positive outside.
-    sigmas
-        (n,), mm: standard uncertainty of each point along its normal.
-    misfit, misfit_limit
-        mm: RMS of the residuals, each weighted by what is known of it; and what it may be. This is
-        sharper than form where the points are not equally well known.
-    form, form_limit
-        mm: see the module; what the uncertainties of the points allow.
-    point_sigma
-        mm: standard deviation of a point along its normal, from the plain residuals.
-    diameter, diameter_sigma
-        mm: of the ball, and its standard uncertainty with that of the sphere; where the residuals
-        are larger than chance allows, in their ratio larger.
-    errors
-        What makes the diameter uncertain, apart from the sphere.
-    doubtful
-        Indices of points that do not fit, the worst first; none was left out.
-    """
+    """The ball by its points on a sphere."""
 
     centre_world: Float
+    """(3,), mm: of the sphere."""
     radius: float
+    """mm: half of D_sphere + D_ball."""
     covariance: Float
+    """(4, 4), mm^2: of centre and radius."""
     directions_world: Points3
+    """(n, 3): from the centre to the points, unit."""
     residuals: Float
+    """(n,), mm: positive outside."""
     sigmas: Float
+    """(n,), mm: standard uncertainty of each point along its normal."""
     misfit: float
     misfit_limit: float
+    """`misfit`, `misfit_limit`: mm: RMS of the residuals, each weighted by what is known of it; and
+    what it may be. This is sharper than form where the points are not equally well known."""
     form: float
     form_limit: float
+    """`form`, `form_limit`: mm: see the module; what the uncertainties of the points allow."""
     point_sigma: float
+    """mm: standard deviation of a point along its normal, from the plain residuals."""
     diameter: float
     diameter_sigma: float
+    """`diameter`, `diameter_sigma`: mm: of the ball, and its standard uncertainty with that of the
+    sphere; where the residuals are larger than chance allows, in their ratio larger."""
     errors: DiameterErrors
+    """What makes the diameter uncertain, apart from the sphere."""
     doubtful: tuple[int, ...]
+    """Indices of points that do not fit, the worst first; none was left out."""
 
 
 def fit_ball_on(

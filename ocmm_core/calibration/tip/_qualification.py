@@ -19,28 +19,19 @@ from ocmm_core.calibration.tip._fit import BallFit
 
 @dataclass(frozen=True, slots=True)
 class TipLimits:
-    """What a qualification must show.
-
-    Attributes
-    ----------
-    nominal
-        Permissible difference of the ball's diameter from its nominal one, mm.
-    diameter_sigma
-        Standard uncertainty of the diameter from which on the sphere was touched enough, mm: the
-        difference from the nominal one is then as sure as that of a quick check.
-    points
-        On the sphere, at least.
-    places
-        Of the layout, at least; a stem may hide some.
-    attitudes
-        In the cone, at least.
-    """
+    """What a qualification must show."""
 
     nominal: float = 0.025
+    """Permissible difference of the ball's diameter from its nominal one, mm."""
     diameter_sigma: float = 0.007
+    """Standard uncertainty of the diameter from which on the sphere was touched enough, mm: the
+    difference from the nominal one is then as sure as that of a quick check."""
     points: int = 25
+    """On the sphere, at least."""
     places: int = 21
+    """Of the layout, at least; a stem may hide some."""
     attitudes: int = 5
+    """In the cone, at least."""
 
 
 def qualification_checks(

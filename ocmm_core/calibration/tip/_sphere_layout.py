@@ -47,37 +47,24 @@ _CONE_NAMES = (
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Wanted directions with their names.
-
-    Attributes
-    ----------
-    names
-        In words.
-    directions
-        (n, 3): unit vectors, world.
-    """
+    """Wanted directions with their names."""
 
     names: tuple[str, ...]
+    """In words."""
     directions: Points3
+    """(n, 3): unit vectors, world."""
 
 
 @dataclass(frozen=True, slots=True)
 class LayoutFrame:
-    """What a layout is laid out about; unit vectors (3,), world, right-handed.
-
-    Attributes
-    ----------
-    right
-        Across the view of the cameras.
-    back
-        Away from them.
-    pole
-        Where the layout begins.
-    """
+    """What a layout is laid out about; unit vectors (3,), world, right-handed."""
 
     right: Float
+    """Across the view of the cameras."""
     back: Float
+    """Away from them."""
     pole: Float
+    """Where the layout begins."""
 
 
 def frame_about(pole: Float, rig: Rig) -> LayoutFrame:

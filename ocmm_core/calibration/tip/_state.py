@@ -48,53 +48,37 @@ _NEIGHBOUR = np.radians(6.0)
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What is to be taken.
-
-    Attributes
-    ----------
-    frame, places, attitudes
-        Layouts about the pole.
-    points, places_needed
-        On the sphere, at least.
-    sigma_of
-        Standard uncertainty that counts, mm, from what makes a diameter uncertain.
-    diameter_sigma
-        When it is good enough.
-    artefact_limit
-        Permissible error of a diameter that the certificate of the sphere is held against, mm.
-    chance
-        See `articulation.articulate`.
-    """
+    """What is to be taken."""
 
     frame: LayoutFrame
     places: Layout
     attitudes: Layout
+    """`frame`, `places`, `attitudes`: Layouts about the pole."""
     points: int
     places_needed: int
+    """`points`, `places_needed`: On the sphere, at least."""
     sigma_of: Callable[[DiameterErrors], float]
+    """Standard uncertainty that counts, mm, from what makes a diameter uncertain."""
     diameter_sigma: float
+    """When it is good enough."""
     artefact_limit: float
+    """Permissible error of a diameter that the certificate of the sphere is held against, mm."""
     chance: float = ARTICULATION_CHANCE
+    """See `articulation.articulate`."""
 
 
 @dataclass(slots=True)
 class TouchState:
-    """Everything that was taken, with the ball centres that follow from it.
-
-    Attributes
-    ----------
-    rig, body, begun, wanted
-        What it is about; the body is as it was calibrated.
-    on_sphere, in_cone
-        What was taken, with its ball centres.
-    """
+    """Everything that was taken, with the ball centres that follow from it."""
 
     rig: Rig
     body: ProbeBody
     begun: TouchBegun
     wanted: Wanted
+    """`rig`, `body`, `begun`, `wanted`: What it is about; the body is as it was calibrated."""
     on_sphere: list[tuple[BallOnSphere, RestingTouch]] = field(default_factory=list)
     in_cone: list[tuple[BallInCone, RestingTouch]] = field(default_factory=list)
+    """`on_sphere`, `in_cone`: What was taken, with its ball centres."""
     _sphere: SphereProgress | None = None
     _cone: ConeProgress | None = None
 

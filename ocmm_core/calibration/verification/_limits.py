@@ -14,29 +14,21 @@ Rule = Literal["guarded", "simple"]
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Permissible errors.
-
-    Attributes
-    ----------
-    constant, per_length, largest
-        E(L) = min(constant + per_length L, largest), mm, for lengths.
-    diameter
-        For the diameter of a sphere (P_Size), mm.
-    rule
-        How they are applied.
-    form
-        For the form of a sphere, largest less smallest radius of 25 points (P_Form), mm. Twice the
-        constant part of a length: one point may be so far outside as another one is inside. The
-        noise of the points alone gives 3.7 of their standard deviations, 4.9 in one of twenty
-        tests.
-    """
+    """Permissible errors."""
 
     constant: float = 0.040
     per_length: float = 5e-5
     largest: float = 0.080
+    """`constant`, `per_length`, `largest`: E(L) = min(constant + per_length L, largest), mm, for
+    lengths."""
     diameter: float = 0.040
+    """For the diameter of a sphere (P_Size), mm."""
     rule: Rule = "guarded"
+    """How they are applied."""
     form: float = 0.080
+    """For the form of a sphere, largest less smallest radius of 25 points (P_Form), mm. Twice the
+    constant part of a length: one point may be so far outside as another one is inside. The noise
+    of the points alone gives 3.7 of their standard deviations, 4.9 in one of twenty tests."""
 
     def of_length(self, length: float) -> float:
         """Return the permissible error of a length, mm."""

@@ -45,37 +45,24 @@ CORNER_NAMES = tuple(
 
 @dataclass(frozen=True, slots=True)
 class PlannedLine:
-    """Where a bar should lie.
-
-    Attributes
-    ----------
-    name
-        In words.
-    ends_world
-        (2, 3), mm: first and last nest.
-    corners
-        Indices of the corners that it must reach.
-    """
+    """Where a bar should lie."""
 
     name: str
+    """In words."""
     ends_world: Float
+    """(2, 3), mm: first and last nest."""
     corners: tuple[int, ...] = ()
+    """Indices of the corners that it must reach."""
 
 
 @dataclass(frozen=True, slots=True)
 class LinePlanning:
-    """All lines of a verification.
-
-    Attributes
-    ----------
-    lines
-        In the order in which they are taken.
-    notes
-        What of the guideline's advice could not be followed, and why; sentences.
-    """
+    """All lines of a verification."""
 
     lines: tuple[PlannedLine, ...]
+    """In the order in which they are taken."""
     notes: tuple[str, ...]
+    """What of the guideline's advice could not be followed, and why; sentences."""
 
 
 def corners_of(volume_world: Float) -> Points3:

@@ -50,44 +50,30 @@ _MOST_GAIN = 1.0
 
 
 class VerificationBegun(Begun, frozen=True, kw_only=True):
-    """First line.
-
-    Attributes
-    ----------
-    probe_identity
-        Hash of the probe's document.
-    bar, spheres
-        Artefacts that are used; a sphere that is touched in two places stands here twice.
-    places
-        One for each sphere: one of `PLACES`, or empty where any place will do.
-    limits
-        Permissible errors.
-    """
+    """First line."""
 
     probe_identity: str
+    """Hash of the probe's document."""
     bar: LengthBar
     spheres: tuple[Sphere, ...]
+    """`bar`, `spheres`: Artefacts that are used; a sphere that is touched in two places stands here
+    twice."""
     places: tuple[str, ...]
+    """One for each sphere: one of `PLACES`, or empty where any place will do."""
     limits: Limits
+    """Permissible errors."""
 
 
 class NestTaken(SessionEvent, frozen=True, kw_only=True):
-    """The probe in one nest of one line.
-
-    Attributes
-    ----------
-    line, nest
-        Indices.
-    uv
-        (C, L), px.
-    sigma_px
-        Standard deviation of a spot.
-    """
+    """The probe in one nest of one line."""
 
     line: int
     nest: int
+    """`line`, `nest`: Indices."""
     uv: Spots
+    """(C, L), px."""
     sigma_px: float
+    """Standard deviation of a spot."""
 
 
 class SphereTouched(SessionEvent, frozen=True, kw_only=True):
@@ -133,33 +119,23 @@ class Taken:
 
 @dataclass(slots=True)
 class VerificationState:
-    """Everything that was taken, with the ball centres that follow from it.
-
-    Attributes
-    ----------
-    rig, body, begun, planning
-        What it is about.
-    taken
-        What counts, in the order of time.
-    replaced
-        Nests of a line that failed and was taken anew.
-    superseded
-        The checks of that line, as they were.
-    repeated
-        Lines that had failed and were taken anew; one at most.
-    excused
-        Why corners cannot be reached, by their names.
-    """
+    """Everything that was taken, with the ball centres that follow from it."""
 
     rig: Rig
     body: ProbeBody
     begun: VerificationBegun
     planning: LinePlanning
+    """`rig`, `body`, `begun`, `planning`: What it is about."""
     taken: list[Taken] = field(default_factory=list)
+    """What counts, in the order of time."""
     replaced: list[Taken] = field(default_factory=list)
+    """Nests of a line that failed and was taken anew."""
     superseded: tuple[Check, ...] = ()
+    """The checks of that line, as they were."""
     repeated: list[int] = field(default_factory=list)
+    """Lines that had failed and were taken anew; one at most."""
     excused: dict[str, str] = field(default_factory=dict)
+    """Why corners cannot be reached, by their names."""
     _on_lines: dict[int, tuple[Taken, ...]] | None = None
 
     @property

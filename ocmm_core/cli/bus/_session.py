@@ -49,21 +49,14 @@ _NO_BUS = "which is not a camera bus"
 
 @dataclass(frozen=True, slots=True)
 class BusSession:
-    """A bus in operation.
-
-    Attributes
-    ----------
-    rig
-        Its cameras.
-    feed
-        What runs it.
-    process
-        The bus process.
-    """
+    """A bus in operation."""
 
     rig: Rig
+    """Its cameras."""
     feed: Feed
+    """What runs it."""
     process: ChildProcess
+    """The bus process."""
 
     def objects(self, camera: str) -> RemoteObjects:
         """Return the objects of a camera; raise InputError where the rig has none so named."""

@@ -40,24 +40,16 @@ P = TypeVar("P", bound=AboutTip)
 
 @dataclass(frozen=True, slots=True)
 class TerminalProbeSite:
-    """What a session about a probe works on.
-
-    Attributes
-    ----------
-    site
-        The cameras, with the folder of sessions about the probe.
-    cameras
-        What is known of their calibration.
-    body
-        The probe by its document.
-    store
-        Its records.
-    """
+    """What a session about a probe works on."""
 
     site: Site
+    """The cameras, with the folder of sessions about the probe."""
     cameras: CalibrationInUse
+    """What is known of their calibration."""
     body: ProbeBody
+    """The probe by its document."""
     store: ProbeStore
+    """Its records."""
 
 
 def open_probe_site(

@@ -61,30 +61,20 @@ P = TypeVar("P", bound=Procedure)
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    """Where calibrations of a rig are kept.
-
-    Attributes
-    ----------
-    design
-        The rig as its document says.
-    rig
-        With the calibration in force; the design where there is none.
-    document
-        The rig document.
-    calibrations
-        Folder of calibrations, rig by rig.
-    store
-        Its calibrations.
-    sessions
-        Folder of session files.
-    """
+    """Where calibrations of a rig are kept."""
 
     design: Rig
+    """The rig as its document says."""
     rig: Rig
+    """With the calibration in force; the design where there is none."""
     document: Path
+    """The rig document."""
     calibrations: Path
+    """Folder of calibrations, rig by rig."""
     store: CalibrationStore
+    """Its calibrations."""
     sessions: Path
+    """Folder of session files."""
 
 
 def open_site(rig: Path, calibrations: Path | None) -> Site:

@@ -38,21 +38,14 @@ Edit = Callable[[sqlite3.Connection], object]
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """One kind of hostile file.
-
-    Attributes
-    ----------
-    name
-        Says what is wrong.
-    make
-        Writes it to a path, from a good one: ``make(good, path)``.
-    harmless
-        Whether such a file may be used: what is odd in it is only a name or a remark.
-    """
+    """One kind of hostile file."""
 
     name: str
+    """Says what is wrong."""
     make: Callable[[Path, Path], None]
+    """Writes it to a path, from a good one: ``make(good, path)``."""
     harmless: bool = False
+    """Whether such a file may be used: what is odd in it is only a name or a remark."""
 
 
 @contextlib.contextmanager

@@ -30,27 +30,18 @@ Command = Callable[[Path, Path], list[str]]
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Kinds of files and the command that they are given to.
-
-    Attributes
-    ----------
-    word
-        Of the table.
-    kinds
-        What is made.
-    name
-        Of the file.
-    command
-        The arguments.
-    good
-        A good file of this kind.
-    """
+    """Kinds of files and the command that they are given to."""
 
     word: str
+    """Of the table."""
     kinds: Sequence[Kind]
+    """What is made."""
     name: str
+    """Of the file."""
     command: Command
+    """The arguments."""
     good: Path
+    """A good file of this kind."""
 
 
 def good_files(folder: Path) -> dict[str, Path]:

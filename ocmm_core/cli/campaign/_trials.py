@@ -41,26 +41,18 @@ FINDINGS = {
 
 
 class Trial(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One kill, cut or fault, and what it showed.
-
-    Attributes
-    ----------
-    lane, seed, number
-        Which it was.
-    acknowledged
-        Points or other items that were acknowledged before it.
-    found
-        How often each finding was met; those that were not are left out.
-    note
-        Where something was found: what it was, to look into it.
-    """
+    """One kill, cut or fault, and what it showed."""
 
     lane: str
     seed: int
     number: int
+    """`lane`, `seed`, `number`: Which it was."""
     acknowledged: int
+    """Points or other items that were acknowledged before it."""
     found: dict[str, int]
+    """How often each finding was met; those that were not are left out."""
     note: str = ""
+    """Where something was found: what it was, to look into it."""
 
 
 class NotRunError(Exception):

@@ -28,18 +28,12 @@ Acknowledge = Callable[[int], None]
 
 @dataclass(frozen=True, slots=True)
 class CampaignWork:
-    """Something that is written.
-
-    Attributes
-    ----------
-    do
-        Writes into a folder, and acknowledges each number when it is durable.
-    lost
-        How many acknowledged numbers are not in that folder; OcmmError where it is unusable.
-    """
+    """Something that is written."""
 
     do: Callable[[Path, Acknowledge], None]
+    """Writes into a folder, and acknowledges each number when it is durable."""
     lost: Callable[[Path, list[int]], int]
+    """How many acknowledged numbers are not in that folder; OcmmError where it is unusable."""
 
 
 class CampaignLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -21,23 +21,16 @@ _MIB = 1024.0 * 1024.0
 
 @dataclass(frozen=True, slots=True)
 class MemoryRun:
-    """Memory over a run.
-
-    Attributes
-    ----------
-    frames
-        Frames that were tracked.
-    wall_s
-        How long that took.
-    memory_mib
-        Resident memory at ten equal steps of bus time, MiB; the first is after one tenth, when
-        everything has been loaded and the script has been measured. Without the frames of the last
-        30 s, which are kept on purpose and bounded (decision 99).
-    """
+    """Memory over a run."""
 
     frames: int
+    """Frames that were tracked."""
     wall_s: float
+    """How long that took."""
     memory_mib: tuple[float, ...]
+    """Resident memory at ten equal steps of bus time, MiB; the first is after one tenth, when
+    everything has been loaded and the script has been measured. Without the frames of the last 30
+    s, which are kept on purpose and bounded (decision 99)."""
 
     @property
     def growth_mib(self) -> float:

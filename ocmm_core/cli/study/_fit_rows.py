@@ -14,29 +14,20 @@ from ocmm_core.tolerances.uncertainty import FitUncertainty, Stated
 
 @dataclass(frozen=True, slots=True)
 class FitRow:
-    """One number of an element, or a vector.
-
-    Attributes
-    ----------
-    words, key
-        For people, and for programs.
-    values
-        One or three, in ``unit``; a direction has none.
-    unit
-        mm, deg or empty.
-    stated
-        What is known of its uncertainty, in ``stated_unit``; None where nothing is.
-    factor
-        From the numbers of ``stated`` to ``stated_unit``.
-    """
+    """One number of an element, or a vector."""
 
     words: str
     key: str
+    """`words`, `key`: For people, and for programs."""
     values: tuple[float, ...]
+    """One or three, in ``unit``; a direction has none."""
     unit: str
+    """mm, deg or empty."""
     stated: Stated | None
+    """What is known of its uncertainty, in ``stated_unit``; None where nothing is."""
     stated_unit: str
     factor: float = 1.0
+    """From the numbers of ``stated`` to ``stated_unit``."""
 
     @property
     def expanded(self) -> float | None:

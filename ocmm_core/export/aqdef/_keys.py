@@ -28,22 +28,15 @@ _CUT, _TAIL, _DIGITS = " ...", "~", 4
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """What a key takes.
-
-    Attributes
-    ----------
-    type, length
-        As in the published table.
-    title
-        What it is, for messages and remarks.
-    tells_apart
-        A longer text keeps apart from others that begin alike.
-    """
+    """What a key takes."""
 
     type: Type
     length: int
+    """`type`, `length`: As in the published table."""
     title: str
+    """What it is, for messages and remarks."""
     tells_apart: bool = False
+    """A longer text keeps apart from others that begin alike."""
 
 
 KEYS: Mapping[str, Key] = {

@@ -28,18 +28,12 @@ class KeyedLine:
 
 @dataclass(frozen=True, slots=True)
 class TransferFile:
-    """What a file holds.
-
-    Attributes
-    ----------
-    lines
-        All keyed lines in their order.
-    values
-        For each part the fields of every characteristic by their keys.
-    """
+    """What a file holds."""
 
     lines: tuple[KeyedLine, ...]
+    """All keyed lines in their order."""
     values: tuple[tuple[dict[str, str], ...], ...]
+    """For each part the fields of every characteristic by their keys."""
 
     def text(self, key: str, index: int = 0) -> str | None:
         """Return the first text of a key; None where there is none."""

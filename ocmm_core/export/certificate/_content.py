@@ -48,28 +48,19 @@ class Conformity(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class CertificateLine:
-    """One error against its limit; mm.
-
-    Attributes
-    ----------
-    name
-        What was measured where.
-    measured, reference
-        Indicated and certified.
-    expanded
-        U (k = 2) of the error.
-    limit
-        Permissible error (MPE).
-    stated
-        By the rule of a procedure; None for that of ISO 14253-1.
-    """
+    """One error against its limit; mm."""
 
     name: str
+    """What was measured where."""
     measured: float
     reference: float
+    """`measured`, `reference`: Indicated and certified."""
     expanded: float
+    """U (k = 2) of the error."""
     limit: float
+    """Permissible error (MPE)."""
     stated: Conformity | None = None
+    """By the rule of a procedure; None for that of ISO 14253-1."""
 
     @property
     def error(self) -> float:
@@ -91,44 +82,30 @@ class CertificateLine:
 
 @dataclass(frozen=True, slots=True)
 class CertificateRun:
-    """One run of a test: as found, or after something was adjusted.
-
-    Attributes
-    ----------
-    status
-        Which of the two.
-    made_utc, made_by
-        When it ended, ISO 8601 text, and who did it.
-    temperature_c
-        Of the surroundings; None where nobody measured it.
-    rule
-        How it was judged, in words.
-    lines
-        All that count, also those that failed.
-    passed
-        The verdict of the record, by its rule.
-    record, data_sha256
-        Hashes of the record and of the observations behind it.
-    notes
-        What else must be known.
-    air
-        Humidity and pressure of the surroundings; empty where nobody read them off.
-    stated
-        The verdict in the words of a procedure, where it says more than ``passed``; may be empty.
-    """
+    """One run of a test: as found, or after something was adjusted."""
 
     status: Status
+    """Which of the two."""
     made_utc: str
     made_by: str
+    """`made_utc`, `made_by`: When it ended, ISO 8601 text, and who did it."""
     temperature_c: float | None
+    """Of the surroundings; None where nobody measured it."""
     rule: str
+    """How it was judged, in words."""
     lines: tuple[CertificateLine, ...]
+    """All that count, also those that failed."""
     passed: bool
+    """The verdict of the record, by its rule."""
     record: str
     data_sha256: str
+    """`record`, `data_sha256`: Hashes of the record and of the observations behind it."""
     notes: tuple[str, ...] = ()
+    """What else must be known."""
     stated: Conformity | Literal["", "noPass"] = ""
+    """The verdict in the words of a procedure, where it says more than ``passed``; may be empty."""
     air: RoomAir = field(default_factory=RoomAir)
+    """Humidity and pressure of the surroundings; empty where nobody read them off."""
 
     @property
     def word(self) -> str:
@@ -164,66 +141,51 @@ class Certificate:
 
     Attributes
     ----------
-    title
-        In-house papers are called records or test reports; "calibration certificate" stands only
-        where ``accreditation`` names one.
-    number
-        Of the paper, from the hash of its record.
-    accreditation
-        As the procedure names it; empty for none.
-    item, identifications
-        What was tested, with names and values of its serial numbers and hashes.
-    method, norms
-        In words, and by which guideline.
-    software
-        Version that made the record.
-    runs
-        As found first. Where nothing was adjusted, one.
     values, values_before
         Everything else that was found, and the same before an adjustment, where it is known.
-    artefacts
-        What traceability rests on.
-    volume
-        Where it holds, in words.
-    begin_utc, end_utc
-        Of the test, ISO 8601 text.
-    previous
-        Hash of the record before; empty for the first one.
-    paper
-        Laboratory, customer, place.
-    simulated
-        No real machine was tested.
-    camera_doubts
-        What the cameras cannot prove, in sentences; the paper says CAMERAS UNPROVEN then.
-    climate
-        What was the temperature of what, degrees Celsius, beside that of the runs.
-    not_found, not_after
-        Why the state before, or after, an adjustment was not determined; empty where it was, or
-        where nothing was adjusted.
     """
 
     title: str
+    """In-house papers are called records or test reports; "calibration certificate" stands only
+    where ``accreditation`` names one."""
     number: str
+    """Of the paper, from the hash of its record."""
     item: str
     identifications: tuple[tuple[str, str], ...]
+    """`item`, `identifications`: What was tested, with names and values of its serial numbers and
+    hashes."""
     method: str
     norms: tuple[str, ...]
+    """`method`, `norms`: In words, and by which guideline."""
     software: str
+    """Version that made the record."""
     runs: tuple[CertificateRun, ...]
+    """As found first. Where nothing was adjusted, one."""
     values: tuple[CertificateValue, ...]
     artefacts: tuple[ArtefactUse, ...]
+    """What traceability rests on."""
     volume: str
+    """Where it holds, in words."""
     begin_utc: str
     end_utc: str
+    """`begin_utc`, `end_utc`: Of the test, ISO 8601 text."""
     previous: str
+    """Hash of the record before; empty for the first one."""
     paper: Paper
+    """Laboratory, customer, place."""
     accreditation: str = ""
+    """As the procedure names it; empty for none."""
     simulated: bool = False
+    """No real machine was tested."""
     camera_doubts: tuple[str, ...] = ()
+    """What the cameras cannot prove, in sentences; the paper says CAMERAS UNPROVEN then."""
     values_before: tuple[CertificateValue, ...] = ()
     climate: tuple[tuple[str, float], ...] = ()
+    """What was the temperature of what, degrees Celsius, beside that of the runs."""
     not_found: str = ""
     not_after: str = ""
+    """`not_found`, `not_after`: Why the state before, or after, an adjustment was not determined;
+    empty where it was, or where nothing was adjusted."""
 
     @property
     def states(self) -> tuple[str, ...]:

@@ -26,29 +26,21 @@ _LONGEST_NAME = 400
 
 @dataclass(frozen=True, slots=True)
 class DccQuantity:
-    """A number of a certificate.
-
-    Attributes
-    ----------
-    path
-        Names of the results that it stands in, from outside in.
-    kind
-        ``refType``; may be empty.
-    value, unit
-        As they are written.
-    expanded, k
-        Expanded uncertainty in the same unit, and its coverage factor; None without any.
-    conformity
-        As the certificate states it; empty where it states nothing.
-    """
+    """A number of a certificate."""
 
     path: tuple[str, ...]
+    """Names of the results that it stands in, from outside in."""
     kind: str
+    """``refType``; may be empty."""
     value: float
     unit: str
+    """`value`, `unit`: As they are written."""
     expanded: float | None
     k: float | None
+    """`expanded`, `k`: Expanded uncertainty in the same unit, and its coverage factor; None without
+    any."""
     conformity: str
+    """As the certificate states it; empty where it states nothing."""
 
     @property
     def name(self) -> str:
@@ -58,35 +50,24 @@ class DccQuantity:
 
 @dataclass(frozen=True, slots=True)
 class Dcc:
-    """A certificate as it was read.
-
-    Attributes
-    ----------
-    number
-        Its unique identifier.
-    laboratory, customer
-        Names.
-    items
-        What was calibrated, with all identifications.
-    begin, end
-        Dates of the calibration, ISO 8601 text.
-    quantities
-        All numbers of the results, in their order.
-    sha256
-        Of the file.
-    canonical
-        Canonical form (C14N) of the whole document, which is what is signed.
-    """
+    """A certificate as it was read."""
 
     number: str
+    """Its unique identifier."""
     laboratory: str
     customer: str
+    """`laboratory`, `customer`: Names."""
     items: tuple[tuple[str, tuple[str, ...]], ...]
+    """What was calibrated, with all identifications."""
     begin: str
     end: str
+    """`begin`, `end`: Dates of the calibration, ISO 8601 text."""
     quantities: tuple[DccQuantity, ...]
+    """All numbers of the results, in their order."""
     sha256: str
+    """Of the file."""
     canonical: bytes
+    """Canonical form (C14N) of the whole document, which is what is signed."""
 
 
 def read_dcc(content: bytes) -> Dcc:

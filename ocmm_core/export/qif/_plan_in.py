@@ -49,18 +49,12 @@ class LeftOut:
 
 @dataclass(slots=True)
 class QifPlan:
-    """What became of a document.
-
-    Attributes
-    ----------
-    plan
-        With everything that was taken.
-    left_out
-        Everything else, by name.
-    """
+    """What became of a document."""
 
     plan: Plan
+    """With everything that was taken."""
     left_out: list[LeftOut] = field(default_factory=list)
+    """Everything else, by name."""
 
 
 class _No(Exception):  # noqa: N818 -- not an error: a reason that is told

@@ -12,31 +12,22 @@ from ocmm_core.geometry import Float, RigidTransform, unit
 
 @dataclass(frozen=True, slots=True)
 class Element:
-    """A nominal or actual element as reports give it; None for what its shape has not.
-
-    Attributes
-    ----------
-    point
-        (3,), mm: centre or point on the element.
-    direction, across
-        (3,), unit: normal or axis, and the direction of the length.
-    diameter
-        mm: of circle, sphere, cylinder; of a cone square to its axis at ``point``; of the centre
-        line of a torus.
-    length, width
-        mm: of slot, rectangle and ellipse, over all; the width of a torus is that of its tube.
-        Of other shapes the nominal length along the axis, where the plan knows it.
-    angle_deg
-        Full apex angle of a cone.
-    """
+    """A nominal or actual element as reports give it; None for what its shape has not."""
 
     point: Float
+    """(3,), mm: centre or point on the element."""
     direction: Float | None
     across: Float | None = None
+    """`direction`, `across`: (3,), unit: normal or axis, and the direction of the length."""
     diameter: float | None = None
+    """mm: of circle, sphere, cylinder; of a cone square to its axis at ``point``; of the centre
+    line of a torus."""
     length: float | None = None
     width: float | None = None
+    """`length`, `width`: mm: of slot, rectangle and ellipse, over all; the width of a torus is that
+    of its tube. Of other shapes the nominal length along the axis, where the plan knows it."""
     angle_deg: float | None = None
+    """Full apex angle of a cone."""
 
 
 def element_of_nominal(nominal: NominalFeature, frame: RigidTransform) -> Element:

@@ -39,22 +39,15 @@ _NUMBER_DIGITS = 8
 
 @dataclass(frozen=True, slots=True)
 class PaperFact:
-    """One line of the head of a report.
-
-    Attributes
-    ----------
-    group
-        Under which heading.
-    clause
-        Of ISO/IEC 17025 that asks for it; empty where none does.
-    name, value
-        What is printed; ``value`` is `NOT_STATED` where nobody knows.
-    """
+    """One line of the head of a report."""
 
     group: Group
+    """Under which heading."""
     clause: str
+    """Of ISO/IEC 17025 that asks for it; empty where none does."""
     name: str
     value: str
+    """`name`, `value`: What is printed; ``value`` is `NOT_STATED` where nobody knows."""
 
     @property
     def stated(self) -> bool:

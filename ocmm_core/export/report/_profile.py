@@ -19,61 +19,41 @@ _MOST_DECIMALS = 9
 
 
 class TableProfile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One table.
-
-    Attributes
-    ----------
-    header
-        The first line holds the names of the columns.
-    columns
-        In their order.
-    when_needed
-        Further columns that are written where the job has something for them.
-    """
+    """One table."""
 
     header: bool
+    """The first line holds the names of the columns."""
     columns: list[str]
+    """In their order."""
     when_needed: list[str] = msgspec.field(default_factory=list)
+    """Further columns that are written where the job has something for them."""
 
 
 class Profile(Document, frozen=True, kw_only=True):
-    """A profile as it is written down.
-
-    Attributes
-    ----------
-    name
-        What people call it.
-    delimiter
-        ``","``, ``";"`` or ``"tab"``.
-    decimal
-        ``"."`` or ``","``.
-    lengths
-        Unit of all lengths in the files.
-    length_decimals, angle_decimals, vector_decimals
-        Digits after the decimal sign.
-    encoding
-        Of the tables; whatever it is, only characters of ASCII are written, except with UTF-8.
-    line_end
-        ``"CRLF"`` or ``"LF"``.
-    centres
-        Also write the ball centres, into files of their own.
-    points, features, report
-        The three tables.
-    """
+    """A profile as it is written down."""
 
     name: str
+    """What people call it."""
     delimiter: Literal[",", ";", "tab"]
+    """``","``, ``";"`` or ``"tab"``."""
     decimal: Literal[".", ","]
+    """``"."`` or ``","``."""
     lengths: Literal["mm", "inch"]
+    """Unit of all lengths in the files."""
     length_decimals: int
     angle_decimals: int
     vector_decimals: int
+    """`length_decimals`, `angle_decimals`, `vector_decimals`: Digits after the decimal sign."""
     encoding: Literal["ascii", "utf-8", "utf-8-sig"]
+    """Of the tables; whatever it is, only characters of ASCII are written, except with UTF-8."""
     line_end: Literal["CRLF", "LF"]
+    """``"CRLF"`` or ``"LF"``."""
     points: TableProfile
     features: TableProfile
     report: TableProfile
+    """`points`, `features`, `report`: The three tables."""
     centres: bool = False
+    """Also write the ball centres, into files of their own."""
 
     @property
     def separator(self) -> str:

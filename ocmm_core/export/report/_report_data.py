@@ -34,41 +34,27 @@ _HASH = re.compile(r"[0-9a-f]{64}")
 
 @dataclass(frozen=True, slots=True)
 class Instrument:
-    """What is said about cameras, probe or reference body.
-
-    Attributes
-    ----------
-    label
-        State, name and shortened hash: pure ASCII without commas, for tables.
-    note
-        The same with complete hashes, as the job file keeps it; may be empty.
-    """
+    """What is said about cameras, probe or reference body."""
 
     label: str
+    """State, name and shortened hash: pure ASCII without commas, for tables."""
     note: str = ""
+    """The same with complete hashes, as the job file keeps it; may be empty."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReportedFeature:
-    """One feature of the job.
-
-    Attributes
-    ----------
-    seen
-        As it stands: shape, points as reported, fit in the world frame, verdict, note.
-    nominal
-        What the plan says; None for what was constructed without a nominal.
-    nominal_element
-        The same, part frame; None together with ``nominal``, and where the nominals of the datums
-        do not tell how the part frame lies to them.
-    actual_element
-        As measured, in the frame of the report; None without a fit.
-    """
+    """One feature of the job."""
 
     seen: FeatureView
+    """As it stands: shape, points as reported, fit in the world frame, verdict, note."""
     nominal: NominalFeature | None
+    """What the plan says; None for what was constructed without a nominal."""
     nominal_element: Element | None
+    """The same, part frame; None together with ``nominal``, and where the nominals of the datums do
+    not tell how the part frame lies to them."""
     actual_element: Element | None
+    """As measured, in the frame of the report; None without a fit."""
 
     @property
     def name(self) -> str:
@@ -83,18 +69,12 @@ class ReportedFeature:
 
 @dataclass(frozen=True, slots=True)
 class ReportedResult:
-    """One result beside what the plan asked for.
-
-    Attributes
-    ----------
-    result
-        Value, uncertainty and verdict.
-    asked
-        The characteristic of the plan; None where it is not known.
-    """
+    """One result beside what the plan asked for."""
 
     result: CharacteristicResult
+    """Value, uncertainty and verdict."""
     asked: Characteristic | None
+    """The characteristic of the plan; None where it is not known."""
 
     @property
     def unit(self) -> Literal["mm", "deg"]:
@@ -120,62 +100,44 @@ class ReportedResult:
 
 @dataclass(frozen=True, slots=True)
 class ReportData:
-    """One job, ready to be reported; lengths in mm, angles in degrees.
-
-    Attributes
-    ----------
-    view
-        The job as it stands: features, results, what is held back and what is not proven.
-    head
-        What the job says about itself: operator, part, serial number, documents.
-    plan
-        What was to be measured, with the decision rule.
-    T_part_from_world
-        The alignment; None where there is none, and everything measured stays in the world frame.
-    features
-        In the order of the plan, then what was constructed.
-    observations
-        The points as they are stored, before anything is compensated; empty where nobody has them.
-    annulled
-        Numbers of the points that were taken back.
-    taken_utc
-        ISO 8601 text by number of the point.
-    calibration, probe, reference
-        States and hashes. The label of ``reference`` is empty without a reference body.
-    climate
-        Temperatures, and what was compensated.
-    taken_back
-        Those points as they are stored, and why each was; empty where nobody has them.
-    notes
-        What else the reader must know, in sentences: doubts about the file.
-    explanations
-        Why results are NOT CONFORM or NOT PROVEN, and what to do, in the order of the plan.
-    written_by
-        Version of the program that reports; that of the program that measured is in ``head``.
-    seal
-        How far the job goes, and who signed it; None where nobody knows.
-    paper
-        Whose paper it is, and what no job file knows; set with ``dataclasses.replace``.
-    """
+    """One job, ready to be reported; lengths in mm, angles in degrees."""
 
     view: JobView
+    """The job as it stands: features, results, what is held back and what is not proven."""
     head: JobHead
+    """What the job says about itself: operator, part, serial number, documents."""
     plan: Plan
+    """What was to be measured, with the decision rule."""
     T_part_from_world: RigidTransform | None
+    """The alignment; None where there is none, and everything measured stays in the world frame."""
     features: tuple[ReportedFeature, ...]
+    """In the order of the plan, then what was constructed."""
     observations: tuple[MeasuredPoint, ...]
+    """The points as they are stored, before anything is compensated; empty where nobody has them.
+    """
     annulled: tuple[int, ...]
+    """Numbers of the points that were taken back."""
     taken_utc: dict[int, str]
+    """ISO 8601 text by number of the point."""
     calibration: Instrument
     probe: Instrument
     reference: Instrument
+    """`calibration`, `probe`, `reference`: States and hashes. The label of ``reference`` is empty
+    without a reference body."""
     climate: Climate
+    """Temperatures, and what was compensated."""
     notes: tuple[str, ...] = ()
+    """What else the reader must know, in sentences: doubts about the file."""
     taken_back: tuple[tuple[MeasuredPoint, str], ...] = ()
+    """Those points as they are stored, and why each was; empty where nobody has them."""
     explanations: tuple[Explanation, ...] = ()
+    """Why results are NOT CONFORM or NOT PROVEN, and what to do, in the order of the plan."""
     written_by: str = __version__
+    """Version of the program that reports; that of the program that measured is in ``head``."""
     seal: JobSeal | None = None
+    """How far the job goes, and who signed it; None where nobody knows."""
     paper: Paper = field(default_factory=plain_paper)
+    """Whose paper it is, and what no job file knows; set with ``dataclasses.replace``."""
 
     @property
     def job(self) -> str:

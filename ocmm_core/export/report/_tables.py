@@ -73,21 +73,14 @@ Cell = str | int | Number | None
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table with named columns.
-
-    Attributes
-    ----------
-    title
-        For people.
-    columns
-        In their order.
-    rows
-        As many cells as columns each.
-    """
+    """A table with named columns."""
 
     title: str
+    """For people."""
     columns: tuple[str, ...]
+    """In their order."""
     rows: tuple[tuple[Cell, ...], ...]
+    """As many cells as columns each."""
 
     def chosen(self, columns: Sequence[str], when_needed: Sequence[str] = ()) -> Table:
         """Return the table with these columns; those in ``when_needed`` unless they are empty."""

@@ -22,15 +22,10 @@ _WORDS: dict[LengthUnit, str] = {"mm": "mm", "inch": "in"}
 
 @dataclass(frozen=True, slots=True)
 class PaperLengths:
-    """How a paper writes lengths, and U with them.
-
-    Attributes
-    ----------
-    unit
-        Of all lengths of its tables and plots.
-    """
+    """How a paper writes lengths, and U with them."""
 
     unit: LengthUnit = "mm"
+    """Of all lengths of its tables and plots."""
 
     @property
     def word(self) -> str:

@@ -50,26 +50,18 @@ WHOLE_ONLY = "This report may be copied only as a whole, unless the laboratory a
 
 
 class LaboratoryPart(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Who measured: the letterhead.
-
-    Attributes
-    ----------
-    name, address, contact
-        As they are printed.
-    logo
-        PNG or JPEG beside the template; empty for none.
-    accreditation
-        Number under which the laboratory is accredited for what it reports; empty for none.
-    country
-        Two letters (ISO 3166-1), for digital certificates; empty where it is not stated.
-    """
+    """Who measured: the letterhead."""
 
     name: str = ""
     address: list[str] = msgspec.field(default_factory=list)
     contact: str = ""
+    """`name`, `address`, `contact`: As they are printed."""
     logo: str = ""
+    """PNG or JPEG beside the template; empty for none."""
     accreditation: str = ""
+    """Number under which the laboratory is accredited for what it reports; empty for none."""
     country: str = ""
+    """Two letters (ISO 3166-1), for digital certificates; empty where it is not stated."""
 
 
 class MachinePart(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -81,42 +73,29 @@ class MachinePart(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class ReportTemplate(Document, frozen=True, kw_only=True):
-    """A template as it is written down.
-
-    Attributes
-    ----------
-    name
-        What people call it.
-    title
-        Over the report.
-    laboratory, machine
-        Whose paper it is, and with what they measure.
-    place
-        Where it is measured, unless a job says otherwise.
-    statements
-        Sentences above the signatures, beside those that every report has.
-    signatures
-        What stands below the lines.
-    sections
-        Which parts the paper has, in their order.
-    language
-        Of the paper. What a program reads (JSON, tables, QIF) stays English.
-    lengths
-        Unit of lengths on the paper and in the workbook; what a program reads stays in mm.
-    """
+    """A template as it is written down."""
 
     name: str
+    """What people call it."""
     language: Literal["en", "de"] = "en"
+    """Of the paper. What a program reads (JSON, tables, QIF) stays English."""
     lengths: LengthUnit = "mm"
+    """Unit of lengths on the paper and in the workbook; what a program reads stays in mm."""
     title: str = "Measurement report"
+    """Over the report."""
     laboratory: LaboratoryPart = msgspec.field(default_factory=LaboratoryPart)
     machine: MachinePart = msgspec.field(default_factory=MachinePart)
+    """`laboratory`, `machine`: Whose paper it is, and with what they measure."""
     place: str = ""
+    """Where it is measured, unless a job says otherwise."""
     statements: list[str] = msgspec.field(default_factory=list)
+    """Sentences above the signatures, beside those that every report has."""
     signatures: list[str] = msgspec.field(
         default_factory=lambda: ["Measured by, date", "Authorised by, date"]
     )
+    """What stands below the lines."""
     sections: list[Section] = msgspec.field(default_factory=lambda: list(SECTIONS))
+    """Which parts the paper has, in their order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,63 +103,45 @@ class Particulars:
     """What a report says that no job file knows; whoever asks for the report gives it.
 
     Empty is "not stated" on the paper.
-
-    Attributes
-    ----------
-    number
-        Of the report; empty for one made from job, identity and step.
-    customer, customer_address
-        For whom.
-    order, drawing, revision
-        What was ordered; ``order`` stands in for that of the job where it has none.
-    machine
-        The machine that made the part, for statistics.
-    place
-        Where it was measured; empty for that of the template.
-    received
-        When the item came, and in which condition.
-    room, humidity, pressure
-        Of the air where it was measured, °C, % and hPa: a number, a range, or a number with what it
-        is uncertain by (`surroundings`).
-    deviations
-        From the plan or the method, in sentences, beside those that the job shows itself.
-    remarks
-        Anything else, in sentences.
     """
 
     number: str = ""
+    """Of the report; empty for one made from job, identity and step."""
     customer: str = ""
     customer_address: str = ""
+    """`customer`, `customer_address`: For whom."""
     order: str = ""
     drawing: str = ""
     revision: str = ""
+    """`order`, `drawing`, `revision`: What was ordered; ``order`` stands in for that of the job
+    where it has none."""
     machine: str = ""
+    """The machine that made the part, for statistics."""
     place: str = ""
+    """Where it was measured; empty for that of the template."""
     received: str = ""
+    """When the item came, and in which condition."""
     room: str = ""
     humidity: str = ""
     pressure: str = ""
+    """`room`, `humidity`, `pressure`: Of the air where it was measured, °C, % and hPa: a number, a
+    range, or a number with what it is uncertain by (`surroundings`)."""
     deviations: tuple[str, ...] = ()
+    """From the plan or the method, in sentences, beside those that the job shows itself."""
     remarks: tuple[str, ...] = ()
+    """Anything else, in sentences."""
 
 
 @dataclass(frozen=True, slots=True)
 class Paper:
-    """A template with what it needs from elsewhere.
-
-    Attributes
-    ----------
-    template
-        As it was read.
-    logo
-        Content of the picture; empty without one.
-    given
-        What the job does not know.
-    """
+    """A template with what it needs from elsewhere."""
 
     template: ReportTemplate
+    """As it was read."""
     logo: bytes = b""
+    """Content of the picture; empty without one."""
     given: Particulars = field(default_factory=Particulars)
+    """What the job does not know."""
 
 
 def plain_paper() -> Paper:

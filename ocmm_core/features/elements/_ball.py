@@ -51,29 +51,20 @@ SAME = 1e-5
 
 @dataclass(frozen=True, slots=True)
 class Ball:
-    """A circle (d = 2) or sphere (d = 3).
-
-    Attributes
-    ----------
-    centre
-        (d,).
-    radius
-        Greater than zero.
-    normals
-        (n, d): unit vectors from the centre to the points.
-    residuals
-        (n,): positive outside.
-    gain, shifts
-        (d + 1, k) and (n, k): the first times the second transposed is d(centre, radius) /
-        d(shift of a point along its normal).
-    """
+    """A circle (d = 2) or sphere (d = 3)."""
 
     centre: Float
+    """(d,)."""
     radius: float
+    """Greater than zero."""
     normals: Float
+    """(n, d): unit vectors from the centre to the points."""
     residuals: Float
+    """(n,): positive outside."""
     gain: Float
     shifts: Float
+    """`gain`, `shifts`: (d + 1, k) and (n, k): the first times the second transposed is d(centre,
+    radius) / d(shift of a point along its normal)."""
 
 
 def taubin_moments(centred_points: Float) -> tuple[Float, Float]:

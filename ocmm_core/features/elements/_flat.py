@@ -39,33 +39,23 @@ from ocmm_core.geometry import Float, Points3, perpendicular_pair, unit
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """A closed outline in the plane.
-
-    Attributes
-    ----------
-    centre
-        (2,).
-    radius, second
-        As in the geometry vector; ``second`` is zero for a circle.
-    turn
-        rad: direction of the length; None for a circle.
-    normals
-        (n, 2): unit vectors, outwards, at the points.
-    residuals
-        (n,): positive outside.
-    gain, shifts
-        (5, k) and (n, k): the first times the second transposed is d(centre, turn, radius, second)
-        / d(shift of a point along its normal).
-    """
+    """A closed outline in the plane."""
 
     centre: Float
+    """(2,)."""
     radius: float
     second: float
+    """`radius`, `second`: As in the geometry vector; ``second`` is zero for a circle."""
     turn: float | None
+    """rad: direction of the length; None for a circle."""
     normals: Float
+    """(n, 2): unit vectors, outwards, at the points."""
     residuals: Float
+    """(n,): positive outside."""
     gain: Float
     shifts: Float
+    """`gain`, `shifts`: (5, k) and (n, k): the first times the second transposed is d(centre, turn,
+    radius, second) / d(shift of a point along its normal)."""
 
 
 _NOTHING = np.zeros((GEOMETRY_SIZE, 3))
@@ -165,27 +155,18 @@ def fit_in_given_plane(
 
 @dataclass(frozen=True, slots=True)
 class _Placed:
-    """An outline in space.
-
-    Attributes
-    ----------
-    outline
-        In the plane.
-    geometry
-        (12,).
-    gain
-        (12, k): d(geometry) / d(shifts of the points in the plane), by the outline's shifts.
-    outward
-        (n, 3): unit normals of the outline at the points.
-    lever
-        (3,), mm: from the centroid of the points to the centre.
-    """
+    """An outline in space."""
 
     outline: Outline
+    """In the plane."""
     geometry: Float
+    """(12,)."""
     gain: Float
+    """(12, k): d(geometry) / d(shifts of the points in the plane), by the outline's shifts."""
     outward: Float
+    """(n, 3): unit normals of the outline at the points."""
     lever: Float
+    """(3,), mm: from the centroid of the points to the centre."""
 
     def spread(self, jacobian: Float) -> None:
         """Add d(geometry) / d(points), the plane being given, to ``jacobian`` (12, 3 n)."""

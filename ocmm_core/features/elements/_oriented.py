@@ -39,21 +39,14 @@ _SETTLED = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class Turned:
-    """A direction that was free to turn about an axis.
-
-    Attributes
-    ----------
-    direction
-        (3,), unit.
-    by_points
-        (3, 3 n): d(direction) / d(points).
-    by_turn
-        (3, 3): d(direction) / d(small turn of the axis and all directions, rad).
-    """
+    """A direction that was free to turn about an axis."""
 
     direction: Float
+    """(3,), unit."""
     by_points: Float
+    """(3, 3 n): d(direction) / d(points)."""
     by_turn: Float
+    """(3, 3): d(direction) / d(small turn of the axis and all directions, rad)."""
 
 
 def fixed_direction(direction: Float, count: int) -> Turned:

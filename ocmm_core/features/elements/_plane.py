@@ -46,30 +46,20 @@ def fit_plane(points: Points3, direction_hint: Float | None = None) -> Fit:
 
 @dataclass(frozen=True, slots=True)
 class OwnPlane:
-    """The plane of some points.
-
-    Attributes
-    ----------
-    centroid
-        (3,), mm.
-    about
-        (n, 3): points about it, divided by their size.
-    size
-        mm.
-    axes
-        (3, 3), by rows: the two greater principal axes, and the oriented normal.
-    shifts
-        (n, 2): places of the points along the two axes.
-    tilt
-        (3, 2): d(normal) / d(shifts of the points along the normal), by ``shifts``.
-    """
+    """The plane of some points."""
 
     centroid: Float
+    """(3,), mm."""
     about: Float
+    """(n, 3): points about it, divided by their size."""
     size: float
+    """mm."""
     axes: Float
+    """(3, 3), by rows: the two greater principal axes, and the oriented normal."""
     shifts: Float
+    """(n, 2): places of the points along the two axes."""
     tilt: Float
+    """(3, 2): d(normal) / d(shifts of the points along the normal), by ``shifts``."""
 
 
 def own_plane(shape: Shape, points: Points3, direction_hint: Float | None) -> OwnPlane:

@@ -38,26 +38,19 @@ from ocmm_core.geometry import Float, Points3
 
 
 class Known(NamedTuple):
-    """What is known before a fit. A named tuple, as one is made for every fit.
-
-    Attributes
-    ----------
-    direction
-        (3,): the direction of the result points along it.
-    radius, second, half_angle
-        mm, mm, rad: may decide between rivals.
-    free
-        Circle only: in space as one problem.
-    offset
-        mm: distance that the element keeps from its points, where its shape has ``kept`` for ball.
-    """
+    """What is known before a fit. A named tuple, as one is made for every fit."""
 
     direction: Float | None = None
+    """(3,): the direction of the result points along it."""
     radius: float | None = None
     second: float | None = None
     half_angle: float | None = None
+    """`radius`, `second`, `half_angle`: mm, mm, rad: may decide between rivals."""
     free: bool = False
+    """Circle only: in space as one problem."""
     offset: float = 0.0
+    """mm: distance that the element keeps from its points, where its shape has ``kept`` for ball.
+    """
 
     @property
     def sizes(self) -> tuple[float, float] | None:
@@ -75,32 +68,22 @@ Signed: TypeAlias = Callable[[Float, Float], tuple[Float, Points3]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ElementSpec:
-    """How one shape is computed.
-
-    Attributes
-    ----------
-    fit
-        By least squares, from points (n, 3), mm.
-    projected
-        The same in a plane of given normal (3,), with the derivatives (12, 3) by the normal; None
-        for what has no plane.
-    jacobian
-        How signed distances move, see `distance_derivatives`.
-    signed
-        Signed distances from a nominal, see `nominal_distances`.
-    kernel
-        Kind of the compiled solver that follows a minimum as points move; None where there is
-        none, and the element is fitted again.
-    may_be_turned
-        `fit_oriented` finds it with a direction that is given.
-    """
+    """How one shape is computed."""
 
     fit: Callable[[Points3, Known], Fit]
+    """By least squares, from points (n, 3), mm."""
     projected: Callable[[Points3, Float, Known], tuple[Fit, Float]] | None
+    """The same in a plane of given normal (3,), with the derivatives (12, 3) by the normal; None
+    for what has no plane."""
     jacobian: Slopes
+    """How signed distances move, see `distance_derivatives`."""
     signed: Signed
+    """Signed distances from a nominal, see `nominal_distances`."""
     kernel: int | None
+    """Kind of the compiled solver that follows a minimum as points move; None where there is none,
+    and the element is fitted again."""
     may_be_turned: bool
+    """`fit_oriented` finds it with a direction that is given."""
 
 
 def _slot(shape: Shape, jacobian: Slopes, signed: Signed, kernel: int) -> ElementSpec:

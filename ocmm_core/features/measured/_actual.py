@@ -50,23 +50,17 @@ class Touches:
 
 @dataclass(frozen=True, slots=True)
 class ResidualSlopes:
-    """How the residuals of n touches answer to the points: with the element, and each by itself.
-
-    Attributes
-    ----------
-    by_geometry
-        (n, 12): d(residuals) / d(geometry of the fit of the ball centres).
-    geometry
-        (12,): how that geometry answers to the points.
-    places, normals, by_radius
-        (n,) of the touches, (n, 3): by each touch alone, and what the ball alone does to all.
-    """
+    """How the residuals of n touches answer to the points: with the element, and each by itself."""
 
     by_geometry: Float
+    """(n, 12): d(residuals) / d(geometry of the fit of the ball centres)."""
     geometry: Rows
+    """(12,): how that geometry answers to the points."""
     places: Int
     normals: Float
     by_radius: float
+    """`places`, `normals`, `by_radius`: (n,) of the touches, (n, 3): by each touch alone, and what
+    the ball alone does to all."""
 
     def __len__(self) -> int:
         return len(self.normals)
@@ -80,33 +74,24 @@ class ResidualSlopes:
 
 @dataclass(frozen=True, slots=True)
 class ActualFeature:
-    """One feature of the part as measured.
-
-    Attributes
-    ----------
-    nominal
-        What the plan says about it.
-    fit
-        Compensated geometry, world frame; its jacobian is by the feature's own points, its
-        residuals are those of the ball centres.
-    numbers
-        Of the points that it rests on.
-    jacobian
-        (12,): d(geometry) / d(ball centres of the job, tip radius), of the points that it rests on.
-    by_residuals
-        How its residuals answer to the same.
-    raw, touches
-        The fit of the ball centres before the ball was taken off, and these touches. None for a
-        feature that is constructed from others and has no points of its own.
-    """
+    """One feature of the part as measured."""
 
     nominal: NominalFeature
+    """What the plan says about it."""
     fit: Fit
+    """Compensated geometry, world frame; its jacobian is by the feature's own points, its residuals
+    are those of the ball centres."""
     numbers: tuple[int, ...]
+    """Of the points that it rests on."""
     jacobian: Rows
+    """(12,): d(geometry) / d(ball centres of the job, tip radius), of the points that it rests on.
+    """
     by_residuals: Rows | ResidualSlopes
+    """How its residuals answer to the same."""
     raw: Fit | None = None
     touches: Touches | None = None
+    """`raw`, `touches`: The fit of the ball centres before the ball was taken off, and these
+    touches. None for a feature that is constructed from others and has no points of its own."""
 
     @property
     def residual_jacobian(self) -> Rows:

@@ -17,18 +17,12 @@ from ocmm_core.features.shapes import Shape
 class _Construction(
     msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind"
 ):
-    """What all kinds share.
-
-    Attributes
-    ----------
-    name
-        Unique among all features of the plan, probed and constructed.
-    features
-        Names of the features it is made from, probed or constructed, in any order of the plan.
-    """
+    """What all kinds share."""
 
     name: str
+    """Unique among all features of the plan, probed and constructed."""
     features: tuple[str, ...]
+    """Names of the features it is made from, probed or constructed, in any order of the plan."""
 
 
 class Intersection(_Construction, frozen=True, kw_only=True, tag="intersection"):
@@ -48,17 +42,12 @@ class Midpoint(_Construction, frozen=True, kw_only=True, tag="midpoint"):
 
 
 class Bisector(_Construction, frozen=True, kw_only=True, tag="bisector"):
-    """The plane or line halfway between two planes or two lines or axes.
-
-    Attributes
-    ----------
-    which
-        Of planes: ``"between"`` halves the material between two faces, as those of a tongue or
-        the space between those of a groove; ``"across"`` is the one square to it, and the middle of
-        two faces that look the same way. Of lines: ``"between"`` halves the smaller angle.
-    """
+    """The plane or line halfway between two planes or two lines or axes."""
 
     which: Literal["between", "across"] = "between"
+    """Of planes: ``"between"`` halves the material between two faces, as those of a tongue or the
+    space between those of a groove; ``"across"`` is the one square to it, and the middle of two
+    faces that look the same way. Of lines: ``"between"`` halves the smaller angle."""
 
 
 class Symmetry(_Construction, frozen=True, kw_only=True, tag="symmetry"):
@@ -73,34 +62,23 @@ class Offset(_Construction, frozen=True, kw_only=True, tag="offset"):
 
     A plane by itself along its normal; circle, sphere and cylinder by themselves grow by it in
     radius; any feature together with a second one is moved along that one's direction.
-
-    Attributes
-    ----------
-    distance
-        mm; negative the other way.
-    towards
-        Where the second feature is a line or axis, which has no sense: a feature at the side that
-        counts as positive, seen from the first.
     """
 
     distance: float
+    """mm; negative the other way."""
     towards: str = ""
+    """Where the second feature is a line or axis, which has no sense: a feature at the side that
+    counts as positive, seen from the first."""
 
 
 class FitThrough(_Construction, frozen=True, kw_only=True, tag="best fit"):
-    """The least-squares element through the centres, or through all touched points, of features.
-
-    Attributes
-    ----------
-    shape
-        Of the element.
-    through
-        ``"centres"``: the points and centres of the features; ``"points"``: their touches, each
-        compensated along the normal of its own feature.
-    """
+    """The least-squares element through the centres, or through all touched points, of features."""
 
     shape: Shape
+    """Of the element."""
     through: Literal["centres", "points"] = "centres"
+    """``"centres"``: the points and centres of the features; ``"points"``: their touches, each
+    compensated along the normal of its own feature."""
 
 
 class BoltCircle(_Construction, frozen=True, kw_only=True, tag="bolt circle"):
@@ -108,30 +86,19 @@ class BoltCircle(_Construction, frozen=True, kw_only=True, tag="bolt circle"):
 
 
 class ConeSection(_Construction, frozen=True, kw_only=True, tag="cone section"):
-    """The circle where a cone has a diameter, or its diameter at a distance from a plane.
-
-    Attributes
-    ----------
-    diameter
-        mm: of the gauge circle; then the cone is the only feature.
-    distance
-        mm: from the plane that is the second feature, along its normal.
-    """
+    """The circle where a cone has a diameter, or its diameter at a distance from a plane."""
 
     diameter: float = 0.0
+    """mm: of the gauge circle; then the cone is the only feature."""
     distance: float = 0.0
+    """mm: from the plane that is the second feature, along its normal."""
 
 
 class HiddenPoint(_Construction, frozen=True, kw_only=True, tag="hidden point"):
-    """The point on the line from a first centre through a second one, beyond it by a distance.
-
-    Attributes
-    ----------
-    distance
-        mm, from the second centre; as certified for the adapter with two balls.
-    """
+    """The point on the line from a first centre through a second one, beyond it by a distance."""
 
     distance: float
+    """mm, from the second centre; as certified for the adapter with two balls."""
 
 
 class PartOf(_Construction, frozen=True, kw_only=True, tag="part of"):

@@ -22,21 +22,14 @@ _SHOWS = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Through:
-    """An element through points that themselves move with the points of the job.
-
-    Attributes
-    ----------
-    fit
-        Of the element.
-    jacobian
-        (12,): d(geometry) / d(ball centres, tip radius).
-    residual_jacobian
-        (n,): d(residuals) / d(the same).
-    """
+    """An element through points that themselves move with the points of the job."""
 
     fit: Fit
+    """Of the element."""
     jacobian: Rows
+    """(12,): d(geometry) / d(ball centres, tip radius)."""
     residual_jacobian: Rows
+    """(n,): d(residuals) / d(the same)."""
 
     @classmethod
     def of(cls, fit: Fit, points: Points3, moves: Rows) -> Through:

@@ -20,21 +20,14 @@ from ocmm_core.measuring import Rows
 
 @dataclass(frozen=True, slots=True)
 class Orientation:
-    """Which directions an element may have.
-
-    Attributes
-    ----------
-    direction
-        (3,), unit, world: the one, or one of them.
-    about
-        (3,), unit, world: axis about which it may turn; None where it is fixed.
-    by_coordinates
-        (3,): how all of it turns, rad, with the points of the job.
-    """
+    """Which directions an element may have."""
 
     direction: Float
+    """(3,), unit, world: the one, or one of them."""
     about: Float | None
+    """(3,), unit, world: axis about which it may turn; None where it is fixed."""
     by_coordinates: Rows
+    """(3,): how all of it turns, rad, with the points of the job."""
 
 
 def can_be_oriented(feature: ActualFeature) -> bool:

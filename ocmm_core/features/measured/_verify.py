@@ -47,40 +47,28 @@ class Convention(Enum):
 
 @dataclass(frozen=True, slots=True)
 class PairResult:
-    """How far one fit lies from its certified result.
-
-    Attributes
-    ----------
-    name
-        Of the pair.
-    shape
-        What was fitted.
-    points
-        How many.
-    position, size, direction, apex
-        mm, mm, rad, deg; None where the shape has none, or where only residuals can be compared
-        because several elements pass through so few points.
-    residual
-        mm: rms of the residuals where only they are compared, else None.
-    failure
-        Why there is no fit, or empty.
-    form
-        mm: difference of the width of the zone, where the certified result has one.
-    reading
-        How the certified numbers were read where that is not the convention of NIST, or empty.
-    """
+    """How far one fit lies from its certified result."""
 
     name: str
+    """Of the pair."""
     shape: Shape
+    """What was fitted."""
     points: int
+    """How many."""
     position: float | None = None
     size: float | None = None
     direction: float | None = None
     apex: float | None = None
+    """`position`, `size`, `direction`, `apex`: mm, mm, rad, deg; None where the shape has none, or
+    where only residuals can be compared because several elements pass through so few points."""
     residual: float | None = None
+    """mm: rms of the residuals where only they are compared, else None."""
     failure: str = ""
+    """Why there is no fit, or empty."""
     form: float | None = None
+    """mm: difference of the width of the zone, where the certified result has one."""
     reading: str = ""
+    """How the certified numbers were read where that is not the convention of NIST, or empty."""
 
     @property
     def passed(self) -> bool:
@@ -100,18 +88,12 @@ class PairResult:
 
 @dataclass(frozen=True, slots=True)
 class SetReport:
-    """The worst errors of one folder's pairs.
-
-    Attributes
-    ----------
-    name
-        Of the folder.
-    results
-        Of its pairs, in the order of their names.
-    """
+    """The worst errors of one folder's pairs."""
 
     name: str
+    """Of the folder."""
     results: tuple[PairResult, ...]
+    """Of its pairs, in the order of their names."""
 
     @property
     def passed(self) -> bool:

@@ -15,22 +15,15 @@ RANK = 1e-10
 
 @dataclass(frozen=True, slots=True)
 class Patch:
-    """A bent patch.
-
-    Attributes
-    ----------
-    foot, normal
-        (3,) and (3,), unit: where the middle of the points is on it.
-    curvatures
-        (2,): principal ones, positive where it bends towards the normal.
-    directions
-        (2, 3), unit: of these.
-    """
+    """A bent patch."""
 
     foot: Float
     normal: Float
+    """`foot`, `normal`: (3,) and (3,), unit: where the middle of the points is on it."""
     curvatures: Float
+    """(2,): principal ones, positive where it bends towards the normal."""
     directions: Float
+    """(2, 3), unit: of these."""
 
 
 def curved_patch(points: Float) -> Patch:

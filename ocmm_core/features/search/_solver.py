@@ -22,21 +22,14 @@ WELL_CONDITIONED = 1e-10
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """Where the iteration ended.
-
-    Attributes
-    ----------
-    parameters
-        (8,), as `axis_kernel` and `flat_kernel` define them for the kind.
-    cost
-        Sum of squared residuals.
-    converged
-        False where the steps did not become short.
-    """
+    """Where the iteration ended."""
 
     parameters: Float
+    """(8,), as `axis_kernel` and `flat_kernel` define them for the kind."""
     cost: float
+    """Sum of squared residuals."""
     converged: bool
+    """False where the steps did not become short."""
 
 
 def minimise(kind: int, points: Float, start: Float) -> Solution:

@@ -14,71 +14,53 @@ from ocmm_core.geometry import Float, perpendicular_pair, unit
 
 
 class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One feature to probe.
-
-    Attributes
-    ----------
-    name
-        Unique in the plan.
-    shape
-        `Shape` by its word.
-    points
-        Touches to take; at least the minimum of the shape.
-    side
-        ``"outer"``: the probe stands outside the material's curve (shaft, ball, face);
-        ``"inner"``: inside it (bore).
-    point, direction
-        Nominal geometry in the part frame: centre or point on the element, and its normal or
-        axis. For planes and points the direction leaves the material.
-    diameter
-        Nominal diameter of circle, sphere, cylinder, cone (square to its axis at ``point``) and
-        torus (of its centre line); zero for other shapes.
-    length, width
-        Overall length and width of slot and rectangle, axes of an ellipse, both; tube diameter of
-        a torus is its width. Length of a cylinder, cone, line or plane along axis or ``across``
-        where the plan knows it, else zero.
-    angle_deg
-        Full apex angle of a cone.
-    across
-        Direction of the length of ellipse, slot, rectangle and plane, part frame.
-    criterion
-        How the element is associated with its points, in the words of `CRITERIA`.
-    free
-        Circle only, least squares or minimum zone: fitted in space as one problem instead of
-        plane first.
-    text, picture
-        What the inspector reads, and the file of the picture beside the plan that he sees.
-    compensation
-        How the side of the material is found (`measuring.compensation.METHODS`); empty: as the
-        plan says.
-    projection
-        Circle, ellipse, slot and rectangle: the plane feature along whose normal the points are
-        projected before the outline is fitted in it.
-    targets
-        mm, part frame: where to touch plane, cylinder, cone, sphere or torus, the first ones first;
-        empty: spread over the shape by its sizes, as if it had no holes.
-    """
+    """One feature to probe."""
 
     name: str
+    """Unique in the plan."""
     shape: Shape
+    """`Shape` by its word."""
     points: int
+    """Touches to take; at least the minimum of the shape."""
     point: Vector3
     direction: Vector3 = (0.0, 0.0, 1.0)
+    """`point`, `direction`: Nominal geometry in the part frame: centre or point on the element, and
+    its normal or axis. For planes and points the direction leaves the material."""
     diameter: float = 0.0
+    """Nominal diameter of circle, sphere, cylinder, cone (square to its axis at ``point``) and
+    torus (of its centre line); zero for other shapes."""
     side: Literal["outer", "inner"] = "outer"
+    """``"outer"``: the probe stands outside the material's curve (shaft, ball, face); ``"inner"``:
+    inside it (bore)."""
     projection: str = ""
+    """Circle, ellipse, slot and rectangle: the plane feature along whose normal the points are
+    projected before the outline is fitted in it."""
     length: float = 0.0
     width: float = 0.0
+    """`length`, `width`: Overall length and width of slot and rectangle, axes of an ellipse, both;
+    tube diameter of a torus is its width. Length of a cylinder, cone, line or plane along axis or
+    ``across`` where the plan knows it, else zero."""
     angle_deg: float = 0.0
+    """Full apex angle of a cone."""
     across: Vector3 = (1.0, 0.0, 0.0)
+    """Direction of the length of ellipse, slot, rectangle and plane, part frame."""
     criterion: Literal["least squares", "minimum zone", "inscribed", "circumscribed"] = (
         "least squares"
     )
+    """How the element is associated with its points, in the words of `CRITERIA`."""
     text: str = ""
     picture: str = ""
+    """`text`, `picture`: What the inspector reads, and the file of the picture beside the plan that
+    he sees."""
     free: bool = False
+    """Circle only, least squares or minimum zone: fitted in space as one problem instead of plane
+    first."""
     compensation: Literal["", "approach", "pulled", "shank", "nominal"] = ""
+    """How the side of the material is found (`measuring.compensation.METHODS`); empty: as the plan
+    says."""
     targets: tuple[Vector3, ...] = ()
+    """mm, part frame: where to touch plane, cylinder, cone, sphere or torus, the first ones first;
+    empty: spread over the shape by its sizes, as if it had no holes."""
 
 
 CRITERIA = {

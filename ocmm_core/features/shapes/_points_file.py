@@ -46,18 +46,12 @@ NORMAL = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class PointsFile:
-    """What a file of points holds.
-
-    Attributes
-    ----------
-    points
-        (n, 3), mm.
-    unit
-        As the file names it, or mm.
-    """
+    """What a file of points holds."""
 
     points: Points3
+    """(n, 3), mm."""
     unit: str = "mm"
+    """As the file names it, or mm."""
 
     @property
     def factor(self) -> float:

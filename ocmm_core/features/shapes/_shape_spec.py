@@ -60,27 +60,18 @@ QifPlace: TypeAlias = Literal[
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """One size of a shape.
-
-    Attributes
-    ----------
-    word
-        In sentences; with underscores a property of `Fit`.
-    title
-        As a table shows it.
-    place
-        Of its half in the geometry vector.
-    field
-        Of `NominalFeature`, which holds the whole of it.
-    grows
-        The element of ball centres is larger by the ball.
-    """
+    """One size of a shape."""
 
     word: str
+    """In sentences; with underscores a property of `Fit`."""
     title: str
+    """As a table shows it."""
     place: int
+    """Of its half in the geometry vector."""
     field: SizeField
+    """Of `NominalFeature`, which holds the whole of it."""
     grows: bool = True
+    """The element of ball centres is larger by the ball."""
 
     @property
     def is_angle(self) -> bool:
@@ -95,115 +86,78 @@ class Size:
 
 @dataclass(frozen=True, slots=True)
 class QifShape:
-    """A shape in the words of a QIF file.
-
-    Attributes
-    ----------
-    feature
-        Begins the names of its elements.
-    place
-        What tells where it lies.
-    sizes
-        Elements of its sizes, each with the field of `export.report.Element` that it holds.
-    extent
-        What else bounds it: ``nominal`` and ``definition`` hold its length and tell it from its
-        start; ``cone`` has both ends along its axis, ``flat`` ends that are straight.
-    form
-        Begins the name of its characteristic of form, where no kind of ISO 1101 is that.
-    before
-        How many of the sizes a measurement tells before the place.
-    """
+    """A shape in the words of a QIF file."""
 
     feature: str
+    """Begins the names of its elements."""
     place: QifPlace
+    """What tells where it lies."""
     sizes: tuple[tuple[str, SizeField], ...] = ()
+    """Elements of its sizes, each with the field of `export.report.Element` that it holds."""
     extent: Literal["", "nominal", "definition", "cone", "flat"] = ""
+    """What else bounds it: ``nominal`` and ``definition`` hold its length and tell it from its
+    start; ``cone`` has both ends along its axis, ``flat`` ends that are straight."""
     form: str = "OtherForm"
+    """Begins the name of its characteristic of form, where no kind of ISO 1101 is that."""
     before: int = 0
+    """How many of the sizes a measurement tells before the place."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShapeSpec:
-    """One shape.
-
-    Attributes
-    ----------
-    minimum_points
-        Points without which it is not determined.
-    usual_points
-        Points of a feature whose plan does not say how many.
-    recommended_points
-        Points from which on form is evaluated without a note (BS 7172, NPL guide 41).
-    located
-        In which directions it has a place.
-    centred
-        Its point is a centre, and not any point of the element or of its axis.
-    point_word, direction_word
-        What a table calls them; the second is empty where it has no direction.
-    has_sense
-        Its direction says more than a line: away from the material, to where it grows.
-    is_long
-        It is a line, or has an axis that is probed over a length.
-    is_flat
-        It is fitted in a plane, which may be that of another feature.
-    has_across
-        It has a direction of its length in its plane.
-    has_sides
-        It has two straight sides with a middle plane.
-    is_curved
-        The side of the plan, outer or inner, says where the material is. What is not curved
-        follows its points linearly, but for the square of a small turn.
-    has_normals
-        Its points have normals that follow from the element alone.
-    planned_direction
-        A plan says a direction for it, be it that of the approach.
-    may_be_free
-        It can be fitted in space as one problem instead of plane first.
-    sizes
-        In the order of the geometry vector.
-    sizes_text
-        Format of a sentence on its sizes: whole first, whole second, mm, and full angle, deg.
-    often_ambiguous
-        The least number of points often fits two elements.
-    ball
-        How the ball is taken off.
-    criteria
-        By which it can be associated.
-    spread
-        How its points should be spread.
-    is_round
-        Its points are shown along its direction, on a dial.
-    form_kind
-        The kind of characteristic that its form is, or whose symbol stands for it.
-    qif
-        Its words in a QIF file.
-    """
+    """One shape."""
 
     minimum_points: int
+    """Points without which it is not determined."""
     usual_points: int
+    """Points of a feature whose plan does not say how many."""
     recommended_points: int
+    """Points from which on form is evaluated without a note (BS 7172, NPL guide 41)."""
     located: Located
+    """In which directions it has a place."""
     centred: bool
+    """Its point is a centre, and not any point of the element or of its axis."""
     point_word: str
     direction_word: Literal["", "Direction", "Normal", "Axis"]
+    """`point_word`, `direction_word`: What a table calls them; the second is empty where it has no
+    direction."""
     has_sense: bool
+    """Its direction says more than a line: away from the material, to where it grows."""
     is_long: bool
+    """It is a line, or has an axis that is probed over a length."""
     is_flat: bool
+    """It is fitted in a plane, which may be that of another feature."""
     has_across: bool
+    """It has a direction of its length in its plane."""
     has_sides: bool
+    """It has two straight sides with a middle plane."""
     is_curved: bool
+    """The side of the plan, outer or inner, says where the material is. What is not curved follows
+    its points linearly, but for the square of a small turn."""
     has_normals: bool
+    """Its points have normals that follow from the element alone."""
     planned_direction: bool
+    """A plan says a direction for it, be it that of the approach."""
     may_be_free: bool
+    """It can be fitted in space as one problem instead of plane first."""
     sizes: tuple[Size, ...]
+    """In the order of the geometry vector."""
     sizes_text: str
+    """Format of a sentence on its sizes: whole first, whole second, mm, and full angle, deg."""
     often_ambiguous: bool
+    """The least number of points often fits two elements."""
     ball: BallWay
+    """How the ball is taken off."""
     criteria: frozenset[Criterion]
+    """By which it can be associated."""
     spread: Spread
+    """How its points should be spread."""
     is_round: bool
+    """Its points are shown along its direction, on a dial."""
     form_kind: str
+    """The kind of characteristic that its form is, or whose symbol stands for it."""
     qif: QifShape
+    """Its words in a QIF file."""
 
     @property
     def has_direction(self) -> bool:

@@ -37,49 +37,35 @@ GEOMETRY_NAMES = (
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """An element associated with points, in the same form for every shape.
-
-    Attributes
-    ----------
-    shape
-        What was fitted.
-    geometry
-        (12,): see `element`. The point is the centre where the shape has one, and for line,
-        plane, cylinder and cone the foot of the points' centroid on the element or its axis.
-    jacobian
-        (12, 3 n): d(geometry) / d(points), points row by row (x1 y1 z1 x2 ...). First order in the
-        residuals: exact where they are small against the size of the feature.
-    residuals
-        (n,), mm: signed orthogonal distance of each point from the element.
-    rms
-        mm: square root of the mean squared residual.
-    form
-        mm: greatest minus smallest signed residual; of a line in space the diameter of the
-        thinnest cylinder along it about the points, of a circle in space by its minimum zone that
-        of the tube.
-    criterion
-        How the element was associated with the points.
-    contacts
-        Rows of the points that hold the element of any criterion but least squares: its
-        certificate of optimality. Empty for least squares.
-    free
-        Circle: in space, plane and circle as one problem.
-    rival
-        Another element of the same shape that the points cannot tell from this one: noise of the
-        size seen in the residuals may have made it the worse one. Nothing may rest on a fit with a
-        rival. None where there is none.
-    """
+    """An element associated with points, in the same form for every shape."""
 
     shape: Shape
+    """What was fitted."""
     geometry: Float
+    """(12,): see `element`. The point is the centre where the shape has one, and for line, plane,
+    cylinder and cone the foot of the points' centroid on the element or its axis."""
     jacobian: Float
+    """(12, 3 n): d(geometry) / d(points), points row by row (x1 y1 z1 x2 ...). First order in the
+    residuals: exact where they are small against the size of the feature."""
     residuals: Float
+    """(n,), mm: signed orthogonal distance of each point from the element."""
     rms: float
+    """mm: square root of the mean squared residual."""
     form: float
+    """mm: greatest minus smallest signed residual; of a line in space the diameter of the thinnest
+    cylinder along it about the points, of a circle in space by its minimum zone that of the tube.
+    """
     criterion: Criterion = Criterion.LEAST_SQUARES
+    """How the element was associated with the points."""
     contacts: tuple[int, ...] = ()
+    """Rows of the points that hold the element of any criterion but least squares: its certificate
+    of optimality. Empty for least squares."""
     free: bool = False
+    """Circle: in space, plane and circle as one problem."""
     rival: Fit | None = None
+    """Another element of the same shape that the points cannot tell from this one: noise of the
+    size seen in the residuals may have made it the worse one. Nothing may rest on a fit with a
+    rival. None where there is none."""
 
     @property
     def point(self) -> Float:

@@ -38,31 +38,21 @@ FLAT_CURVATURE = 1e-7
 
 @dataclass(frozen=True, slots=True)
 class Balance:
-    """The contacts of a zone and what they prove.
-
-    Attributes
-    ----------
-    contacts
-        (c,): rows of the points with a force.
-    signs
-        (c,): +1 at the upper bound, -1 at the lower.
-    forces
-        (c,): none negative.
-    unbalanced
-        Sum of forces that remains.
-    least_curvature
-        Least second derivative along which contacts leave the element free, against the
-        greatest; infinite where they leave none, zero where it is negative and nothing is gained.
-    way
-        (k,): the step of what the family frees along which that is.
-    """
+    """The contacts of a zone and what they prove."""
 
     contacts: Int
+    """(c,): rows of the points with a force."""
     signs: Float
+    """(c,): +1 at the upper bound, -1 at the lower."""
     forces: Float
+    """(c,): none negative."""
     unbalanced: float
+    """Sum of forces that remains."""
     least_curvature: float
+    """Least second derivative along which contacts leave the element free, against the greatest;
+    infinite where they leave none, zero where it is negative and nothing is gained."""
     way: Float
+    """(k,): the step of what the family frees along which that is."""
 
     @property
     def holds(self) -> bool:
@@ -77,30 +67,20 @@ class Balance:
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """What is proven of a zone.
-
-    Attributes
-    ----------
-    certified
-        It is a smallest one, or the largest inscribed one.
-    sentence
-        "certified" and by what, or why not.
-    contacts
-        Rows of the points that hold it.
-    forces
-        With which they push, in the order of ``contacts``.
-    unbalanced
-        Sum of forces that remains.
-    unique
-        No element nearby is as good.
-    """
+    """What is proven of a zone."""
 
     certified: bool
+    """It is a smallest one, or the largest inscribed one."""
     sentence: str
+    """"certified" and by what, or why not."""
     contacts: tuple[int, ...] = ()
+    """Rows of the points that hold it."""
     forces: tuple[float, ...] = ()
+    """With which they push, in the order of ``contacts``."""
     unbalanced: float = np.inf
+    """Sum of forces that remains."""
     unique: bool = False
+    """No element nearby is as good."""
 
 
 def certificate(fit: Fit, points: Points3, offset: float = 0.0) -> Certificate:

@@ -75,28 +75,19 @@ LENGTHS = [*range(POINT.start, POINT.stop), RADIUS, SECOND]
 
 @dataclass(frozen=True, slots=True)
 class ZoneTask:
-    """Points and a start, centred and scaled, of one zone.
-
-    Attributes
-    ----------
-    shape, surface
-        What is sought.
-    points
-        (n, 3), about their centroid, divided by ``size``.
-    start
-        The least-squares element among them.
-    centroid
-        (3,), mm.
-    size
-        mm.
-    """
+    """Points and a start, centred and scaled, of one zone."""
 
     shape: Shape
     surface: ElementFamily
+    """`shape`, `surface`: What is sought."""
     points: Float
+    """(n, 3), about their centroid, divided by ``size``."""
     start: Placed
+    """The least-squares element among them."""
     centroid: Float
+    """(3,), mm."""
     size: float
+    """mm."""
 
     @property
     def tube(self) -> bool:

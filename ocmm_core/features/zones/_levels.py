@@ -33,22 +33,15 @@ RANK = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class ZoneLevel:
-    """Points that hold a zone in the directions which the levels before leave free.
-
-    Attributes
-    ----------
-    rows, signs
-        (c,): the points; +1 outside, -1 inside.
-    weights
-        (c,): with which force, with the sign of the side.
-    half
-        Their distance from the outline.
-    """
+    """Points that hold a zone in the directions which the levels before leave free."""
 
     rows: Int
     signs: Float
+    """`rows`, `signs`: (c,): the points; +1 outside, -1 inside."""
     weights: Float
+    """(c,): with which force, with the sign of the side."""
     half: float
+    """Their distance from the outline."""
 
 
 def levels_of(task: ZoneTask, placed: Placed, balance: Balance) -> tuple[Placed, list[ZoneLevel]]:

@@ -44,24 +44,17 @@ NEARLY_FLAT = 1e-4
 
 @dataclass(frozen=True, slots=True)
 class Zone:
-    """An element with the bounds of its zone; centred and scaled.
-
-    Attributes
-    ----------
-    placed
-        Where it stands.
-    upper, lower
-        Greatest and smallest distance (with the sign of the surface); ``lower`` is zero where the
-        zone has no lower bound, and where it is even, so that ``upper`` is half of its breadth.
-        Infinite where there is no such element.
-    settled
-        The iteration came to rest: no step improves the zone to first order.
-    """
+    """An element with the bounds of its zone; centred and scaled."""
 
     placed: Placed
+    """Where it stands."""
     upper: float
     lower: float
+    """`upper`, `lower`: Greatest and smallest distance (with the sign of the surface); ``lower`` is
+    zero where the zone has no lower bound, and where it is even, so that ``upper`` is half of its
+    breadth. Infinite where there is no such element."""
     settled: bool
+    """The iteration came to rest: no step improves the zone to first order."""
 
     @property
     def width(self) -> float:

@@ -51,29 +51,21 @@ _CODES = {kind: code for code, kind in enumerate(DistanceKind)}
 
 @dataclass(frozen=True, slots=True)
 class ElementFamily:
-    """A family of elements.
-
-    Attributes
-    ----------
-    kind
-        What distances are measured from.
-    free
-        Which of u, v, w, a, b, the two sizes and the turn a step may change.
-    lower
-        The zone has a lower bound of its own; without it the greatest distance alone is minimised.
-    sign
-        -1: distances count negative, so that the greatest minimised is the smallest maximised.
-    even
-        The zone reaches as far to either side of the element: the greatest distance whatever its
-        sign is minimised. What is parallel to an ellipse is none, so that its zone cannot be moved
-        to one side.
-    """
+    """A family of elements."""
 
     kind: DistanceKind
+    """What distances are measured from."""
     free: tuple[int, ...]
+    """Which of u, v, w, a, b, the two sizes and the turn a step may change."""
     lower: bool = True
+    """The zone has a lower bound of its own; without it the greatest distance alone is minimised.
+    """
     sign: float = 1.0
+    """-1: distances count negative, so that the greatest minimised is the smallest maximised."""
     even: bool = False
+    """The zone reaches as far to either side of the element: the greatest distance whatever its
+    sign is minimised. What is parallel to an ellipse is none, so that its zone cannot be moved to
+    one side."""
 
     @property
     def outline(self) -> bool:
@@ -116,24 +108,17 @@ def inscribed(surface: ElementFamily) -> ElementFamily:
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """Where an element stands among centred and scaled points.
-
-    Attributes
-    ----------
-    frame
-        (3, 3): columns x, y, z of the element; z is its axis or normal, x the direction of the
-        length of an outline.
-    origin
-        (3,).
-    sizes
-        (3,): half apex angle of a cone, rad; radius of the centre line of a torus; half length and
-        half width of an outline, and how far outside an ellipse its points lie, which no step
-        changes. What a family lacks is zero.
-    """
+    """Where an element stands among centred and scaled points."""
 
     frame: Float
+    """(3, 3): columns x, y, z of the element; z is its axis or normal, x the direction of the
+    length of an outline."""
     origin: Float
+    """(3,)."""
     sizes: Float = field(default_factory=lambda: np.zeros(3))
+    """(3,): half apex angle of a cone, rad; radius of the centre line of a torus; half length and
+    half width of an outline, and how far outside an ellipse its points lie, which no step changes.
+    What a family lacks is zero."""
 
     def local(self, points: Float) -> Float:
         """Return ``points`` (n, 3) in the frame of the element."""

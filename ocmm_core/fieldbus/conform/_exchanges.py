@@ -32,28 +32,19 @@ class Status:
 
 @dataclass(frozen=True, slots=True)
 class Cycle:
-    """One exchange of process data.
-
-    Attributes
-    ----------
-    working_counter
-        Of the logical datagram.
-    content
-        The inputs, header and frames.
-    header
-        Decoded.
-    system_ns
-        Bus time of the camera when the frame passed it.
-    sent_ns, came_ns
-        Line time before and after.
-    """
+    """One exchange of process data."""
 
     working_counter: int
+    """Of the logical datagram."""
     content: bytes
+    """The inputs, header and frames."""
     header: Header
+    """Decoded."""
     system_ns: int
+    """Bus time of the camera when the frame passed it."""
     sent_ns: int
     came_ns: int
+    """`sent_ns`, `came_ns`: Line time before and after."""
 
     def frame(self, number: int) -> bytes:
         """Return one frame of the block as bytes."""

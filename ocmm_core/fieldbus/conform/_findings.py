@@ -34,31 +34,22 @@ class Outcome(StrEnum):
 
 
 class TimingSheet(msgspec.Struct, frozen=True, kw_only=True):
-    """Times of one kind.
-
-    Attributes
-    ----------
-    name
-        What was timed.
-    count
-        How many times were taken.
-    median_ns, p99_ns, worst_ns
-        Of them.
-    limit_ns
-        The worst may be no longer; 0: no limit, for information.
-    edges_ns, counts
-        Histogram: the edges of its bins, one more than there are bins, and how many times fell in
-        each.
-    """
+    """Times of one kind."""
 
     name: str
+    """What was timed."""
     count: int
+    """How many times were taken."""
     median_ns: int
     p99_ns: int
     worst_ns: int
+    """`median_ns`, `p99_ns`, `worst_ns`: Of them."""
     limit_ns: int
+    """The worst may be no longer; 0: no limit, for information."""
     edges_ns: tuple[int, ...]
     counts: tuple[int, ...]
+    """`edges_ns`, `counts`: Histogram: the edges of its bins, one more than there are bins, and how
+    many times fell in each."""
 
     @classmethod
     def of(cls, name: str, times_ns: Sequence[int], limit_ns: int) -> TimingSheet:
@@ -85,58 +76,40 @@ class TimingSheet(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RuleResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What one rule came to.
-
-    Attributes
-    ----------
-    code, section, title
-        Of the rule.
-    verdict
-        What it came to.
-    checked
-        How many single expectations were looked at.
-    complaints
-        What was not as described, a sentence each; why it was not tested.
-    """
+    """What one rule came to."""
 
     code: str
     section: str
     title: str
+    """`code`, `section`, `title`: Of the rule."""
     verdict: Verdict
+    """What it came to."""
     checked: int
+    """How many single expectations were looked at."""
     complaints: tuple[str, ...] = ()
+    """What was not as described, a sentence each; why it was not tested."""
 
 
 class ConformanceReport(msgspec.Struct, frozen=True, kw_only=True):
-    """A whole run.
-
-    Attributes
-    ----------
-    format
-        Of this document.
-    serial, alias, vendor, product, revision
-        Of the camera, from its EEPROM.
-    firmware
-        Version that the camera tells.
-    started_utc
-        ISO 8601.
-    program
-        Version of this program.
-    results, timings
-        What was found.
-    """
+    """A whole run."""
 
     format: Literal["ocmm.conformance/1"] = "ocmm.conformance/1"
+    """Of this document."""
     serial: int
     alias: int
     vendor: int
     product: int
     revision: int
+    """`serial`, `alias`, `vendor`, `product`, `revision`: Of the camera, from its EEPROM."""
     firmware: str
+    """Version that the camera tells."""
     started_utc: str
+    """ISO 8601."""
     program: str
+    """Version of this program."""
     results: tuple[RuleResult, ...]
     timings: tuple[TimingSheet, ...]
+    """`results`, `timings`: What was found."""
 
     @property
     def outcome(self) -> Outcome:

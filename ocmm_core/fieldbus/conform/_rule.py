@@ -11,21 +11,13 @@ from ocmm_core.fieldbus.conform._findings import Findings
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A rule.
-
-    Attributes
-    ----------
-    code
-        For the report; never given to another rule.
-    section
-        What it is about, for people.
-    title
-        What must hold, one sentence.
-    run
-        Tries it; notes what it finds. It may leave the camera in any state.
-    """
+    """A rule."""
 
     code: str
+    """For the report; never given to another rule."""
     section: str
+    """What it is about, for people."""
     title: str
+    """What must hold, one sentence."""
     run: Callable[[Bench, Findings], None]
+    """Tries it; notes what it finds. It may leave the camera in any state."""

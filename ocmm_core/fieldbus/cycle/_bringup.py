@@ -82,33 +82,23 @@ _SENSOR = (1, 2, 3)
 
 @dataclass(frozen=True, slots=True)
 class BusSettings:
-    """Which cameras are expected where, and how fast they run.
-
-    Attributes
-    ----------
-    interface
-        Network interface of the bus.
-    cameras
-        Cameras of the rig, in its order.
-    frame_period_ns, cycle_period_ns
-        Between two exposures, and between two bus cycles.
-    force
-        Use the interface although the computer uses it for its network.
-    redundant_interface
-        Interface at the other end of the ring; empty without a redundancy cable.
-    device, lenses
-        What the cameras are and, where they correct by themselves, with what each does; None and
-        empty for our own.
-    """
+    """Which cameras are expected where, and how fast they run."""
 
     interface: str
+    """Network interface of the bus."""
     cameras: tuple[CameraIdentity, ...]
+    """Cameras of the rig, in its order."""
     frame_period_ns: int = DEFAULT_FRAME_PERIOD_NS
     cycle_period_ns: int = 1_000_000
+    """`frame_period_ns`, `cycle_period_ns`: Between two exposures, and between two bus cycles."""
     force: bool = False
+    """Use the interface although the computer uses it for its network."""
     redundant_interface: str = ""
+    """Interface at the other end of the ring; empty without a redundancy cable."""
     device: DeviceDescription | None = None
     lenses: tuple[Intrinsics, ...] = ()
+    """`device`, `lenses`: What the cameras are and, where they correct by themselves, with what
+    each does; None and empty for our own."""
 
     @property
     def interfaces(self) -> tuple[str, ...]:
@@ -118,45 +108,31 @@ class BusSettings:
 
 @dataclass(slots=True)
 class Session:
-    """The bus from one bring-up to the next.
-
-    Attributes
-    ----------
-    master
-        The open master, from the phase SCAN on.
-    serials
-        Serial numbers in the order of the wire, as the last look at it found them, in this
-        bring-up or an earlier one.
-    places
-        For each camera of the rig, its position on the wire, 0 first.
-    layouts
-        Of their inputs, by their revisions.
-    image, translators
-        Of cameras that a file describes; None and empty for our own.
-    stations, areas
-        Their station addresses and mailboxes.
-    firmware
-        Versions that they tell.
-    ring_is_line
-        There is a redundancy cable, and one of its two ends has no link.
-    start_host_ns
-        Monotonic host time of the first exposure, as well as a read of the bus clock tells.
-    schedule
-        When they expose; complete once all steps were taken.
-    """
+    """The bus from one bring-up to the next."""
 
     master: Master | None = None
+    """The open master, from the phase SCAN on."""
     ring_is_line: bool = False
+    """There is a redundancy cable, and one of its two ends has no link."""
     serials: tuple[int | None, ...] = ()
+    """Serial numbers in the order of the wire, as the last look at it found them, in this bring-up
+    or an earlier one."""
     places: tuple[int, ...] = ()
+    """For each camera of the rig, its position on the wire, 0 first."""
     layouts: tuple[InputLayout, ...] = ()
+    """Of their inputs, by their revisions."""
     image: ProcessImage | None = None
     translators: tuple[InputTranslator, ...] = ()
+    """`image`, `translators`: Of cameras that a file describes; None and empty for our own."""
     stations: tuple[int, ...] = ()
     areas: tuple[MailboxAreas, ...] = ()
+    """`stations`, `areas`: Their station addresses and mailboxes."""
     firmware: tuple[str, ...] = ()
+    """Versions that they tell."""
     start_host_ns: int = 0
+    """Monotonic host time of the first exposure, as well as a read of the bus clock tells."""
     schedule: Schedule | None = None
+    """When they expose; complete once all steps were taken."""
 
     @property
     def own_time(self) -> bool:

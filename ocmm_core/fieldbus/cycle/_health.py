@@ -53,106 +53,74 @@ class Trouble(Enum):
 
 @dataclass(frozen=True, slots=True)
 class CycleFault:
-    """What was wrong with a cycle.
-
-    Attributes
-    ----------
-    trouble
-        What became of the cycle.
-    alarm
-        Its code.
-    reason
-        In words for people.
-    camera
-        Name of the camera at fault; empty for the whole bus.
-    deep
-        A camera lost what it was told at the bring-up; waiting is of no use.
-    """
+    """What was wrong with a cycle."""
 
     trouble: Trouble
+    """What became of the cycle."""
     alarm: Alarm
+    """Its code."""
     reason: str
+    """In words for people."""
     camera: str = ""
+    """Name of the camera at fault; empty for the whole bus."""
     deep: bool = False
+    """A camera lost what it was told at the bring-up; waiting is of no use."""
 
 
 @dataclass(frozen=True, slots=True)
 class Schedule:
-    """When the cameras expose, and the configuration that they must show.
-
-    Attributes
-    ----------
-    start_ns, period_ns
-        Exposure k happens at ``start_ns + k * period_ns`` of the bus clock.
-    config_crc
-        Check sum of the configuration.
-    """
+    """When the cameras expose, and the configuration that they must show."""
 
     start_ns: int
     period_ns: int
+    """`start_ns`, `period_ns`: Exposure k happens at ``start_ns + k * period_ns`` of the bus clock.
+    """
     config_crc: int
+    """Check sum of the configuration."""
 
 
 class CameraPast(NamedTuple):
-    """What is known about one camera from the cycles before.
-
-    Attributes
-    ----------
-    name
-        For messages.
-    next_frame
-        Exposure number of the first frame that is still wanted.
-    cycle_counter, boot_counter
-        As last accepted; None before the first answer.
-    layout, mark
-        Of its inputs, and what a sound one of this camera shows (`InputLayout.mark`).
-    """
+    """What is known about one camera from the cycles before."""
 
     name: str
+    """For messages."""
     next_frame: int = 0
+    """Exposure number of the first frame that is still wanted."""
     cycle_counter: int | None = None
     boot_counter: int | None = None
+    """`cycle_counter`, `boot_counter`: As last accepted; None before the first answer."""
     layout: InputLayout = NEWEST_LAYOUT
     mark: int = 0
+    """`layout`, `mark`: Of its inputs, and what a sound one of this camera shows
+    (`InputLayout.mark`)."""
 
 
 class CycleAnswer(NamedTuple):
-    """What one bus cycle brought.
-
-    Attributes
-    ----------
-    whole
-        All answers to the process data came in time.
-    working_counter, expected_working_counter
-        As counted by the wire and as it should be.
-    clock_ns, clock_plausible
-        Bus clock in this cycle, and whether it fits to the cycles before.
-    view
-        What the cameras say about their states.
-    inputs, headers
-        Of each camera, in the order of the rig; empty where there was no answer.
-    link
-        Why no frame can pass the interface; empty in good order.
-    silent_cycles
-        Over how many cycles nothing at all has come, this one included.
-    late
-        Answers have come too late recently.
-    untaken
-        All answers came, and this computer did not take all of them.
-    """
+    """What one bus cycle brought."""
 
     whole: bool
+    """All answers to the process data came in time."""
     working_counter: int
     expected_working_counter: int
+    """`working_counter`, `expected_working_counter`: As counted by the wire and as it should be."""
     clock_ns: int
     clock_plausible: bool
+    """`clock_ns`, `clock_plausible`: Bus clock in this cycle, and whether it fits to the cycles
+    before."""
     view: WatchView
+    """What the cameras say about their states."""
     inputs: tuple[bytes, ...]
     headers: tuple[Header, ...]
+    """`inputs`, `headers`: Of each camera, in the order of the rig; empty where there was no
+    answer."""
     link: str = ""
+    """Why no frame can pass the interface; empty in good order."""
     silent_cycles: int = 0
+    """Over how many cycles nothing at all has come, this one included."""
     late: bool = False
+    """Answers have come too late recently."""
     untaken: bool = False
+    """All answers came, and this computer did not take all of them."""
 
 
 def judge(

@@ -19,20 +19,14 @@ _PORT_NAMES = ("IN", "OUT", "2", "3")
 
 
 class PortTrouble(NamedTuple):
-    """What went wrong at one port of one camera.
-
-    Attributes
-    ----------
-    port
-        0 towards the computer, 1 towards the next camera.
-    broken, lost
-        Frames that arrived broken, and links that were lost, since the last look; where a counter
-        is full, what it shows.
-    """
+    """What went wrong at one port of one camera."""
 
     port: int
+    """0 towards the computer, 1 towards the next camera."""
     broken: int
     lost: int
+    """`broken`, `lost`: Frames that arrived broken, and links that were lost, since the last look;
+    where a counter is full, what it shows."""
 
     def words(self, camera: str) -> str:
         """Return it as a sentence."""

@@ -30,47 +30,31 @@ _FRESH_CYCLES = 500
 
 
 class CameraView(NamedTuple):
-    """What is known about one camera from its own answers.
-
-    Attributes
-    ----------
-    answers
-        How many devices answered to its address: 1 in good order, 0 where it is gone.
-    state, error, code
-        AL state, its error bit and the AL status code, as last told.
-    clock_offset_ns
-        Its clock against the reference clock; None before it told.
-    link_errors
-        Errors that its controller counted at its ports; None before it told.
-    trouble
-        What went wrong lately at the worst of its ports.
-    """
+    """What is known about one camera from its own answers."""
 
     answers: int = 1
+    """How many devices answered to its address: 1 in good order, 0 where it is gone."""
     state: int = 0
     error: bool = False
     code: int = 0
+    """`state`, `error`, `code`: AL state, its error bit and the AL status code, as last told."""
     clock_offset_ns: int | None = None
+    """Its clock against the reference clock; None before it told."""
     link_errors: int | None = None
+    """Errors that its controller counted at its ports; None before it told."""
     trouble: PortTrouble | None = None
+    """What went wrong lately at the worst of its ports."""
 
 
 class WatchView(NamedTuple):
-    """What is known about all cameras.
-
-    Attributes
-    ----------
-    age
-        Cycles since they last answered.
-    devices
-        How many devices are on the bus.
-    cameras
-        In the order of the rig.
-    """
+    """What is known about all cameras."""
 
     age: int
+    """Cycles since they last answered."""
     devices: int
+    """How many devices are on the bus."""
     cameras: tuple[CameraView, ...]
+    """In the order of the rig."""
 
 
 class StateWatch:

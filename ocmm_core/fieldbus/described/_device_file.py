@@ -69,50 +69,33 @@ class Role(StrEnum):
 
 
 class Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One entry of a process data object, or one for each slot.
-
-    Attributes
-    ----------
-    index, sub
-        Place in the object dictionary.
-    type
-        On the wire, low byte first.
-    role
-        What it is; several roles are so many entries one behind the other, e.g. x and y.
-    slots
-        Whether there is one for each slot, one behind the other.
-    value
-        Of a constant.
-    """
+    """One entry of a process data object, or one for each slot."""
 
     index: int
     sub: int
+    """`index`, `sub`: Place in the object dictionary."""
     type: TypeName
+    """On the wire, low byte first."""
     role: tuple[Role, ...]
+    """What it is; several roles are so many entries one behind the other, e.g. x and y."""
     slots: bool = False
+    """Whether there is one for each slot, one behind the other."""
     value: int = 0
+    """Of a constant."""
 
 
 class ProcessObject(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One process data object.
-
-    Attributes
-    ----------
-    index
-        Of its mapping object.
-    entries
-        In the order of the wire.
-    exposures
-        Whether there is one for each exposure of a cycle, one behind the other; indices of the
-        mapping objects and of their entries then go up by ``step``.
-    step
-        See above.
-    """
+    """One process data object."""
 
     index: int
+    """Of its mapping object."""
     entries: tuple[Entry, ...]
+    """In the order of the wire."""
     exposures: bool = False
+    """Whether there is one for each exposure of a cycle, one behind the other; indices of the
+    mapping objects and of their entries then go up by ``step``."""
     step: int = 1
+    """See above."""
 
 
 class StartUp(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -132,64 +115,45 @@ class StartUp(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 class DeviceDescription(Document, frozen=True, kw_only=True):
-    """A camera of another maker.
-
-    Attributes
-    ----------
-    name
-        For people.
-    vendor, product, revisions
-        Which devices it is for; the lowest and the highest revision.
-    sends
-        What the numbers of a spot are.
-    step
-        Of these numbers, px or mm.
-    slots
-        How many spots an exposure has, 1 to 8.
-    exposures
-        How many exposures a cycle brings, 1 to 12.
-    clock
-        By what it exposes.
-    cycle_ns
-        The bus cycle that it needs; an exposure takes that divided by their number.
-    latency_ns
-        From the end of a block of exposures until its inputs are renewed.
-    doubt_ns
-        How wrong the time of an exposure can be.
-    lens_doubt_px
-        How far the pixels that the corrected points are led back to can be wrong, px, because the
-        camera computes with numbers of its own.
-    outputs, inputs
-        Process data objects.
-    start_up
-        What is written before it runs.
-    mailbox
-        Start and size of the mailbox out, start and size of the mailbox in.
-    memory
-        Where outputs and inputs begin in the controller.
-    note
-        Where the description is from.
-    """
+    """A camera of another maker."""
 
     name: str
+    """For people."""
     vendor: int
     product: int
     revisions: tuple[int, int]
+    """`vendor`, `product`, `revisions`: Which devices it is for; the lowest and the highest
+    revision."""
     sends: Sends
+    """What the numbers of a spot are."""
     step: float
+    """Of these numbers, px or mm."""
     slots: int
+    """How many spots an exposure has, 1 to 8."""
     exposures: int
+    """How many exposures a cycle brings, 1 to 12."""
     clock: Clock
+    """By what it exposes."""
     doubt_ns: int
+    """How wrong the time of an exposure can be."""
     inputs: tuple[ProcessObject, ...]
     outputs: tuple[ProcessObject, ...]
+    """`outputs`, `inputs`: Process data objects."""
     cycle_ns: int = 1_000_000
+    """The bus cycle that it needs; an exposure takes that divided by their number."""
     latency_ns: int = 0
+    """From the end of a block of exposures until its inputs are renewed."""
     lens_doubt_px: float = 0.0
+    """How far the pixels that the corrected points are led back to can be wrong, px, because the
+    camera computes with numbers of its own."""
     start_up: tuple[StartUp, ...] = ()
+    """What is written before it runs."""
     mailbox: tuple[int, int, int, int] = (0x1000, 256, 0x1100, 256)
+    """Start and size of the mailbox out, start and size of the mailbox in."""
     memory: tuple[int, int] = (0x1400, 0x1800)
+    """Where outputs and inputs begin in the controller."""
     note: str = ""
+    """Where the description is from."""
 
     @property
     def period_ns(self) -> int:

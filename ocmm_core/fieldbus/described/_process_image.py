@@ -34,28 +34,20 @@ _SPOT = (Role.X, Role.Y, Role.INTENSITY)
 
 @dataclass(frozen=True, slots=True)
 class PlacedEntry:
-    """One entry where it is on the wire.
-
-    Attributes
-    ----------
-    index, sub, type, role
-        As in the document.
-    slot, exposure
-        Whose number it is; -1: of all.
-    at
-        Where it begins, bytes.
-    value
-        Of a constant.
-    """
+    """One entry where it is on the wire."""
 
     index: int
     sub: int
     type: TypeName
     role: Role
+    """`index`, `sub`, `type`, `role`: As in the document."""
     slot: int
     exposure: int
+    """`slot`, `exposure`: Whose number it is; -1: of all."""
     at: int
+    """Where it begins, bytes."""
     value: int
+    """Of a constant."""
 
     @property
     def size(self) -> int:

@@ -25,25 +25,17 @@ _FINEST = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """Something that a camera cannot prove.
-
-    Attributes
-    ----------
-    code
-        Stable.
-    words
-        For people: what is missing and what follows from it.
-    costs_mm
-        What it can add to the place of a resting ball, mm; 0: nothing.
-    of_age
-        Nothing in the data proves how old they are or in which order they came: a plan has to
-        allow such cameras.
-    """
+    """Something that a camera cannot prove."""
 
     code: str
+    """Stable."""
     words: str
+    """For people: what is missing and what follows from it."""
     costs_mm: float = 0.0
+    """What it can add to the place of a resting ball, mm; 0: nothing."""
     of_age: bool = False
+    """Nothing in the data proves how old they are or in which order they came: a plan has to allow
+    such cameras."""
 
 
 def doubts_of(device: DeviceDescription) -> tuple[Doubt, ...]:

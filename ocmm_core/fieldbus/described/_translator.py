@@ -46,19 +46,13 @@ _WRONG = 1
 
 
 class Timing(NamedTuple):
-    """When the cameras expose.
-
-    Attributes
-    ----------
-    start_ns, period_ns
-        Exposure k happens at ``start_ns + k * period_ns``.
-    config_crc
-        What `judge` wants to see.
-    """
+    """When the cameras expose."""
 
     start_ns: int
     period_ns: int
+    """`start_ns`, `period_ns`: Exposure k happens at ``start_ns + k * period_ns``."""
     config_crc: int
+    """What `judge` wants to see."""
 
 
 class InputTranslator:

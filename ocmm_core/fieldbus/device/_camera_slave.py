@@ -239,30 +239,20 @@ Window = tuple[int, int, int, int]
 
 @dataclass(frozen=True, slots=True)
 class CameraConfig:
-    """What the master sets in objects 0x8000 and 0x8001 before the camera runs.
-
-    Attributes
-    ----------
-    frame_period_ns
-        Time between exposures.
-    exposure_ns
-        Duration of an exposure.
-    threshold
-        Grey level above which a pixel belongs to a spot.
-    mode
-        What the camera sends.
-    strobe
-        Bit s lights LED s during the exposures; 0 lights all.
-    windows
-        Up to 8 windows, one for each slot in turn; without any the camera chooses by itself.
-    """
+    """What the master sets in objects 0x8000 and 0x8001 before the camera runs."""
 
     frame_period_ns: int = DEFAULT_FRAME_PERIOD_NS
+    """Time between exposures."""
     exposure_ns: int = 20_000
+    """Duration of an exposure."""
     threshold: int = 200
+    """Grey level above which a pixel belongs to a spot."""
     mode: CameraMode = CameraMode.RAW
+    """What the camera sends."""
     strobe: int = 0
+    """Bit s lights LED s during the exposures; 0 lights all."""
     windows: tuple[Window, ...] = ()
+    """Up to 8 windows, one for each slot in turn; without any the camera chooses by itself."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot be sent.

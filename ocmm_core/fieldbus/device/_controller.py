@@ -31,25 +31,18 @@ SYNC_PULSE_NS = 10_000
 
 @dataclass(frozen=True, slots=True)
 class ControllerWords:
-    """What a slave controller loads from its EEPROM at power-on (ETG.1000.4, registers of the PDI).
-
-    Attributes
-    ----------
-    controller
-        The chip, and how the camera's processor is connected to it.
-    pdi_control
-        Registers 0x0140 and 0x0141: low byte the kind of connection (5: SPI, 0x80: on-chip bus);
-        high byte bit 1 enhanced link detection, and on an ET1100 bit 2 the unit that gives SYNC0
-        and SYNC1 out: without it there is no signal, whatever a master activates.
-    pdi_configuration
-        Registers 0x0150 and 0x0151: low byte the connection (SPI mode 3: clock and data), high byte
-        the pins. 0xEE: both are outputs, push-pull and active high, and both raise an interrupt.
-        With 0 they were inputs.
-    """
+    """Configuration that a slave controller loads from its EEPROM (ETG.1000.4, PDI registers)."""
 
     controller: str
+    """The chip, and how the camera's processor is connected to it."""
     pdi_control: int
+    """Registers 0x0140 and 0x0141: low byte the kind of connection (5: SPI, 0x80: on-chip bus);
+    high byte bit 1 enhanced link detection, and on an ET1100 bit 2 the unit that gives SYNC0 and
+    SYNC1 out: without it there is no signal, whatever a master activates."""
     pdi_configuration: int
+    """Registers 0x0150 and 0x0151: low byte the connection (SPI mode 3: clock and data), high byte
+    the pins. 0xEE: both are outputs, push-pull and active high, and both raise an interrupt. With 0
+    they were inputs."""
 
     @property
     def content(self) -> bytes:
@@ -71,23 +64,17 @@ DC_ACTIVATE = 0x0700
 
 @dataclass(frozen=True, slots=True)
 class ClockMode:
-    """A way to use the distributed clock, as ESI file and EEPROM offer it.
-
-    Attributes
-    ----------
-    name, text
-        For people.
-    activate
-        Content of the activation register.
-    sync0_factor, sync1_factor
-        Periods by the bus cycle: negative is a part of it, positive so many of it.
-    """
+    """A way to use the distributed clock, as ESI file and EEPROM offer it."""
 
     name: str
     text: str
+    """`name`, `text`: For people."""
     activate: int
+    """Content of the activation register."""
     sync0_factor: int = 0
     sync1_factor: int = 0
+    """`sync0_factor`, `sync1_factor`: Periods by the bus cycle: negative is a part of it, positive
+    so many of it."""
 
 
 CLOCK_MODES = (

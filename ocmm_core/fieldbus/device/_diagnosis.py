@@ -20,24 +20,16 @@ DATA_BYTES = 5
 
 @dataclass(frozen=True, slots=True)
 class DiagnosisMessage:
-    """One entry of the error history.
-
-    Attributes
-    ----------
-    code
-        Error code of the emergency message; 0 says that the error before is over.
-    time_ns
-        Bus time.
-    register
-        Error register (0x1001) as it was then.
-    data
-        Five bytes that go with the code.
-    """
+    """One entry of the error history."""
 
     code: int
+    """Error code of the emergency message; 0 says that the error before is over."""
     time_ns: int
+    """Bus time."""
     register: int
+    """Error register (0x1001) as it was then."""
     data: bytes
+    """Five bytes that go with the code."""
 
     def encode(self) -> bytes:
         """Return the message as the object holds it."""

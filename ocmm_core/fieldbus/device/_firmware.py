@@ -28,22 +28,15 @@ _LONGEST_VERSION = 60
 
 @dataclass(frozen=True, slots=True)
 class Firmware:
-    """Firmware that somebody signed.
-
-    Attributes
-    ----------
-    version
-        For people, ASCII.
-    product, revisions
-        For which devices; lowest and highest revision.
-    content
-        What runs in the camera.
-    """
+    """Firmware that somebody signed."""
 
     version: str
+    """For people, ASCII."""
     product: int
     revisions: tuple[int, int]
+    """`product`, `revisions`: For which devices; lowest and highest revision."""
     content: bytes
+    """What runs in the camera."""
 
     def signed(self, key: Ed25519PrivateKey) -> bytes:
         """Return the file, signed with the key of the maker."""

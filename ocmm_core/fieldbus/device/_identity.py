@@ -17,46 +17,34 @@ from ocmm_core.fieldbus.device._input_layout import INPUT_LAYOUTS
 
 @dataclass(frozen=True, slots=True)
 class CameraIdentity:
-    """A camera of the rig, as its calibration knows it.
-
-    Attributes
-    ----------
-    name, serial, alias
-        What the rig calls it, its serial number and its EtherCAT station alias.
-    sensor, width, height
-        Serial number and size, px, of the sensor that was calibrated; 0: not known.
-    """
+    """A camera of the rig, as its calibration knows it."""
 
     name: str
     serial: int
     alias: int
+    """`name`, `serial`, `alias`: What the rig calls it, its serial number and its EtherCAT station
+    alias."""
     sensor: int = 0
     width: int = 0
     height: int = 0
+    """`sensor`, `width`, `height`: Serial number and size, px, of the sensor that was calibrated;
+    0: not known."""
 
 
 @dataclass(frozen=True, slots=True)
 class FoundDevice:
-    """What a device on the wire says it is.
-
-    Attributes
-    ----------
-    vendor, product, revision
-        What it is.
-    serial
-        Its serial number, of object 0x1018 where it could be asked; None where it does not tell.
-    alias
-        Its station alias.
-    stored_serial
-        The serial number in its EEPROM (SII word 0x0E); 0: none; None: not looked at.
-    """
+    """What a device on the wire says it is."""
 
     vendor: int
     product: int
     revision: int
+    """`vendor`, `product`, `revision`: What it is."""
     serial: int | None
+    """Its serial number, of object 0x1018 where it could be asked; None where it does not tell."""
     alias: int
+    """Its station alias."""
     stored_serial: int | None = None
+    """The serial number in its EEPROM (SII word 0x0E); 0: none; None: not looked at."""
 
 
 IsKind = Callable[[int, int, int], bool]

@@ -46,27 +46,18 @@ class Header(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InputLayout:
-    """How cameras of one revision lay out their input; its size is the same in all.
-
-    Attributes
-    ----------
-    revision
-        Of the cameras.
-    header_pdo
-        What stands in front of the frames.
-    cycle_counters
-        The counter of inputs begins again after so many.
-    longest_advance
-        Where the counter of inputs seems to have gone on by more, it has gone back.
-    says_serial
-        The check sum begins with the serial number.
-    """
+    """How cameras of one revision lay out their input; its size is the same in all."""
 
     revision: int
+    """Of the cameras."""
     header_pdo: Pdo
+    """What stands in front of the frames."""
     cycle_counters: int
+    """The counter of inputs begins again after so many."""
     longest_advance: int
+    """Where the counter of inputs seems to have gone on by more, it has gone back."""
     says_serial: bool
+    """The check sum begins with the serial number."""
 
     @property
     def input_pdos(self) -> tuple[Pdo, ...]:

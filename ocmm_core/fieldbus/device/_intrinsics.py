@@ -26,24 +26,15 @@ BLOB_BYTES = _HEAD.size + _NUMBERS.size + _CRC.size
 
 @dataclass(frozen=True, slots=True)
 class Intrinsics:
-    """What a camera's lens and sensor do, without its place in the world; see `CameraModel`.
-
-    Attributes
-    ----------
-    serial
-        Serial number of the camera that it belongs to.
-    date_s
-        When it was found, s since 1970 UTC.
-    width, height
-        Sensor, px.
-    pitch_mm, focal, aspect, u0, v0, k1, k2, p1, p2
-        As in `CameraModel`.
-    """
+    """What a camera's lens and sensor do, without its place in the world; see `CameraModel`."""
 
     serial: int
+    """Serial number of the camera that it belongs to."""
     date_s: int
+    """When it was found, s since 1970 UTC."""
     width: int
     height: int
+    """`width`, `height`: Sensor, px."""
     pitch_mm: float
     focal: float
     aspect: float
@@ -53,6 +44,7 @@ class Intrinsics:
     k2: float
     p1: float
     p2: float
+    """`pitch_mm`, `focal`, `aspect`, `u0`, `v0`, `k1`, `k2`, `p1`, `p2`: As in `CameraModel`."""
 
     @classmethod
     def of(cls, camera: CameraModel, date_s: int) -> Intrinsics:

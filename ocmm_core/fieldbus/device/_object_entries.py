@@ -36,42 +36,29 @@ class Access(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ObjectEntry:
-    """One value of the dictionary.
-
-    Attributes
-    ----------
-    name
-        For people.
-    kind
-        Its type.
-    value
-        What it holds at power-on, as on the wire.
-    writable, preop_only
-        The master may change it; only while no frames are made.
-    unit, text
-        For people: the unit of the number, and what it means.
-    low, high
-        Limits of a number that may be written; None where the type is the limit.
-    max_bytes
-        Of text or octets whose length may change; 0 for a fixed length.
-    live
-        It is worked out when it is read; ``value`` only shows its length.
-    mapped
-        It is part of the process data.
-    """
+    """One value of the dictionary."""
 
     name: str
+    """For people."""
     kind: DataType
+    """Its type."""
     value: bytes
+    """What it holds at power-on, as on the wire."""
     writable: bool = False
     preop_only: bool = False
+    """`writable`, `preop_only`: The master may change it; only while no frames are made."""
     unit: str = ""
     text: str = ""
+    """`unit`, `text`: For people: the unit of the number, and what it means."""
     low: int | None = None
     high: int | None = None
+    """`low`, `high`: Limits of a number that may be written; None where the type is the limit."""
     max_bytes: int = 0
+    """Of text or octets whose length may change; 0 for a fixed length."""
     live: bool = False
+    """It is worked out when it is read; ``value`` only shows its length."""
     mapped: bool = False
+    """It is part of the process data."""
 
     @property
     def access(self) -> Access:
@@ -102,27 +89,18 @@ class ObjectEntry:
 
 @dataclass(frozen=True, slots=True)
 class DictionaryObject:
-    """One object: a single value (entry 0) or a record (entry 0 holds the number of the last).
-
-    Attributes
-    ----------
-    name
-        For people.
-    entries
-        By number.
-    record
-        It is a record.
-    kind
-        Data type for descriptions: of the single value, or of the record.
-    text
-        What it is for.
-    """
+    """One object: a single value (entry 0) or a record (entry 0 holds the number of the last)."""
 
     name: str
+    """For people."""
     entries: Mapping[int, ObjectEntry]
+    """By number."""
     record: bool
+    """It is a record."""
     kind: int = GENERAL_RECORD
+    """Data type for descriptions: of the single value, or of the record."""
     text: str = ""
+    """What it is for."""
 
 
 def number(

@@ -42,32 +42,23 @@ _HASH_BYTES = 32
 
 @dataclass(frozen=True, slots=True)
 class CameraTexts:
-    """What a camera says it is.
-
-    Attributes
-    ----------
-    name, hardware, software
-        Objects 0x1008, 0x1009, 0x100A.
-    serial
-        Of the device (0x1018:04).
-    firmware, sensor_logic, boot_loader
-        Versions (0x9010).
-    width, height
-        Sensor, px.
-    operating_hours
-        Powered since it was made.
-    """
+    """What a camera says it is."""
 
     name: str
     hardware: str
     software: str
+    """`name`, `hardware`, `software`: Objects 0x1008, 0x1009, 0x100A."""
     serial: int
+    """Of the device (0x1018:04)."""
     firmware: str
     sensor_logic: str
     boot_loader: str
+    """`firmware`, `sensor_logic`, `boot_loader`: Versions (0x9010)."""
     width: int
     height: int
+    """`width`, `height`: Sensor, px."""
     operating_hours: int
+    """Powered since it was made."""
 
 
 @dataclass(frozen=True, slots=True)

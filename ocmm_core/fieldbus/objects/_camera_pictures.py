@@ -34,21 +34,14 @@ _LARGEST_PX = 1 << 26
 
 @dataclass(frozen=True, slots=True)
 class BlackImageState:
-    """Which black images a camera has.
-
-    Attributes
-    ----------
-    images
-        In use, stored, the same.
-    sha256
-        Of the pixels in use, hexadecimal; empty where there is none.
-    mean
-        Of the pixels in use, grey levels.
-    """
+    """Which black images a camera has."""
 
     images: BlackImage
+    """In use, stored, the same."""
     sha256: str
+    """Of the pixels in use, hexadecimal; empty where there is none."""
     mean: float
+    """Of the pixels in use, grey levels."""
 
 
 def measure_black_image(

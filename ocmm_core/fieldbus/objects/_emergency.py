@@ -43,21 +43,14 @@ _TEXTS = (
 
 @dataclass(frozen=True, slots=True)
 class Emergency:
-    """One message.
-
-    Attributes
-    ----------
-    code
-        Error code; 0 says that the error before is over.
-    register
-        The error register (object 0x1001): bit 0 any error, 3 temperature, 4 communication.
-    data
-        Five bytes that only the maker of the camera knows.
-    """
+    """One message."""
 
     code: int
+    """Error code; 0 says that the error before is over."""
     register: int
+    """The error register (object 0x1001): bit 0 any error, 3 temperature, 4 communication."""
     data: bytes
+    """Five bytes that only the maker of the camera knows."""
 
     @property
     def is_over(self) -> bool:

@@ -28,21 +28,16 @@ _UNSURE_CYCLES = 25
 
 @dataclass(frozen=True, slots=True)
 class MailboxAreas:
-    """Where the mailboxes of a camera are, as its sync managers say.
-
-    Attributes
-    ----------
-    out_start, out_bytes, in_start, in_bytes
-        Of the mailbox to the camera, and of the one from it.
-    repeat
-        Present repeat bit of the second one.
-    """
+    """Where the mailboxes of a camera are, as its sync managers say."""
 
     out_start: int
     out_bytes: int
     in_start: int
     in_bytes: int
+    """`out_start`, `out_bytes`, `in_start`, `in_bytes`: Of the mailbox to the camera, and of the
+    one from it."""
     repeat: bool
+    """Present repeat bit of the second one."""
 
     @classmethod
     def decode(cls, content: bytes) -> MailboxAreas:

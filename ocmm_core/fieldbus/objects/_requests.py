@@ -25,47 +25,31 @@ Number = Annotated[int, msgspec.Meta(ge=0)]
 
 
 class ObjectRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="object"):
-    """Read or write one entry of a camera's object dictionary.
-
-    Attributes
-    ----------
-    number
-        Chosen by who asks; the answers carry it.
-    camera
-        Name of the camera in the rig.
-    index, sub
-        Address of the entry.
-    value
-        What to write; None to read.
-    room
-        How many bytes the answer may have; a longer object is an error.
-    """
+    """Read or write one entry of a camera's object dictionary."""
 
     number: Number
+    """Chosen by who asks; the answers carry it."""
     camera: str
+    """Name of the camera in the rig."""
     index: int
     sub: int
+    """`index`, `sub`: Address of the entry."""
     value: bytes | None = None
+    """What to write; None to read."""
     room: int = MAX_VALUE_BYTES
+    """How many bytes the answer may have; a longer object is an error."""
 
 
 class EepromRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="eeprom"):
-    """Read words of a camera's EEPROM.
-
-    Attributes
-    ----------
-    number, camera
-        As in `ObjectRequest`.
-    word
-        Address of the first word.
-    words
-        How many.
-    """
+    """Read words of a camera's EEPROM."""
 
     number: Number
     camera: str
+    """`number`, `camera`: As in `ObjectRequest`."""
     word: int
+    """Address of the first word."""
     words: int
+    """How many."""
 
 
 class CancelRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="cancel"):
@@ -78,30 +62,21 @@ Request = ObjectRequest | EepromRequest | CancelRequest
 
 
 class ObjectReply(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How far a request is, or how it ended.
-
-    Attributes
-    ----------
-    number
-        Of the request; 0 where the request could not be read.
-    done, total
-        Bytes so far and in all; a total of 0 is not known yet.
-    finished
-        This is the last answer.
-    value
-        What was read, in the last answer.
-    code, what, remedy
-        The error in the last answer; all empty where it went well.
-    """
+    """How far a request is, or how it ended."""
 
     number: int
+    """Of the request; 0 where the request could not be read."""
     done: int = 0
     total: int = 0
+    """`done`, `total`: Bytes so far and in all; a total of 0 is not known yet."""
     finished: bool = False
+    """This is the last answer."""
     value: bytes = b""
+    """What was read, in the last answer."""
     code: str = ""
     what: str = ""
     remedy: str = ""
+    """`code`, `what`, `remedy`: The error in the last answer; all empty where it went well."""
 
 
 def encode_line(message: Request | ObjectReply) -> bytes:

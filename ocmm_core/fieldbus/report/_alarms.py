@@ -26,28 +26,19 @@ class AlarmResponse(Enum):
 
 @dataclass(frozen=True, slots=True)
 class AlarmSpec:
-    """Everything about one alarm.
-
-    Attributes
-    ----------
-    code
-        Stable: it stands in logs, in reports and on the screen.
-    title, remedy
-        What it means to people, and what they do about it.
-    answer
-        What the program does about it.
-    confirmed
-        After so many cycles in a row it is certain; zero for all but `AlarmResponse.BRING_UP`.
-    errors
-        Codes of the errors of a bring-up that mean the same.
-    """
+    """Everything about one alarm."""
 
     code: str
+    """Stable: it stands in logs, in reports and on the screen."""
     title: str
     remedy: str
+    """`title`, `remedy`: What it means to people, and what they do about it."""
     answer: AlarmResponse
+    """What the program does about it."""
     confirmed: int = 0
+    """After so many cycles in a row it is certain; zero for all but `AlarmResponse.BRING_UP`."""
     errors: tuple[str, ...] = ()
+    """Codes of the errors of a bring-up that mean the same."""
 
 
 class Alarm(StrEnum):

@@ -40,28 +40,20 @@ class Link(Enum):
 
 @dataclass(frozen=True, slots=True)
 class WirePicture:
-    """The wire from the host's interface to the last camera.
-
-    Attributes
-    ----------
-    interface, redundant_interface
-        Of the host; the second is empty without a redundancy cable.
-    cameras
-        As they stand on the wire; those that are not found come last.
-    links
-        links[i] leads to cameras[i], from the host or from the camera before it.
-    redundancy
-        The cable back from the last camera; None without one.
-    words
-        The same in one or two sentences.
-    """
+    """The wire from the host's interface to the last camera."""
 
     interface: str
     redundant_interface: str
+    """`interface`, `redundant_interface`: Of the host; the second is empty without a redundancy
+    cable."""
     cameras: tuple[CameraReport, ...]
+    """As they stand on the wire; those that are not found come last."""
     links: tuple[Link, ...]
+    """links[i] leads to cameras[i], from the host or from the camera before it."""
     redundancy: Link | None
+    """The cable back from the last camera; None without one."""
     words: str
+    """The same in one or two sentences."""
 
 
 def is_present(camera: CameraReport) -> bool:

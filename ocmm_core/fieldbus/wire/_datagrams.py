@@ -58,27 +58,18 @@ class Command(IntEnum):
 
 
 class Datagram(NamedTuple):
-    """One datagram.
-
-    Attributes
-    ----------
-    command
-        What the slaves do with it; an int where it came from the wire.
-    target
-        Position, station address, or low half of the logical address.
-    register
-        Memory address in the slave, or high half of the logical address.
-    data
-        Content.
-    working_counter
-        How many slaves took part; zero when sent.
-    """
+    """One datagram."""
 
     command: int
+    """What the slaves do with it; an int where it came from the wire."""
     target: int
+    """Position, station address, or low half of the logical address."""
     register: int
+    """Memory address in the slave, or high half of the logical address."""
     data: bytes
+    """Content."""
     working_counter: int = 0
+    """How many slaves took part; zero when sent."""
 
 
 def encode_frame(index: int, datagrams: Sequence[Datagram]) -> bytes:

@@ -9,21 +9,15 @@ class HostTime:
     """The monotonic clock of this computer; it waits for nobody.
 
     A virtual wire may bring another one, whose time stands still while this computer is late.
-
-    Attributes
-    ----------
-    stretched
-        This time can stand still. Never true for real cameras.
-    patience
-        How many times longer than real cameras others are waited for.
-    pace
-        This time over real time during the last second or so; None where it is the same, and
-        before it is known.
     """
 
     stretched = False
+    """This time can stand still. Never true for real cameras."""
     patience = 1
+    """How many times longer than real cameras others are waited for."""
     pace: float | None = None
+    """This time over real time during the last second or so; None where it is the same, and before
+    it is known."""
 
     def now_ns(self) -> int:
         """Return the time now."""

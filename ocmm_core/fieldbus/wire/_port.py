@@ -29,30 +29,21 @@ _DL_INFORMATION = 0x0000
 
 
 class Passage(NamedTuple):
-    """How one cycle went over the wire.
-
-    Attributes
-    ----------
-    working_counter
-        Of the process data; meaningless where they did not come back whole.
-    whole
-        All answers to the process data came.
-    any_came
-        At least one answer of any kind came.
-    sent_ns, answered_ns
-        Host times of the first frame going out and of the process data being complete, or of
-        the end of the wait.
-    untaken
-        All answers came, but the master library did not take all of them: this computer gave it
-        no time.
-    """
+    """How one cycle went over the wire."""
 
     working_counter: int
+    """Of the process data; meaningless where they did not come back whole."""
     whole: bool
+    """All answers to the process data came."""
     any_came: bool
+    """At least one answer of any kind came."""
     sent_ns: int
     answered_ns: int
+    """`sent_ns`, `answered_ns`: Host times of the first frame going out and of the process data
+    being complete, or of the end of the wait."""
     untaken: bool = False
+    """All answers came, but the master library did not take all of them: this computer gave it no
+    time."""
 
 
 class Port:

@@ -45,18 +45,12 @@ _Ask = Callable[[Command, int, bytes], bytes]
 
 
 class ScannedDevice(msgspec.Struct, frozen=True):
-    """What one device said.
-
-    Attributes
-    ----------
-    device
-        Who it is.
-    state
-        AL state, for people.
-    """
+    """What one device said."""
 
     device: FoundDevice
+    """Who it is."""
     state: str
+    """AL state, for people."""
 
 
 def scan_devices(exchange: Exchange) -> tuple[ScannedDevice, ...]:

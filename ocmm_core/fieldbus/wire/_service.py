@@ -30,18 +30,12 @@ _FORMS = 32
 
 
 class Job(NamedTuple):
-    """A question to the wire.
-
-    Attributes
-    ----------
-    datagram
-        What is sent.
-    answered
-        Called once: with the datagram that came back, or None where none came in time.
-    """
+    """A question to the wire."""
 
     datagram: Datagram
+    """What is sent."""
     answered: Callable[[Datagram | None], None]
+    """Called once: with the datagram that came back, or None where none came in time."""
 
 
 class ServiceChannel:

@@ -19,29 +19,20 @@ SUFFIX = ".ocmm"
 
 @dataclass(frozen=True, slots=True)
 class BatchPart:
-    """One part of a batch.
-
-    Attributes
-    ----------
-    path
-        Its job file.
-    serial, batch, operator
-        From its header.
-    created_utc
-        ISO 8601 text.
-    plan_identity
-        SHA-256 of the plan that it was measured by.
-    points
-        How many points it has.
-    """
+    """One part of a batch."""
 
     path: Path
+    """Its job file."""
     serial: str
     batch: str
     operator: str
+    """`serial`, `batch`, `operator`: From its header."""
     created_utc: str
+    """ISO 8601 text."""
     plan_identity: str
+    """SHA-256 of the plan that it was measured by."""
     points: int
+    """How many points it has."""
 
 
 def parts_of_batch(

@@ -43,28 +43,19 @@ _SAME_ALARM = timedelta(minutes=1)
 
 @dataclass(frozen=True, slots=True)
 class CameraHistory:
-    """What this computer knows of the calibration of a job; can be sent to another one.
-
-    Attributes
-    ----------
-    calibration
-        Hash of the record that the job was measured with; empty where there is nothing to ask.
-    events
-        Of its rig, oldest first.
-    recalled
-        Points that the last recall about the job has released.
-    absent, unread
-        As of `History`.
-    rig
-        Name of the camera system.
-    """
+    """What this computer knows of the calibration of a job; can be sent to another one."""
 
     calibration: str = ""
+    """Hash of the record that the job was measured with; empty where there is nothing to ask."""
     events: tuple[Event, ...] = ()
+    """Of its rig, oldest first."""
     recalled: frozenset[int] = frozenset()
+    """Points that the last recall about the job has released."""
     absent: str = ""
     unread: tuple[str, ...] = ()
+    """`absent`, `unread`: As of `History`."""
     rig: str = ""
+    """Name of the camera system."""
 
 
 def settle_cameras(

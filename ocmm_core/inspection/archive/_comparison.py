@@ -32,58 +32,40 @@ _ROOM = 1.12
 
 @dataclass(frozen=True, slots=True)
 class PartValue:
-    """One characteristic of one part.
-
-    Attributes
-    ----------
-    job, serial, created_utc
-        Of its job.
-    value, uncertainty
-        Measured value and U (95 %); None where there is none.
-    verdict
-        Of the job.
-    """
+    """One characteristic of one part."""
 
     job: str
     serial: str
     created_utc: str
+    """`job`, `serial`, `created_utc`: Of its job."""
     value: float | None
     uncertainty: float | None
+    """`value`, `uncertainty`: Measured value and U (95 %); None where there is none."""
     verdict: Verdict
+    """Of the job."""
 
 
 @dataclass(frozen=True, slots=True)
 class Trend:
-    """One characteristic over all parts.
-
-    Attributes
-    ----------
-    name, kind
-        As in the plan.
-    low, high
-        Limits of the value; infinite where there is none.
-    parts
-        In the order in which the jobs were begun.
-    left_out
-        Why parts are not counted, a sentence each; empty where all are.
-    chart, capability
-        None where there is nothing to say; ``why_not`` then says why.
-    why_not
-        A sentence, or empty.
-    features
-        That the characteristic is about, with its datums.
-    """
+    """One characteristic over all parts."""
 
     name: str
     kind: str
+    """`name`, `kind`: As in the plan."""
     low: float
     high: float
+    """`low`, `high`: Limits of the value; infinite where there is none."""
     parts: tuple[PartValue, ...]
+    """In the order in which the jobs were begun."""
     left_out: tuple[str, ...]
+    """Why parts are not counted, a sentence each; empty where all are."""
     chart: ControlChart | None
     capability: ProcessCapability | None
+    """`chart`, `capability`: None where there is nothing to say; ``why_not`` then says why."""
     why_not: str
+    """A sentence, or empty."""
     features: tuple[str, ...] = ()
+    """That the characteristic is about, with its datums."""
 
     @property
     def values(self) -> Float:
@@ -112,33 +94,22 @@ class Trend:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Jobs of one plan side by side.
-
-    Attributes
-    ----------
-    plan
-        Name of the plan that they were measured by.
-    jobs
-        Names of the jobs, in the order in which they were begun.
-    words
-        What each of them is and what its part is.
-    trends
-        One for every characteristic.
-    left_out
-        Why files are not compared, a sentence each.
-    unread
-        Those of them about files that could not be read.
-    simulated
-        What is counted came from a virtual rig.
-    """
+    """Jobs of one plan side by side."""
 
     plan: str
+    """Name of the plan that they were measured by."""
     jobs: tuple[str, ...]
+    """Names of the jobs, in the order in which they were begun."""
     words: tuple[str, ...]
+    """What each of them is and what its part is."""
     trends: tuple[Trend, ...]
+    """One for every characteristic."""
     left_out: tuple[str, ...]
+    """Why files are not compared, a sentence each."""
     unread: tuple[str, ...]
+    """Those of them about files that could not be read."""
     simulated: bool
+    """What is counted came from a virtual rig."""
 
     def about(self, feature: str) -> Comparison:
         """Return what is about a feature; everything where its name is empty.
@@ -163,22 +134,7 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True)
 class PartJob:
-    """What a comparison takes of a job; little enough to come from another process.
-
-    Attributes
-    ----------
-    path, uuid, serial, created_utc, plan, plan_text
-        Of the job and its plan.
-    characteristics
-        Of the plan.
-    values
-        For each of them value and U (95 %), or None; why it is not counted, or nothing; its
-        verdict. Whether the job is simulated beside real ones is not looked at here.
-    simulated
-        It came from a virtual rig.
-    words
-        What the job is and what its part is, in a line.
-    """
+    """What a comparison takes of a job; little enough to come from another process."""
 
     path: Path
     uuid: str
@@ -186,10 +142,16 @@ class PartJob:
     created_utc: str
     plan: str
     plan_text: str
+    """`path`, `uuid`, `serial`, `created_utc`, `plan`, `plan_text`: Of the job and its plan."""
     characteristics: tuple[Characteristic, ...]
+    """Of the plan."""
     values: tuple[tuple[tuple[float, float] | None, str, Verdict], ...]
+    """For each of them value and U (95 %), or None; why it is not counted, or nothing; its verdict.
+    Whether the job is simulated beside real ones is not looked at here."""
     simulated: bool
+    """It came from a virtual rig."""
     words: str
+    """What the job is and what its part is, in a line."""
 
 
 def trends_of(jobs: Sequence[PartJob]) -> tuple[Trend, ...]:

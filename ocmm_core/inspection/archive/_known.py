@@ -28,22 +28,15 @@ from ocmm_core.storage import JobFile, JobSeal, held_sentences
 
 @dataclass(frozen=True, slots=True)
 class KnownOfJob:
-    """What is known of a job beside its file.
-
-    Attributes
-    ----------
-    seal
-        How far it goes, who signed it by the keys that are known, and what is missing.
-    cameras, tip
-        What became known later.
-    held
-        Why the archive of the shop holds the job back, a sentence each.
-    """
+    """What is known of a job beside its file."""
 
     seal: JobSeal
+    """How far it goes, who signed it by the keys that are known, and what is missing."""
     cameras: CameraHistory = field(default_factory=CameraHistory)
     tip: TipHistory = field(default_factory=TipHistory)
+    """`cameras`, `tip`: What became known later."""
     held: tuple[str, ...] = ()
+    """Why the archive of the shop holds the job back, a sentence each."""
 
 
 def known_alone(job: JobFile, keys: KeyFolder | None = None) -> KnownOfJob:

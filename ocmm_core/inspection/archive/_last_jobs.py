@@ -23,36 +23,25 @@ MOST_FILES = 2000
 
 @dataclass(frozen=True, slots=True)
 class LastJob:
-    """One job as a list shows it.
-
-    Attributes
-    ----------
-    path
-        Its file.
-    part, serial, operator
-        From its header; empty where it cannot be read.
-    points
-        How many count.
-    finished, features
-        How many features are finished or skipped, of how many.
-    paused
-        It was left in a pause.
-    changed_s
-        When its file was changed, seconds since 1970.
-    fault
-        Why it cannot be read; None for a sound one.
-    """
+    """One job as a list shows it."""
 
     path: Path
+    """Its file."""
     part: str = ""
     serial: str = ""
     operator: str = ""
+    """`part`, `serial`, `operator`: From its header; empty where it cannot be read."""
     points: int = 0
+    """How many count."""
     finished: int = 0
     features: int = 0
+    """`finished`, `features`: How many features are finished or skipped, of how many."""
     paused: bool = False
+    """It was left in a pause."""
     changed_s: float = 0.0
+    """When its file was changed, seconds since 1970."""
     fault: OcmmError | None = None
+    """Why it cannot be read; None for a sound one."""
 
     @property
     def complete(self) -> bool:

@@ -18,38 +18,25 @@ from ocmm_core.storage import JobFile, Observed
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """What a history says of a job, in sentences.
-
-    Attributes
-    ----------
-    against
-        Which points it puts in doubt, and why; they are held back.
-    unread
-        That it is here and cannot be read.
-    absent
-        That it is not on this computer; empty where it is, where there is none, or where the
-        absence says nothing.
-    """
+    """What a history says of a job, in sentences."""
 
     against: tuple[str, ...] = ()
+    """Which points it puts in doubt, and why; they are held back."""
     unread: tuple[str, ...] = ()
+    """That it is here and cannot be read."""
     absent: str = ""
+    """That it is not on this computer; empty where it is, where there is none, or where the absence
+    says nothing."""
 
 
 @dataclass(frozen=True, slots=True)
 class Doubts:
-    """Points that must not count, by number, and why.
-
-    Attributes
-    ----------
-    open
-        Until a good check: of the tip, or a verification of the calibration.
-    failed
-        Whatever a later check says: for good (tip), or until a recall decides (cameras).
-    """
+    """Points that must not count, by number, and why."""
 
     open: dict[int, str]
+    """Until a good check: of the tip, or a verification of the calibration."""
     failed: dict[int, str]
+    """Whatever a later check says: for good (tip), or until a recall decides (cameras)."""
 
 
 @dataclass(frozen=True, slots=True)

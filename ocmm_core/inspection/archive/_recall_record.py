@@ -30,93 +30,65 @@ class Outcome(StrEnum):
 
 
 class RecalledValue(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A value as it was stated, or as it is stated now.
-
-    Attributes
-    ----------
-    value, expanded
-        mm or in the unit of the characteristic, and U (95 %); None where there is none.
-    verdict
-        Without regard to the doubt that the recall is about.
-    """
+    """A value as it was stated, or as it is stated now."""
 
     value: float | None
     expanded: float | None
+    """`value`, `expanded`: mm or in the unit of the characteristic, and U (95 %); None where there
+    is none."""
     verdict: str
+    """Without regard to the doubt that the recall is about."""
 
 
 class RecalledCharacteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What became of one characteristic.
-
-    Attributes
-    ----------
-    name
-        As in the plan.
-    before, after
-        By the calibration of the job, and by what its spots speak for; ``after`` is None where
-        that is not known.
-    outcome, reason
-        And why, in a sentence.
-    released
-        The value that the job states may be used as it is.
-    """
+    """What became of one characteristic."""
 
     name: str
+    """As in the plan."""
     before: RecalledValue
     after: RecalledValue | None
+    """`before`, `after`: By the calibration of the job, and by what its spots speak for; ``after``
+    is None where that is not known."""
     outcome: Outcome
     reason: str
+    """`outcome`, `reason`: And why, in a sentence."""
     released: bool
+    """The value that the job states may be used as it is."""
 
 
 class RecalledJob(
     msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """What became of one job.
-
-    Attributes
-    ----------
-    path, sha256
-        The file, and the hash of its content when it was read.
-    job_uuid, part, serial, created_utc
-        Of its head.
-    rig, calibration
-        What it was measured with, and the hash of that record.
-    simulated
-        Its points come from a virtual rig: no real part was measured. Not written where it is
-        not so, because recalls of earlier versions, which lack it, keep their hash by that.
-    in_doubt
-        Numbers of the points that the history puts in doubt.
-    why
-        What put them in doubt, a sentence each.
-    later
-        Hash of the calibration that it was computed with; empty where there was none to use.
-    judgement
-        What the spots speak for, in a sentence.
-    characteristics
-        In the order of the plan.
-    released
-        Numbers of the points that count again.
-    points_sha256
-        Of those points (`points_digest`).
-    """
+    """What became of one job."""
 
     path: str
     sha256: str
+    """`path`, `sha256`: The file, and the hash of its content when it was read."""
     job_uuid: str
     part: str
     serial: str
     created_utc: str
+    """`job_uuid`, `part`, `serial`, `created_utc`: Of its head."""
     rig: str
     calibration: str
+    """`rig`, `calibration`: What it was measured with, and the hash of that record."""
     in_doubt: tuple[int, ...]
+    """Numbers of the points that the history puts in doubt."""
     why: tuple[str, ...]
+    """What put them in doubt, a sentence each."""
     later: str
+    """Hash of the calibration that it was computed with; empty where there was none to use."""
     judgement: str
+    """What the spots speak for, in a sentence."""
     characteristics: tuple[RecalledCharacteristic, ...]
+    """In the order of the plan."""
     released: tuple[int, ...]
+    """Numbers of the points that count again."""
     points_sha256: str
+    """Of those points (`points_digest`)."""
     simulated: bool = False
+    """Its points come from a virtual rig: no real part was measured. Not written where it is not
+    so, because recalls of earlier versions, which lack it, keep their hash by that."""
 
     @property
     def outcome(self) -> Outcome:
@@ -128,32 +100,23 @@ class RecalledJob(
 
 
 class RecallRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One recall.
-
-    Attributes
-    ----------
-    schema
-        `SCHEMA`.
-    made_utc, made_by, software
-        When, by whom (empty for a trial, which decides nothing) and with which version.
-    folders
-        Where jobs were looked for.
-    looked_at
-        How many job files were opened.
-    jobs
-        Those that are touched.
-    unread
-        Files that could not be judged, a sentence each.
-    """
+    """One recall."""
 
     schema: str
+    """`SCHEMA`."""
     made_utc: str
     made_by: str
     software: str
+    """`made_utc`, `made_by`, `software`: When, by whom (empty for a trial, which decides nothing)
+    and with which version."""
     folders: tuple[str, ...]
+    """Where jobs were looked for."""
     looked_at: int
+    """How many job files were opened."""
     jobs: tuple[RecalledJob, ...]
+    """Those that are touched."""
     unread: tuple[str, ...]
+    """Files that could not be judged, a sentence each."""
 
     def count(self, outcome: Outcome) -> int:
         """Return how many jobs came out so."""

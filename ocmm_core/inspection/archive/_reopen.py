@@ -45,67 +45,46 @@ linear between them: 0.002 mm at most in the demonstration job."""
 
 @dataclass(frozen=True, slots=True)
 class ReopenedJob:
-    """A job as its own file says it is; the file is closed again.
-
-    Attributes
-    ----------
-    path
-        The file.
-    head
-        What the job says about itself, with all documents.
-    plan, rig, body
-        What was measured, and with what: by the file alone. ``body`` has the geometry of the
-        temperatures of the job.
-    options
-        Limits, temperatures, contact and reference body of the job.
-    view
-        The job, computed anew from the points; nothing in it is proven where there are doubts.
-    T_part_from_world
-        The part frame; None while its datums are not measured.
-    points
-        Not annulled, as they are stored: ball centres in the world of the job, as warm as it was.
-    sensitivities
-        Of each point, computed anew from its raw spots.
-    taken_back
-        The points that were taken back, as they are stored, and why.
-    events, taken_utc
-        What happened; when each point was stored, also annulled ones.
-    faults
-        One sentence for everything in which the file disagrees with its own audit.
-    differences
-        One sentence for every point that comes out otherwise than it is stored.
-    history
-        What the history of the probe says of the job, where it is on this computer.
-    cameras
-        What the history of the calibration says of the job, or that it is not on this computer.
-    held
-        The points that are held back, for what and why, by the file and by these histories.
-    seal
-        How far the job goes, and who signed it.
-    recalled
-        Why the archive of the shop holds the job back, as far as this computer has learned.
-    """
+    """A job as its own file says it is; the file is closed again."""
 
     path: Path
+    """The file."""
     head: JobHead
+    """What the job says about itself, with all documents."""
     plan: Plan
     rig: Rig
     body: ProbeBody
+    """`plan`, `rig`, `body`: What was measured, and with what: by the file alone. ``body`` has the
+    geometry of the temperatures of the job."""
     options: SessionOptions
+    """Limits, temperatures, contact and reference body of the job."""
     view: JobView
+    """The job, computed anew from the points; nothing in it is proven where there are doubts."""
     T_part_from_world: RigidTransform | None
+    """The part frame; None while its datums are not measured."""
     points: tuple[MeasuredPoint, ...]
+    """Not annulled, as they are stored: ball centres in the world of the job, as warm as it was."""
     sensitivities: tuple[TipSensitivity, ...]
+    """Of each point, computed anew from its raw spots."""
     taken_back: tuple[tuple[MeasuredPoint, str], ...]
+    """The points that were taken back, as they are stored, and why."""
     events: tuple[JobEvent, ...]
     taken_utc: dict[int, str]
+    """`events`, `taken_utc`: What happened; when each point was stored, also annulled ones."""
     faults: tuple[str, ...]
+    """One sentence for everything in which the file disagrees with its own audit."""
     differences: tuple[str, ...]
+    """One sentence for every point that comes out otherwise than it is stored."""
     seal: JobSeal
+    """How far the job goes, and who signed it."""
     history: History = field(default_factory=History)
+    """What the history of the probe says of the job, where it is on this computer."""
     cameras: History = field(default_factory=History)
+    """What the history of the calibration says of the job, or that it is not on this computer."""
     held: Mapping[HoldReason, Mapping[int, str]] = field(default_factory=dict)
+    """The points that are held back, for what and why, by the file and by these histories."""
     recalled: tuple[str, ...] = ()
+    """Why the archive of the shop holds the job back, as far as this computer has learned."""
 
     @property
     def annulled(self) -> tuple[int, ...]:

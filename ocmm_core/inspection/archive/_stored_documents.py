@@ -36,18 +36,12 @@ _DOCUMENT = "document.toml"
 
 @dataclass(frozen=True, slots=True)
 class StoredDocuments:
-    """Read the documents of a job; all methods raise InputError where one cannot be used.
-
-    Attributes
-    ----------
-    path
-        The file that the person opened, for what is said.
-    head
-        Holds the texts.
-    """
+    """Read the documents of a job; all methods raise InputError where one cannot be used."""
 
     path: Path
+    """The file that the person opened, for what is said."""
     head: JobHead
+    """Holds the texts."""
 
     def plan(self) -> Plan:
         """Return what was measured."""

@@ -36,21 +36,14 @@ _CHECKED = "The tip has since been checked and is unchanged."
 
 @dataclass(frozen=True, slots=True)
 class TipHistory:
-    """What this computer knows of the tip of a job; can be sent to another one.
-
-    Attributes
-    ----------
-    tip
-        Its name; empty where there is nothing to ask.
-    events
-        Of its probe, oldest first.
-    unread
-        As of `History`.
-    """
+    """What this computer knows of the tip of a job; can be sent to another one."""
 
     tip: str = ""
+    """Its name; empty where there is nothing to ask."""
     events: tuple[TipEvent, ...] = ()
+    """Of its probe, oldest first."""
     unread: tuple[str, ...] = ()
+    """As of `History`."""
 
 
 def settle_tip(

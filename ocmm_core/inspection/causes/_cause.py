@@ -28,55 +28,37 @@ class Cause(Enum):
 
 @dataclass(frozen=True, slots=True)
 class CauseFinding:
-    """A cause with what speaks for it.
-
-    Attributes
-    ----------
-    cause
-        Which.
-    features
-        Names of the features to look at.
-    points
-        Numbers of the points that drive the value, the strongest first.
-    suggestion
-        What to do, one sentence.
-    evidence
-        What speaks for it, one sentence; may be empty.
-    """
+    """A cause with what speaks for it."""
 
     cause: Cause
+    """Which."""
     features: tuple[str, ...]
+    """Names of the features to look at."""
     points: tuple[int, ...]
+    """Numbers of the points that drive the value, the strongest first."""
     suggestion: str
+    """What to do, one sentence."""
     evidence: str = ""
+    """What speaks for it, one sentence; may be empty."""
 
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """Why one characteristic is not CONFORM, and what to do now.
-
-    Attributes
-    ----------
-    characteristic, verdict, unit
-        Of the result that is explained.
-    beyond
-        By how much the value lies beyond the nearer limit, in ``unit``; negative inside. None
-        where there is no value.
-    uncertainty
-        U (95 %); None together with ``beyond``.
-    why
-        The amount beside U, in one or two sentences.
-    finding
-        Cause, points and suggestion.
-    """
+    """Why one characteristic is not CONFORM, and what to do now."""
 
     characteristic: str
     verdict: Verdict
     unit: str
+    """`characteristic`, `verdict`, `unit`: Of the result that is explained."""
     beyond: float | None
+    """By how much the value lies beyond the nearer limit, in ``unit``; negative inside. None where
+    there is no value."""
     uncertainty: float | None
+    """U (95 %); None together with ``beyond``."""
     why: str
+    """The amount beside U, in one or two sentences."""
     finding: CauseFinding
+    """Cause, points and suggestion."""
 
     @property
     def cause(self) -> Cause:

@@ -45,33 +45,22 @@ _NOISY = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Common:
-    """What the features of a job have in common.
-
-    Attributes
-    ----------
-    surfaces
-        Touches that are used, without those that their own feature speaks against.
-    place
-        The nominals where most features have them, misfits beside.
-    scale
-        mm: how far features are off that follow the best pattern.
-    ball
-        mm: by what the ball is greater than it is held for; None where nothing says so.
-    both_sides
-        Inner and outer features agree on the ball.
-    growth
-        By what share the part is longer than its nominals; None where nothing says so.
-    shifted
-        mm: by what the frame of the plan is off where features are; None where it is not.
-    """
+    """What the features of a job have in common."""
 
     surfaces: tuple[TouchedSurface, ...]
+    """Touches that are used, without those that their own feature speaks against."""
     place: Pattern
+    """The nominals where most features have them, misfits beside."""
     scale: float
+    """mm: how far features are off that follow the best pattern."""
     ball: float | None = None
+    """mm: by what the ball is greater than it is held for; None where nothing says so."""
     both_sides: bool = False
+    """Inner and outer features agree on the ball."""
     growth: float | None = None
+    """By what share the part is longer than its nominals; None where nothing says so."""
     shifted: float | None = None
+    """mm: by what the frame of the plan is off where features are; None where it is not."""
 
     def stands_out(self, name: str) -> bool:
         """Return whether a feature lies elsewhere than the others want it."""

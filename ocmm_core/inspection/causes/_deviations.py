@@ -32,33 +32,22 @@ _RIDGE = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class TouchedSurface:
-    """The touches of one feature against its nominal surface.
-
-    Attributes
-    ----------
-    name
-        Of the feature.
-    nominal
-        What the plan says; the direction of a line is the normal of its face.
-    geometry
-        (12,), frame of the nominals.
-    places
-        (n,): of its points among all of the job.
-    tips
-        (n, 3), mm, world: ball centres.
-    tip_radius
-        mm.
-    direction
-        (3,), unit, world: mean direction from the material as it was probed.
-    """
+    """The touches of one feature against its nominal surface."""
 
     name: str
+    """Of the feature."""
     nominal: NominalFeature
+    """What the plan says; the direction of a line is the normal of its face."""
     geometry: Float
+    """(12,), frame of the nominals."""
     places: Int
+    """(n,): of its points among all of the job."""
     tips: Float
+    """(n, 3), mm, world: ball centres."""
     tip_radius: float
+    """mm."""
     direction: Float
+    """(3,), unit, world: mean direction from the material as it was probed."""
 
     def lies(self, T_nominal_from_world: RigidTransform) -> tuple[Float, Float, Float]:
         """Return how far its points stand out of the nominal material.
@@ -89,23 +78,17 @@ class TouchedSurface:
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """What all features have in common.
-
-    Attributes
-    ----------
-    T_nominal_from_world
-        Where the nominals are.
-    amount, sigma
-        Of the pattern beside the rigid motion, and its standard uncertainty by the scatter of
-        the features: mm for a ball, a plain number for a scale. Zero for no such pattern.
-    misfits
-        mm, root mean square, of each feature by its name.
-    """
+    """What all features have in common."""
 
     T_nominal_from_world: RigidTransform
+    """Where the nominals are."""
     amount: float
     sigma: float
+    """`amount`, `sigma`: Of the pattern beside the rigid motion, and its standard uncertainty by
+    the scatter of the features: mm for a ball, a plain number for a scale. Zero for no such
+    pattern."""
     misfits: Mapping[str, float]
+    """mm, root mean square, of each feature by its name."""
 
     def scale(self) -> float:
         """Return what a feature that follows the pattern is off by, mm, as most of them are."""

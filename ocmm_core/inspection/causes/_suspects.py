@@ -37,27 +37,18 @@ _NEIGHBOUR = 1.5
 
 @dataclass(frozen=True, slots=True)
 class Suspects:
-    """Points that do not belong to what the others of their feature show.
-
-    Attributes
-    ----------
-    feature
-        Its name.
-    numbers
-        Of the points.
-    off
-        mm, in the same order: how far each stands out of the material that the others show.
-    probability
-        That points of a good feature look so.
-    together
-        They lie side by side.
-    """
+    """Points that do not belong to what the others of their feature show."""
 
     feature: str
+    """Its name."""
     numbers: tuple[int, ...]
+    """Of the points."""
     off: tuple[float, ...]
+    """mm, in the same order: how far each stands out of the material that the others show."""
     probability: float
+    """That points of a good feature look so."""
     together: bool
+    """They lie side by side."""
 
     @property
     def is_burr(self) -> bool:

@@ -23,45 +23,30 @@ class RefusedError(ValueError):
 
 
 class AccountItem(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One item of a model and what became of it.
-
-    Attributes
-    ----------
-    group, name, kind
-        What it is, its label in the model, and what it says.
-    entity
-        Its number in the file.
-    status
-        ``taken``, ``partly`` (for some of its surfaces), or ``refused``.
-    became
-        Names of what it is in the plan: characteristics, datums, the alignment.
-    why
-        Why it, or a part of it, was refused; part of a sentence.
-    remark
-        What holds with it although it was taken; part of a sentence.
-    """
+    """One item of a model and what became of it."""
 
     group: Group
     name: str
     kind: str
+    """`group`, `name`, `kind`: What it is, its label in the model, and what it says."""
     entity: int
+    """Its number in the file."""
     status: Status
+    """``taken``, ``partly`` (for some of its surfaces), or ``refused``."""
     became: tuple[str, ...] = ()
+    """Names of what it is in the plan: characteristics, datums, the alignment."""
     why: str = ""
+    """Why it, or a part of it, was refused; part of a sentence."""
     remark: str = ""
+    """What holds with it although it was taken; part of a sentence."""
 
 
 class Account(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """All items of a model, in the order of the file within their groups.
-
-    Attributes
-    ----------
-    remarks
-        Sentences about all of it: the standard, the alignment.
-    """
+    """All items of a model, in the order of the file within their groups."""
 
     items: tuple[AccountItem, ...] = ()
     remarks: tuple[str, ...] = ()
+    """Sentences about all of it: the standard, the alignment."""
 
     def of(self, *groups: Group) -> tuple[AccountItem, ...]:
         """Return the items of some groups."""

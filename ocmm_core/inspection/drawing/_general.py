@@ -27,33 +27,22 @@ class Step(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Table(Document, frozen=True, kw_only=True, rename={"start": "from"}):
-    """A table of general tolerances.
-
-    Attributes
-    ----------
-    name, source
-        The standard, and where in it.
-    start
-        mm: the smallest nominal size.
-    """
+    """A table of general tolerances."""
 
     name: str
     source: str
+    """`name`, `source`: The standard, and where in it."""
     start: float
+    """mm: the smallest nominal size."""
     steps: list[Step]
 
 
 @dataclass(frozen=True, slots=True)
 class General:
-    """The general tolerance that a note asks for.
-
-    Attributes
-    ----------
-    words
-        As on the drawing: ``ISO 2768-m``.
-    """
+    """The general tolerance that a note asks for."""
 
     words: str
+    """As on the drawing: ``ISO 2768-m``."""
     _letter: Letter
     _table: Table
 

@@ -12,21 +12,14 @@ from ocmm_core.inspection.step import StepModel
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The features of some faces.
-
-    Attributes
-    ----------
-    features
-        Of the plan, each once, in the order of the faces.
-    missing
-        Why faces are no features: parts of a sentence, each once.
-    part_of
-        Names of features of which only some faces were named.
-    """
+    """The features of some faces."""
 
     features: tuple[NominalFeature, ...]
+    """Of the plan, each once, in the order of the faces."""
     missing: tuple[str, ...]
+    """Why faces are no features: parts of a sentence, each once."""
     part_of: tuple[str, ...]
+    """Names of features of which only some faces were named."""
 
 
 class Surfaces:

@@ -35,36 +35,26 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 @dataclass(frozen=True, slots=True)
 class EvaluatedJob:
-    """A job with all that its results rest on.
-
-    Attributes
-    ----------
-    plan, options
-        What is measured, and by which limits.
-    points
-        N points as they are reported.
-    found
-        Every feature, or why there is none.
-    alignment
-        Bound and settled; None without one.
-    parts, factors
-        Parts of the joint uncertainty of the points, and their sum.
-    samples
-        What the features show of their form.
-    evaluations, missing
-        Values with their gradients by the name of the characteristic, and why others have none.
-    """
+    """A job with all that its results rest on."""
 
     plan: Plan
     options: SessionOptions
+    """`plan`, `options`: What is measured, and by which limits."""
     points: tuple[MeasuredPoint, ...]
+    """N points as they are reported."""
     found: Mapping[str, ActualFeature | FitError]
+    """Every feature, or why there is none."""
     alignment: BoundAlignment | None
+    """Bound and settled; None without one."""
     parts: tuple[Contribution, ...]
     factors: PointFactors
+    """`parts`, `factors`: Parts of the joint uncertainty of the points, and their sum."""
     samples: tuple[FormSample, ...]
+    """What the features show of their form."""
     evaluations: Mapping[str, Evaluation]
     missing: Mapping[str, str]
+    """`evaluations`, `missing`: Values with their gradients by the name of the characteristic, and
+    why others have none."""
 
     @property
     def actual(self) -> dict[str, ActualFeature]:

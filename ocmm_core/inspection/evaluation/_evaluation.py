@@ -31,40 +31,26 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 @dataclass(frozen=True, slots=True)
 class JobStatus:
-    """What of a job is in doubt.
-
-    Attributes
-    ----------
-    held
-        Points that are held back, and why.
-    unproven
-        Why the job proves nothing; empty where it does.
-    """
+    """What of a job is in doubt."""
 
     held: Mapping[int, str]
+    """Points that are held back, and why."""
     unproven: str
+    """Why the job proves nothing; empty where it does."""
 
 
 @dataclass(frozen=True, slots=True)
 class JobResults:
-    """What the points of a job say.
-
-    Attributes
-    ----------
-    points
-        As they are reported, by feature.
-    actual
-        Every feature of the plan as it is, or why it is not known.
-    results
-        Of all characteristics, whatever is in doubt.
-    rests_on
-        The probed features that each characteristic rests on, by its name.
-    """
+    """What the points of a job say."""
 
     points: Mapping[str, Sequence[MeasuredPoint]]
+    """As they are reported, by feature."""
     actual: Mapping[str, ActualFeature | FitError]
+    """Every feature of the plan as it is, or why it is not known."""
     results: tuple[CharacteristicResult, ...]
+    """Of all characteristics, whatever is in doubt."""
     rests_on: Mapping[str, Sequence[str]]
+    """The probed features that each characteristic rests on, by its name."""
 
     def judged(self, status: JobStatus) -> tuple[CharacteristicResult, ...]:
         """Return the results, those in doubt as not proven."""

@@ -32,21 +32,14 @@ _SMALLEST_RING = 0.06
 
 @dataclass(frozen=True, slots=True)
 class Cue:
-    """What leads the ball to its place.
-
-    Attributes
-    ----------
-    ring_px_fraction
-        Radius of the ring, as a part of its largest one.
-    tone_hz
-        Pitch of the tone; three octaves higher at the place than far from it.
-    arrived
-        The ball is there.
-    """
+    """What leads the ball to its place."""
 
     ring_px_fraction: float
+    """Radius of the ring, as a part of its largest one."""
     tone_hz: float
+    """Pitch of the tone; three octaves higher at the place than far from it."""
     arrived: bool
+    """The ball is there."""
 
 
 def cue(distance_mm: float) -> Cue:
@@ -66,18 +59,12 @@ def cue(distance_mm: float) -> Cue:
 
 @dataclass(frozen=True, slots=True)
 class Whereabouts:
-    """Where the nominals of the plan are in the world.
-
-    Attributes
-    ----------
-    T_nominal_from_world
-        The motion.
-    approximate
-        From features that are not the datums of the plan, or fewer of them.
-    """
+    """Where the nominals of the plan are in the world."""
 
     T_nominal_from_world: RigidTransform
+    """The motion."""
     approximate: bool
+    """From features that are not the datums of the plan, or fewer of them."""
 
 
 def whereabouts(plan: Plan, actual: Mapping[str, ActualFeature | FitError]) -> Whereabouts | None:

@@ -39,24 +39,16 @@ Found = Mapping[str, ActualFeature | FitError]
 
 @dataclass(frozen=True, slots=True)
 class PlanFacts:
-    """What follows from a plan alone.
-
-    Attributes
-    ----------
-    by_name
-        The probed features.
-    bound
-        The alignment with nominals; None without one.
-    nominals
-        Geometry vectors (12,) of all features, by name.
-    constructions
-        Each after those it needs.
-    """
+    """What follows from a plan alone."""
 
     by_name: Mapping[str, NominalFeature]
+    """The probed features."""
     bound: BoundAlignment | None
+    """The alignment with nominals; None without one."""
     nominals: Mapping[str, Float]
+    """Geometry vectors (12,) of all features, by name."""
     constructions: Sequence[Construction]
+    """Each after those it needs."""
 
     @classmethod
     def of(cls, plan: Plan) -> PlanFacts:
@@ -71,16 +63,11 @@ class PlanFacts:
 
 @dataclass(frozen=True, slots=True)
 class Below:
-    """The probed features under the characteristics of a plan, by name of the characteristic.
-
-    Attributes
-    ----------
-    rests_on, own
-        All that it rests on, and those that it is about.
-    """
+    """The probed features under the characteristics of a plan, by name of the characteristic."""
 
     rests_on: Mapping[str, Sequence[str]]
     own: Mapping[str, Set[str]]
+    """`rests_on`, `own`: All that it rests on, and those that it is about."""
 
     @classmethod
     def of(cls, plan: Plan) -> Below:

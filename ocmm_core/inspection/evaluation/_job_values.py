@@ -27,21 +27,14 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """What is known of one feature.
-
-    Attributes
-    ----------
-    feature
-        As measured, or why it is not.
-    factors
-        Uncertainty of its own points; None without any.
-    sample
-        What it shows of its form; None where nothing.
-    """
+    """What is known of one feature."""
 
     feature: ActualFeature | FitError
+    """As measured, or why it is not."""
     factors: PointFactors | None
+    """Uncertainty of its own points; None without any."""
     sample: FormSample | None
+    """What it shows of its form; None where nothing."""
 
 
 class ValueGraph:

@@ -15,18 +15,12 @@ _DEEP_MM = 10.0
 
 @dataclass(frozen=True, slots=True)
 class Nearness:
-    """How a ball lies to a nominal surface.
-
-    Attributes
-    ----------
-    gap
-        mm: from the ball's surface to the nominal one; zero where it touches.
-    normal
-        (3,), unit: from the material towards the probe, at the nearest place; zero for a line.
-    """
+    """How a ball lies to a nominal surface."""
 
     gap: float
+    """mm: from the ball's surface to the nominal one; zero where it touches."""
     normal: Float
+    """(3,), unit: from the material towards the probe, at the nearest place; zero for a line."""
 
 
 def near_point(

@@ -31,35 +31,24 @@ FOR_COMPARISON = (
 
 @dataclass(frozen=True, slots=True)
 class SessionOptions:
-    """What the session accepts.
-
-    Attributes
-    ----------
-    point
-        What a touch must be like.
-    max_form
-        A feature whose points scatter by more than this, mm, has a point that belongs elsewhere:
-        it gives no result.
-    climate
-        Temperatures of probe and part, and what is compensated for them.
-    contact
-        What the hand's force does to the probe; None where its design is not known.
-    reference
-        Reference body to which all points are given; None without one.
-    near
-        Motion from the world to the nominals of the plan, roughly, as a part before this one
-        stood; only for guidance. None where nothing is known.
-    method
-        How the poses of the touches are computed; results of ``"thesis"`` prove nothing.
-    """
+    """What the session accepts."""
 
     point: PointOptions = field(default_factory=PointOptions)
+    """What a touch must be like."""
     max_form: float = 0.5
+    """A feature whose points scatter by more than this, mm, has a point that belongs elsewhere: it
+    gives no result."""
     climate: Climate = field(default_factory=Climate)
+    """Temperatures of probe and part, and what is compensated for them."""
     contact: ContactForce | None = None
+    """What the hand's force does to the probe; None where its design is not known."""
     reference: ReferenceBody | None = None
+    """Reference body to which all points are given; None without one."""
     near: RigidTransform | None = None
+    """Motion from the world to the nominals of the plan, roughly, as a part before this one stood;
+    only for guidance. None where nothing is known."""
     method: Method = "gauss-newton"
+    """How the poses of the touches are computed; results of ``"thesis"`` prove nothing."""
 
 
 class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

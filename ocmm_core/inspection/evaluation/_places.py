@@ -24,19 +24,13 @@ _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 
 @dataclass(frozen=True, slots=True)
 class Places:
-    """Where a feature is to be touched.
-
-    Attributes
-    ----------
-    points
-        (n, 3), mm, on the surface; none where the plan does not say how large the feature is.
-    normals
-        (n, 3), unit, from the material towards the probe; zero for a line, whose plan does not
-        say which face it lies in.
-    """
+    """Where a feature is to be touched."""
 
     points: Float
+    """(n, 3), mm, on the surface; none where the plan does not say how large the feature is."""
     normals: Float
+    """(n, 3), unit, from the material towards the probe; zero for a line, whose plan does not say
+    which face it lies in."""
 
 
 NOWHERE = Places(np.empty((0, 3)), np.empty((0, 3)))

@@ -36,29 +36,20 @@ class WrittenProgress(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """Where a job stands.
-
-    Attributes
-    ----------
-    names
-        All features, in the order of the plan.
-    active
-        Feature that takes the next point; empty where none does.
-    done, skipped
-        Features that have what they need, and those that were left out.
-    probing
-        In the order of the plan, or in any.
-    methods
-        Compensation (`measuring.compensation.METHODS`) of features where the inspector has chosen
-        another one than the plan.
-    """
+    """Where a job stands."""
 
     names: tuple[str, ...]
+    """All features, in the order of the plan."""
     active: str = ""
+    """Feature that takes the next point; empty where none does."""
     done: frozenset[str] = frozenset()
     skipped: frozenset[str] = frozenset()
+    """`done`, `skipped`: Features that have what they need, and those that were left out."""
     probing: Probing = "plan"
+    """In the order of the plan, or in any."""
     methods: Mapping[str, str] = field(default_factory=dict)
+    """Compensation (`measuring.compensation.METHODS`) of features where the inspector has chosen
+    another one than the plan."""
 
     def advanced(self) -> Progress:
         """Return it with the next feature active: the first one after the active that is open."""

@@ -33,18 +33,12 @@ inner, and the radius of the ball, mm."""
 
 @dataclass(frozen=True, slots=True)
 class SurfaceSpec:
-    """The nominal surface of one shape.
-
-    Attributes
-    ----------
-    places
-        Where to touch it.
-    nearness
-        How a ball lies to it.
-    """
+    """The nominal surface of one shape."""
 
     places: PlacesOf
+    """Where to touch it."""
     nearness: NearnessTo
+    """How a ball lies to it."""
 
 
 def _outline(on_it: PlacesOf) -> SurfaceSpec:

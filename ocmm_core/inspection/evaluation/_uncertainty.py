@@ -34,22 +34,15 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 @dataclass(frozen=True, slots=True)
 class JobUncertainty:
-    """Where the uncertainties of a job come from.
-
-    Attributes
-    ----------
-    budgets
-        By name of the characteristic, in the order of the plan.
-    missing
-        Why a characteristic has none.
-    tasks
-        What a simulation does: values in which the form of a surface is an uncertainty, and those
-        of which it is the measurand itself. Empty where nothing can be simulated.
-    """
+    """Where the uncertainties of a job come from."""
 
     budgets: Mapping[str, Budget]
+    """By name of the characteristic, in the order of the plan."""
     missing: Mapping[str, str]
+    """Why a characteristic has none."""
     tasks: tuple[Task, ...]
+    """What a simulation does: values in which the form of a surface is an uncertainty, and those of
+    which it is the measurand itself. Empty where nothing can be simulated."""
 
 
 def job_uncertainty(

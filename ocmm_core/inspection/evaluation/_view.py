@@ -41,79 +41,55 @@ class StatusWord(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ReferenceView:
-    """The reference body to which everything is given.
-
-    Attributes
-    ----------
-    name, n_leds
-        Its name and how many LEDs it has.
-    seen
-        How many of them two cameras see now.
-    moved_mm, turned_rad
-        How far it and the part were carried against the cameras since the job began; None while
-        that is not known.
-    leds_world
-        (R, 3), mm, world of the job; None before its place is known.
-    """
+    """The reference body to which everything is given."""
 
     name: str
     n_leds: int
+    """`name`, `n_leds`: Its name and how many LEDs it has."""
     seen: int
+    """How many of them two cameras see now."""
     moved_mm: float | None
     turned_rad: float | None
+    """`moved_mm`, `turned_rad`: How far it and the part were carried against the cameras since the
+    job began; None while that is not known."""
     leds_world: Float | None
+    """(R, 3), mm, world of the job; None before its place is known."""
 
 
 @dataclass(frozen=True, slots=True)
 class LiveView:
-    """The latest state of the machine; pulled 30 to 60 times a second.
-
-    Attributes
-    ----------
-    status, reason
-        The word and, unless READY, the sentence behind it.
-    tip_world
-        (3,), mm; None unless the number can be trusted.
-    tip_uncertainty
-        mm, k = 2, of one averaged point at this place; None together with ``tip_world``.
-    rotation_world_from_probe, origin_world
-        (3, 3) and (3,); None together with ``tip_world``.
-    spots
-        (C, S, 2), px: spot of every slot, NaN where the slot sees nothing.
-    slot_leds
-        (C, S) int64: LED number that the slot follows, -1 where unknown.
-    frame_counter
-        Exposure number of the latest frame, -1 before the first.
-    time_s
-        Bus time of the latest frame, s.
-    frames_per_second
-        Frames tracked a second, over the last second of bus time.
-    acquisition
-        Counters of the acquisition.
-    slot_references
-        (C, S) int64: LED of the reference body that the slot follows, -1 for none; None without a
-        reference body.
-    reference
-        The reference body; None without one.
-    faults
-        What has failed beside the measuring, a sentence each; they stay until a new start.
-    """
+    """The latest state of the machine; pulled 30 to 60 times a second."""
 
     status: StatusWord
     reason: str
+    """`status`, `reason`: The word and, unless READY, the sentence behind it."""
     tip_world: Float | None
+    """(3,), mm; None unless the number can be trusted."""
     tip_uncertainty: float | None
+    """mm, k = 2, of one averaged point at this place; None together with ``tip_world``."""
     rotation_world_from_probe: Float | None
     origin_world: Float | None
+    """`rotation_world_from_probe`, `origin_world`: (3, 3) and (3,); None together with
+    ``tip_world``."""
     spots: Float
+    """(C, S, 2), px: spot of every slot, NaN where the slot sees nothing."""
     slot_leds: Int
+    """(C, S) int64: LED number that the slot follows, -1 where unknown."""
     frame_counter: int
+    """Exposure number of the latest frame, -1 before the first."""
     time_s: float
+    """Bus time of the latest frame, s."""
     frames_per_second: float
+    """Frames tracked a second, over the last second of bus time."""
     acquisition: AcquisitionStatus
+    """Counters of the acquisition."""
     slot_references: Int | None = None
+    """(C, S) int64: LED of the reference body that the slot follows, -1 for none; None without a
+    reference body."""
     reference: ReferenceView | None = None
+    """The reference body; None without one."""
     faults: tuple[str, ...] = ()
+    """What has failed beside the measuring, a sentence each; they stay until a new start."""
 
 
 class FeatureState(Enum):
@@ -135,53 +111,36 @@ class DeletedPoint:
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """How well the points of a feature are spread over it.
-
-    Attributes
-    ----------
-    fraction
-        0 to 1: part of the sectors, cells or stretches that have a point.
-    cells
-        Of each sector (counter-clockwise about the direction of the fit), cell or stretch, whether
-        it has a point.
-    words
-        Fraction in words: "5 of 8 sectors".
-    warning
-        What to do where the points are badly spread; else empty.
-    start
-        Where the first sector begins, rad counter-clockwise from the first axis that
-        `perpendicular_pair` gives for the direction; 0 for what has no sectors.
-    """
+    """How well the points of a feature are spread over it."""
 
     fraction: float
+    """0 to 1: part of the sectors, cells or stretches that have a point."""
     cells: tuple[bool, ...]
+    """Of each sector (counter-clockwise about the direction of the fit), cell or stretch, whether
+    it has a point."""
     words: str
+    """Fraction in words: "5 of 8 sectors"."""
     warning: str = ""
+    """What to do where the points are badly spread; else empty."""
     start: float = 0.0
+    """Where the first sector begins, rad counter-clockwise from the first axis that
+    `perpendicular_pair` gives for the direction; 0 for what has no sectors."""
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """Where the next point is wanted.
-
-    Attributes
-    ----------
-    feature
-        Name of the feature.
-    surface_world, normal_world
-        (3,), mm, and (3,), unit, from the material towards the probe; zero for a line, whose plan
-        does not say which face it lies in.
-    ball_world
-        (3,), mm: where the centre of the ball is when it touches there.
-    approximate
-        The place of the part is only roughly known: guidance, never a result.
-    """
+    """Where the next point is wanted."""
 
     feature: str
+    """Name of the feature."""
     surface_world: Float
     normal_world: Float
+    """`surface_world`, `normal_world`: (3,), mm, and (3,), unit, from the material towards the
+    probe; zero for a line, whose plan does not say which face it lies in."""
     ball_world: Float
+    """(3,), mm: where the centre of the ball is when it touches there."""
     approximate: bool = False
+    """The place of the part is only roughly known: guidance, never a result."""
 
     def distance(self, tip_world: Float) -> float:
         """Return how far the ball, (3,) mm, still is from its place, mm."""
@@ -190,74 +149,51 @@ class Target:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlannedFeature:
-    """The active feature where the plan has it, as long as it was not measured: to be shown only.
-
-    Attributes
-    ----------
-    nominal
-        The feature.
-    T_world_from_nominal
-        Where the nominals of the plan are, or may be.
-    supposed
-        Nobody knows where the part is: it is shown upright in the middle of the volume.
-    targets
-        Where to touch it, if it is supposed there. Neither ring nor tone leads to such places, and
-        no touch is held against them.
-    """
+    """Planned geometry of the active feature, shown until it is measured."""
 
     nominal: NominalFeature
+    """The feature."""
     T_world_from_nominal: RigidTransform
+    """Where the nominals of the plan are, or may be."""
     supposed: bool
+    """Nobody knows where the part is: it is shown upright in the middle of the volume."""
     targets: tuple[Target, ...] = ()
+    """Where to touch it, if it is supposed there. Neither ring nor tone leads to such places, and
+    no touch is held against them."""
 
 
 @dataclass(frozen=True, slots=True)
 class FeatureView:
-    """One feature of the plan as it stands.
-
-    Attributes
-    ----------
-    name, shape, needed
-        From the plan; ``needed`` points.
-    state
-        Where it stands.
-    points
-        Points that count, oldest first.
-    fit
-        Compensated fit in the world frame (`features.shapes.Fit`; diameters without the ball);
-        None while there are too few points.
-    note
-        Why there is no fit, or why its points prove nothing; else empty.
-    outliers
-        Numbers of points that lie far from the element that the others show: flagged, and counting
-        until somebody deletes them.
-    deleted
-        Points that were taken out and can be put back, oldest first.
-    coverage
-        How well the points are spread; None without any.
-    targets
-        Where points are still wanted, the best next one first; empty where it is not known where
-        the part stands, or how large the feature is.
-    text, picture
-        From the plan: what to do, and the file beside the plan that shows it.
-    compensation
-        How the side of the material is found: one of `measuring.compensation.METHODS`.
-    """
+    """One feature of the plan as it stands."""
 
     name: str
     shape: Shape
     needed: int
+    """`name`, `shape`, `needed`: From the plan; ``needed`` points."""
     state: FeatureState
+    """Where it stands."""
     points: tuple[MeasuredPoint, ...]
+    """Points that count, oldest first."""
     fit: Fit | None
+    """Compensated fit in the world frame (`features.shapes.Fit`; diameters without the ball); None
+    while there are too few points."""
     note: str
+    """Why there is no fit, or why its points prove nothing; else empty."""
     outliers: tuple[int, ...] = ()
+    """Numbers of points that lie far from the element that the others show: flagged, and counting
+    until somebody deletes them."""
     deleted: tuple[DeletedPoint, ...] = ()
+    """Points that were taken out and can be put back, oldest first."""
     coverage: Coverage | None = None
+    """How well the points are spread; None without any."""
     targets: tuple[Target, ...] = ()
+    """Where points are still wanted, the best next one first; empty where it is not known where the
+    part stands, or how large the feature is."""
     text: str = ""
     picture: str = ""
+    """`text`, `picture`: From the plan: what to do, and the file beside the plan that shows it."""
     compensation: str = "approach"
+    """How the side of the material is found: one of `measuring.compensation.METHODS`."""
 
     @property
     def taken(self) -> int:
@@ -294,90 +230,63 @@ class JobHeader:
 
 @dataclass(frozen=True, slots=True)
 class JobView:
-    """The whole job as it stands; a new one after every change.
-
-    Attributes
-    ----------
-    job, part, operator
-        Names.
-    features
-        In the order of the plan.
-    active
-        Name of the feature that takes the next point; empty when all are done.
-    characteristics
-        In the order of the plan.
-    refusal
-        Why the last touch gave no point; None after an accepted one.
-    complete
-        Every feature is done or skipped.
-    unproven
-        Why no verdict of this job can be CONFORM or NOT CONFORM; empty where they can.
-    held
-        Numbers of the points that are held back: what rests on them is NOT PROVEN.
-    temperature
-        What is known of the temperatures of probe and part, and what is compensated, in words.
-    at_20_c
-        Values are those of the part at 20 °C.
-    header
-        Operator, part, serial, order and batch.
-    probing
-        ``"plan"``: in the order of the plan; ``"any"``: the feature that is touched is found.
-    paused
-        Touches are refused until it goes on.
-    target
-        Where the next point is wanted; None where that is not known.
-    constructed
-        Features made from others, in the order of the plan.
-    undo, redo
-        What these would take back and do again, in words; empty where there is nothing.
-    looked_at
-        Name of the feature that somebody looks back at; empty where nobody does. It changes
-        nothing else here.
-    simulated
-        Some of it came from a virtual rig: every screen, page and file says so.
-    camera_doubts
-        What its cameras could not prove, in sentences; every page and file says so.
-    placed_part
-        The nominal part by the CAD model of the plan; None where the plan names none.
-    planned
-        The active feature by its nominals, as long as it has no fit; None where it has one.
-    room_doubt
-        Why the room lets the job prove nothing by its plan; empty where it does. It stands in
-        ``unproven``, too, where nothing weightier does.
-    room
-        What was read off in the room: fields and sentences, as `environment_words`.
-    part_verdict
-        The verdict on the part. This and what `verdict_of` returns are made of ``features`` and
-        ``characteristics`` whenever a view is made, so that they cannot say anything else.
-    """
+    """The whole job as it stands; a new one after every change."""
 
     job: str
     part: str
     operator: str
+    """`job`, `part`, `operator`: Names."""
     features: tuple[FeatureView, ...]
+    """In the order of the plan."""
     active: str
+    """Name of the feature that takes the next point; empty when all are done."""
     characteristics: tuple[CharacteristicResult, ...]
+    """In the order of the plan."""
     refusal: Refusal | None
+    """Why the last touch gave no point; None after an accepted one."""
     complete: bool
+    """Every feature is done or skipped."""
     unproven: str = ""
+    """Why no verdict of this job can be CONFORM or NOT CONFORM; empty where they can."""
     held: tuple[int, ...] = ()
+    """Numbers of the points that are held back: what rests on them is NOT PROVEN."""
     temperature: str = ""
+    """What is known of the temperatures of probe and part, and what is compensated, in words."""
     at_20_c: bool = False
+    """Values are those of the part at 20 °C."""
     header: JobHeader = field(default_factory=lambda: JobHeader("", "", ""))
+    """Operator, part, serial, order and batch."""
     probing: Probing = "plan"
+    """``"plan"``: in the order of the plan; ``"any"``: the feature that is touched is found."""
     paused: bool = False
+    """Touches are refused until it goes on."""
     target: Target | None = None
+    """Where the next point is wanted; None where that is not known."""
     constructed: tuple[FeatureView, ...] = ()
+    """Features made from others, in the order of the plan."""
     undo: str = ""
     redo: str = ""
+    """`undo`, `redo`: What these would take back and do again, in words; empty where there is
+    nothing."""
     looked_at: str = ""
+    """Name of the feature that somebody looks back at; empty where nobody does. It changes nothing
+    else here."""
     simulated: bool = False
+    """Some of it came from a virtual rig: every screen, page and file says so."""
     camera_doubts: tuple[str, ...] = ()
+    """What its cameras could not prove, in sentences; every page and file says so."""
     placed_part: PlacedPart | None = None
+    """The nominal part by the CAD model of the plan; None where the plan names none."""
     planned: PlannedFeature | None = None
+    """The active feature by its nominals, as long as it has no fit; None where it has one."""
     room_doubt: str = ""
+    """Why the room lets the job prove nothing by its plan; empty where it does. It stands in
+    ``unproven``, too, where nothing weightier does."""
     room: tuple[tuple[str, str], ...] = ()
+    """What was read off in the room: fields and sentences, as `environment_words`."""
     part_verdict: PartVerdict = field(init=False)
+    """The verdict on the part. This and what `verdict_of` returns are made of ``features`` and
+    ``characteristics`` whenever a view is made, so that they cannot say anything else."""
     _summaries: Mapping[str, VerdictSummary] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

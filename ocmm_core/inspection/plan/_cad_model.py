@@ -22,18 +22,12 @@ _MODEL = FileKind("model", "CAD model", STEP_ENDINGS)
 
 @dataclass(frozen=True, slots=True)
 class PartOfPlan:
-    """The part that a plan names.
-
-    Attributes
-    ----------
-    model
-        None where there is none to show.
-    doubt
-        Why a model that the plan names is not shown; None where it is, or there is none.
-    """
+    """The part that a plan names."""
 
     model: PartModel | None = None
+    """None where there is none to show."""
     doubt: OcmmError | None = None
+    """Why a model that the plan names is not shown; None where it is, or there is none."""
 
 
 def with_model(

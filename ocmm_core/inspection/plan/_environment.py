@@ -31,17 +31,13 @@ ENVIRONMENT_EVENT = "environment"
 
 
 class EnvironmentLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What a plan demands of the room: least and most, both allowed; None demands nothing.
-
-    Attributes
-    ----------
-    temperature_c, humidity_percent, pressure_hpa
-        Of the air where it is measured, not of part or probe.
-    """
+    """What a plan demands of the room: least and most, both allowed; None demands nothing."""
 
     temperature_c: tuple[float, float] | None = None
     humidity_percent: tuple[float, float] | None = None
     pressure_hpa: tuple[float, float] | None = None
+    """`temperature_c`, `humidity_percent`, `pressure_hpa`: Of the air where it is measured, not of
+    part or probe."""
 
 
 _DEMANDS = (
@@ -54,26 +50,19 @@ _WORDS = {ROOM: "Room", HUMIDITY: "Humidity", PRESSURE: "Air pressure"}
 
 
 class NotedRoom(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What was read off once, as it was typed.
-
-    Attributes
-    ----------
-    points
-        That counted then; zero is the begin.
-    next_point
-        Number that the next point gets: all points with a smaller one were taken before.
-    room, humidity, pressure
-        Readings (`ocmm_core.surroundings`); empty where nobody read them.
-    who
-        That noted it; may be empty.
-    """
+    """What was read off once, as it was typed."""
 
     points: int
+    """That counted then; zero is the begin."""
     next_point: int
+    """Number that the next point gets: all points with a smaller one were taken before."""
     room: str = ""
     humidity: str = ""
     pressure: str = ""
+    """`room`, `humidity`, `pressure`: Readings (`ocmm_core.surroundings`); empty where nobody read
+    them."""
     who: str = ""
+    """That noted it; may be empty."""
 
 
 @dataclass(frozen=True, slots=True)

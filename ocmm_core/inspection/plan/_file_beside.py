@@ -16,21 +16,14 @@ _MOST_NAMES = 1000
 
 @dataclass(frozen=True, slots=True)
 class FileKind:
-    """A kind of file beside a plan.
-
-    Attributes
-    ----------
-    code
-        Part of the codes of its errors, and the name of a file whose own name cannot be kept.
-    words
-        For people.
-    endings
-        Of its names.
-    """
+    """A kind of file beside a plan."""
 
     code: str
+    """Part of the codes of its errors, and the name of a file whose own name cannot be kept."""
     words: str
+    """For people."""
     endings: Sequence[str]
+    """Of its names."""
 
     def kept(self, source: Path, content: bytes, folder: Path) -> str:
         """Return the name of a file in the folder of a plan; it is copied where it is not there.

@@ -43,65 +43,44 @@ class Material(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class CadModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The STEP file that the nominals are of: its place beside the plan, and its hash.
-
-    Attributes
-    ----------
-    file
-        Relative to the folder of the plan, and inside it.
-    sha256
-        Of the bytes of the file, 64 hex digits.
-    """
+    """The STEP file that the nominals are of: its place beside the plan, and its hash."""
 
     file: str
+    """Relative to the folder of the plan, and inside it."""
     sha256: str
+    """Of the bytes of the file, 64 hex digits."""
 
 
 class Plan(Document, frozen=True, kw_only=True):
-    """A plan as it is written down; lengths in mm.
-
-    Attributes
-    ----------
-    name, part
-        Names of the plan and of the part.
-    features
-        In the order of probing.
-    characteristics
-        In the order of the report.
-    constructions
-        Features made from others, in any order.
-    alignment
-        Needed as soon as a characteristic is a coordinate.
-    rule
-        Decision rule: ISO 14253-1 (default), ILAC-G8 with the guard band w = U, or simple
-        acceptance (`tolerances.decision`).
-    material
-        Needed where results are to be reported at 20 °C.
-    compensation
-        How the side of the material is found where a feature does not say it
-        (`measuring.compensation.METHODS`).
-    model
-        The CAD model whose frame is that of the nominals; it is shown, and nothing is computed of
-        it.
-    cameras
-        ``"proven"``: only cameras whose data prove their age and order; ``"unproven"``: also such
-        that do not, knowingly.
-    environment
-        What the room must be like from the first to the last point; None demands nothing.
-    """
+    """A plan as it is written down; lengths in mm."""
 
     name: str
     part: str
+    """`name`, `part`: Names of the plan and of the part."""
     features: list[NominalFeature]
+    """In the order of probing."""
     characteristics: list[Characteristic]
+    """In the order of the report."""
     constructions: list[Construction] = msgspec.field(default_factory=list)
+    """Features made from others, in any order."""
     alignment: Alignment | None = None
+    """Needed as soon as a characteristic is a coordinate."""
     rule: Literal["iso14253-1", "ilac-g8", "simple"] = "iso14253-1"
+    """Decision rule: ISO 14253-1 (default), ILAC-G8 with the guard band w = U, or simple acceptance
+    (`tolerances.decision`)."""
     material: Material | None = None
+    """Needed where results are to be reported at 20 °C."""
     compensation: Literal["approach", "pulled", "shank", "nominal"] = "approach"
+    """How the side of the material is found where a feature does not say it
+    (`measuring.compensation.METHODS`)."""
     model: CadModel | None = None
+    """The CAD model whose frame is that of the nominals; it is shown, and nothing is computed of
+    it."""
     cameras: Literal["proven", "unproven"] = "proven"
+    """``"proven"``: only cameras whose data prove their age and order; ``"unproven"``: also such
+    that do not, knowingly."""
     environment: EnvironmentLimits | None = None
+    """What the room must be like from the first to the last point; None demands nothing."""
 
     @classmethod
     def completed(cls, data: dict[str, Any]) -> dict[str, Any]:

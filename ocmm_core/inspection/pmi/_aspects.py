@@ -15,21 +15,14 @@ MOST_FACES = 10_000
 
 @dataclass(frozen=True, slots=True)
 class Faces:
-    """The faces of an aspect.
-
-    Attributes
-    ----------
-    numbers
-        Of the faces in the file, each once, in its order.
-    others
-        What else it stands for, such as edges, by the type of the file.
-    derived
-        It is made from these faces, as a middle plane is, and is not them.
-    """
+    """The faces of an aspect."""
 
     numbers: tuple[int, ...] = ()
+    """Of the faces in the file, each once, in its order."""
     others: tuple[str, ...] = ()
+    """What else it stands for, such as edges, by the type of the file."""
     derived: bool = False
+    """It is made from these faces, as a middle plane is, and is not them."""
 
 
 class Aspects:

@@ -55,21 +55,14 @@ Argument: TypeAlias = "Ref | Word | Typed | str | float | int | tuple[Any, ...] 
 
 @dataclass(frozen=True, slots=True)
 class Part21:
-    """The entities of a file.
-
-    Attributes
-    ----------
-    bodies
-        Text of each entity by its number, in the order of the file.
-    twice
-        Numbers that two entities have: none of the two can be believed.
-    by_type
-        Numbers of the entities that have a type, also as a part of several, by its word.
-    """
+    """The entities of a file."""
 
     bodies: dict[int, str]
+    """Text of each entity by its number, in the order of the file."""
     twice: frozenset[int]
+    """Numbers that two entities have: none of the two can be believed."""
     by_type: dict[str, list[int]]
+    """Numbers of the entities that have a type, also as a part of several, by its word."""
     _read: dict[int, dict[str, tuple[Argument, ...]]] = field(default_factory=dict)
 
     def all_of(self, *types: str) -> list[int]:

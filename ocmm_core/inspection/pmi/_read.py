@@ -21,21 +21,14 @@ _MOST_ITEMS = 20_000
 
 @dataclass(frozen=True, slots=True)
 class FaceText:
-    """A face as the text has it.
-
-    Attributes
-    ----------
-    number
-        In the file.
-    shape
-        Word of its surface, as of a `Shape` where it is one of those that can be probed.
-    radius
-        Of cylinders and spheres, in the unit of the file; else 0.
-    """
+    """A face as the text has it."""
 
     number: int
+    """In the file."""
     shape: str
+    """Word of its surface, as of a `Shape` where it is one of those that can be probed."""
     radius: float = 0.0
+    """Of cylinders and spheres, in the unit of the file; else 0."""
 
 
 def may_say_tolerances(text: str) -> bool:

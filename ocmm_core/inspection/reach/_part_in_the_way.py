@@ -15,29 +15,20 @@ _LONG, _MORE = 2.0, 0.25
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Obstacle:
-    """The mesh of a part and the tree of boxes over it.
-
-    Attributes
-    ----------
-    triangles
-        (n, 3, 3), mm, frame of the part; the very long ones in pieces.
-    faces
-        (n,): to which face each belongs, from 0.
-    n_faces
-        How many faces there are.
-    deflection_mm
-        No triangle is farther from its face.
-    boxes, links, order
-        See `_grow_kernel.grow`.
-    """
+    """The mesh of a part and the tree of boxes over it."""
 
     triangles: Float
+    """(n, 3, 3), mm, frame of the part; the very long ones in pieces."""
     faces: Int
+    """(n,): to which face each belongs, from 0."""
     n_faces: int
+    """How many faces there are."""
     deflection_mm: float
+    """No triangle is farther from its face."""
     boxes: Float
     links: Int
     order: Int
+    """`boxes`, `links`, `order`: See `_grow_kernel.grow`."""
 
     @property
     def middle(self) -> Float:

@@ -36,47 +36,31 @@ _OFF_AXIS, _SKIMMING = np.radians(50.0), np.sin(np.radians(-2.0))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reached:
-    """What became of targets.
-
-    Attributes
-    ----------
-    stage
-        (n,): 0 where a target can be touched and is seen, else what stands against it.
-    face
-        (n,): the face that would be touched, from 0; -1 for none.
-    turns_part_from_probe
-        (n, 3, 3): how the probe is held; NaN where a target cannot be reached.
-    ways_mm
-        (n,): free along the normal.
-    leds
-        (n,): how many LEDs two cameras see.
-    """
+    """What became of targets."""
 
     stage: Int
+    """(n,): 0 where a target can be touched and is seen, else what stands against it."""
     face: Int
+    """(n,): the face that would be touched, from 0; -1 for none."""
     turns_part_from_probe: Float
+    """(n, 3, 3): how the probe is held; NaN where a target cannot be reached."""
     ways_mm: Float
+    """(n,): free along the normal."""
     leds: Int
+    """(n,): how many LEDs two cameras see."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Places:
-    """Targets on one surface that are asked for.
-
-    Attributes
-    ----------
-    points, normals
-        (n, 3), mm and unit, out of the material.
-    own
-        Faces of the surface, from 0; no other one that is asked for at the same time has them.
-    axis_part
-        (3,), unit: of the bore that they lie in; None outside.
-    """
+    """Targets on one surface that are asked for."""
 
     points: Float
     normals: Float
+    """`points`, `normals`: (n, 3), mm and unit, out of the material."""
     own: Sequence[int]
+    """Faces of the surface, from 0; no other one that is asked for at the same time has them."""
     axis_part: Float | None = None
+    """(3,), unit: of the bore that they lie in; None outside."""
 
 
 class Reach:

@@ -25,21 +25,14 @@ _FROM_THE_FRONT = (0.0, -1.0, 0.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placement:
-    """How a part stands before the cameras.
-
-    Attributes
-    ----------
-    up
-        (3,): which direction of the model points up.
-    turn_deg
-        About the vertical, after that.
-    offset_world
-        (3,), mm: of the middle of the part from that of the volume.
-    """
+    """How a part stands before the cameras."""
 
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    """(3,): which direction of the model points up."""
     turn_deg: float = 0.0
+    """About the vertical, after that."""
     offset_world: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """(3,), mm: of the middle of the part from that of the volume."""
 
     def pose(self, middle_part: Float, middle_world: Float) -> RigidTransform:
         """Return world from part, for the middles (3,), mm, of the part and of the volume."""
@@ -57,30 +50,20 @@ class Placement:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setting:
-    """Probe, cameras and placement.
-
-    Attributes
-    ----------
-    body
-        The probe.
-    design
-        How it is built; None where nobody wrote it down.
-    rig
-        The cameras; None where sight is not asked.
-    placement
-        Of the part.
-    ball_mm
-        Diameter of the ball; None for that of the probe.
-    tilt_deg
-        Largest angle of the handle from upright.
-    """
+    """Probe, cameras and placement."""
 
     body: ProbeBody
+    """The probe."""
     design: ProbeDesign | None = None
+    """How it is built; None where nobody wrote it down."""
     rig: Rig | None = None
+    """The cameras; None where sight is not asked."""
     placement: Placement = Placement()
+    """Of the part."""
     ball_mm: float | None = None
+    """Diameter of the ball; None for that of the probe."""
     tilt_deg: float = TILT_DEG
+    """Largest angle of the handle from upright."""
 
     @property
     def ball_radius(self) -> float:

@@ -51,21 +51,14 @@ _LOOKING = 0.1
 
 @dataclass(frozen=True, slots=True)
 class KeptPlaces:
-    """Where jobs, calibrations and probes are kept on this computer.
-
-    Attributes
-    ----------
-    jobs
-        Folders, looked through with those in them, and job files.
-    calibrations
-        Rig by rig.
-    probes
-        Probe by probe; None is the folder of this user.
-    """
+    """Where jobs, calibrations and probes are kept on this computer."""
 
     jobs: tuple[Path, ...]
+    """Folders, looked through with those in them, and job files."""
     calibrations: Path
+    """Rig by rig."""
     probes: Path | None = None
+    """Probe by probe; None is the folder of this user."""
 
 
 def recall(

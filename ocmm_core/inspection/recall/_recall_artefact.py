@@ -23,22 +23,15 @@ from ocmm_core.errors import InputError
 
 @dataclass(frozen=True, slots=True)
 class Fallen:
-    """A calibration or a verification that fell.
-
-    Attributes
-    ----------
-    rig, made_utc
-        Of which rig, and when it was made.
-    kind
-        ``"calibration"`` or ``"verification"``.
-    calibration
-        Hash of the calibration that it is, or that it was about.
-    """
+    """A calibration or a verification that fell."""
 
     rig: str
     made_utc: str
+    """`rig`, `made_utc`: Of which rig, and when it was made."""
     kind: str
+    """``"calibration"`` or ``"verification"``."""
     calibration: str
+    """Hash of the calibration that it is, or that it was about."""
 
 
 def artefact_wrong(

@@ -23,26 +23,19 @@ from ocmm_core.tracking import PoseBatch, ProbeBody, solve, spot_sigma_px
 
 @dataclass(frozen=True, slots=True)
 class Misfit:
-    """What one calibration leaves over of n points, in their order.
-
-    Attributes
-    ----------
-    poses
-        Of the probe, by this calibration.
-    first, last
-        (n + 1,): chi-square of the points before, and of those from, each place on.
-    dof
-        (n + 1,): degrees of freedom of the points before each place.
-    alike
-        How many spots share the error of one, on the average (>= 1): so many times fewer
-        observations there are than spots.
-    """
+    """What one calibration leaves over of n points, in their order."""
 
     poses: PoseBatch
+    """Of the probe, by this calibration."""
     first: Float
     last: Float
+    """`first`, `last`: (n + 1,): chi-square of the points before, and of those from, each place on.
+    """
     dof: Float
+    """(n + 1,): degrees of freedom of the points before each place."""
     alike: float
+    """How many spots share the error of one, on the average (>= 1): so many times fewer
+    observations there are than spots."""
 
     @property
     def whole(self) -> float:

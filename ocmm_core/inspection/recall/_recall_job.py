@@ -38,115 +38,78 @@ _OF_CAMERAS = (HoldReason.CALIBRATION, HoldReason.FAILED_CALIBRATION)
 
 @dataclass(frozen=True, slots=True)
 class Later:
-    """The calibration that a job is computed with anew.
-
-    Attributes
-    ----------
-    record
-        None where there is none to use.
-    calibration
-        Hash of the record; empty without one.
-    why_not
-        Why there is none; empty where there is one.
-    scale
-        Of the noise of the spots (`_recall_fit.misfit_of`).
-    """
+    """The calibration that a job is computed with anew."""
 
     record: CameraRecord | None
+    """None where there is none to use."""
     calibration: str = ""
+    """Hash of the record; empty without one."""
     why_not: str = ""
+    """Why there is none; empty where there is one."""
     scale: float = 1.0
+    """Of the noise of the spots (`_recall_fit.misfit_of`)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Anew:
-    """What a job says by a later calibration, and how its spots fit both.
-
-    Attributes
-    ----------
-    own_fit, later_fit
-        Of its own calibration and of the later one.
-    results
-        Of all characteristics by the later one, those in doubt for other reasons as not proven.
-    """
+    """What a job says by a later calibration, and how its spots fit both."""
 
     own_fit: Misfit
     later_fit: Misfit
+    """`own_fit`, `later_fit`: Of its own calibration and of the later one."""
     results: tuple[CharacteristicResult, ...]
+    """Of all characteristics by the later one, those in doubt for other reasons as not proven."""
 
 
 @dataclass(frozen=True, slots=True)
 class JobFindings:
-    """A job under its own calibration and under a later one.
-
-    Attributes
-    ----------
-    path, sha256
-        The file, and the hash of its content.
-    head, rig, calibration
-        What it says about itself; name of the rig and hash of its calibration.
-    simulated
-        Its points come from a virtual rig.
-    points
-        That count, in the order in which they were taken.
-    begun_utc, ended_utc
-        When the first and the last of them was stored.
-    in_doubt
-        Numbers of the points that the history of the calibration puts in doubt, and why.
-    own
-        Results of all characteristics, those in doubt for other reasons as not proven.
-    anew
-        The same by the later calibration; None where it cannot be computed.
-    in_world
-        For every characteristic whether it is stated in the world of the cameras, which is another
-        one after a new calibration.
-    rests_on
-        For every characteristic the places in ``points`` of those that it rests on.
-    why_not
-        Why nothing can be judged; empty where ``anew`` is there.
-    later_calibration
-        Hash of the later calibration; empty without one.
-    """
+    """A job under its own calibration and under a later one."""
 
     path: Path
     sha256: str
+    """`path`, `sha256`: The file, and the hash of its content."""
     head: JobHead
     rig: str
     calibration: str
+    """`head`, `rig`, `calibration`: What it says about itself; name of the rig and hash of its
+    calibration."""
     simulated: bool
+    """Its points come from a virtual rig."""
     points: tuple[MeasuredPoint, ...]
+    """That count, in the order in which they were taken."""
     begun_utc: str
     ended_utc: str
+    """`begun_utc`, `ended_utc`: When the first and the last of them was stored."""
     in_doubt: Mapping[int, str]
+    """Numbers of the points that the history of the calibration puts in doubt, and why."""
     own: tuple[CharacteristicResult, ...]
+    """Results of all characteristics, those in doubt for other reasons as not proven."""
     anew: Anew | None
+    """The same by the later calibration; None where it cannot be computed."""
     in_world: tuple[bool, ...]
+    """For every characteristic whether it is stated in the world of the cameras, which is another
+    one after a new calibration."""
     rests_on: tuple[tuple[int, ...], ...]
+    """For every characteristic the places in ``points`` of those that it rests on."""
     why_not: str
+    """Why nothing can be judged; empty where ``anew`` is there."""
     later_calibration: str
+    """Hash of the later calibration; empty without one."""
 
 
 @dataclass(frozen=True, slots=True)
 class DoubtedJob:
-    """A job with points in doubt and what it is computed with; can be sent to another computer.
-
-    Attributes
-    ----------
-    path
-        Of its file, for sentences.
-    later
-        What it is computed with anew.
-    in_doubt
-        Numbers of the points that the history of its calibration puts in doubt, and why.
-    known
-        What is known of it beside its file; of its calibration only whether that can be read,
-        because ``in_doubt`` says the rest.
-    """
+    """A job with points in doubt and what it is computed with; can be sent to another computer."""
 
     path: Path
+    """Of its file, for sentences."""
     later: Later
+    """What it is computed with anew."""
     in_doubt: Mapping[int, str]
+    """Numbers of the points that the history of its calibration puts in doubt, and why."""
     known: KnownOfJob
+    """What is known of it beside its file; of its calibration only whether that can be read,
+    because ``in_doubt`` says the rest."""
 
 
 def findings_of(doubted: DoubtedJob, file: bytes, log: bytes) -> JobFindings:

@@ -41,19 +41,13 @@ each can be said in another language."""
 
 @dataclass(frozen=True, slots=True)
 class Cases:
-    """What is not excluded about a job of n points.
-
-    Attributes
-    ----------
-    before, after
-        It was measured before the change, or after it.
-    across
-        It changed before the point at one of these places, 1 to n - 1.
-    """
+    """What is not excluded about a job of n points."""
 
     before: bool
     after: bool
+    """`before`, `after`: It was measured before the change, or after it."""
     across: tuple[int, ...] = ()
+    """It changed before the point at one of these places, 1 to n - 1."""
 
     @property
     def none(self) -> bool:

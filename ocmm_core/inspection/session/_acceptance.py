@@ -26,24 +26,16 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """A touch that is good enough.
-
-    Attributes
-    ----------
-    stable
-        The ball at rest.
-    feature
-        What it belongs to.
-    side
-        Where the probe stood, and how that is known.
-    sensitivity
-        How the tip follows what it was computed from.
-    """
+    """A touch that is good enough."""
 
     stable: StablePoint
+    """The ball at rest."""
     feature: str
+    """What it belongs to."""
     side: Side
+    """Where the probe stood, and how that is known."""
     sensitivity: TipSensitivity
+    """How the tip follows what it was computed from."""
 
     def point(self, number: int, tip_radius: float) -> MeasuredPoint:
         """Return the measured point."""
@@ -69,21 +61,14 @@ class Accepted:
 
 @dataclass(frozen=True, slots=True)
 class TouchAssignment:
-    """What a touch is meant for.
-
-    Attributes
-    ----------
-    feature
-        Its name; empty where every feature is done.
-    method
-        How its side is found (`measuring.compensation.METHODS`).
-    nominal_normal
-        (3,), unit, world: of the nominal surface at the ball; None while it is not known.
-    """
+    """What a touch is meant for."""
 
     feature: str
+    """Its name; empty where every feature is done."""
     method: str
+    """How its side is found (`measuring.compensation.METHODS`)."""
     nominal_normal: Float | None = None
+    """(3,), unit, world: of the nominal surface at the ball; None while it is not known."""
 
 
 class Acceptance:

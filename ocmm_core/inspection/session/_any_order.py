@@ -38,25 +38,17 @@ _LYING_MM, _LYING_DEG = 0.1, 10.0
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """A ball at rest on a surface.
-
-    Attributes
-    ----------
-    tip_world
-        (3,), mm: its centre.
-    ways_world
-        (3,), unit, each: from the surface to where the ball came from, and to where it was pulled;
-        those that are known.
-    radius
-        Of the ball, mm.
-    time_s
-        When.
-    """
+    """A ball at rest on a surface."""
 
     tip_world: Float
+    """(3,), mm: its centre."""
     ways_world: tuple[Float, ...]
+    """(3,), unit, each: from the surface to where the ball came from, and to where it was pulled;
+    those that are known."""
     radius: float
+    """Of the ball, mm."""
     time_s: float
+    """When."""
 
 
 @dataclass(frozen=True, slots=True)

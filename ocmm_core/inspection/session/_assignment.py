@@ -29,24 +29,16 @@ from ocmm_core.measuring import (
 
 @dataclass(frozen=True, slots=True)
 class NominalPlace:
-    """Where the nominals lie, found from the points of the datums.
-
-    Attributes
-    ----------
-    plan
-        Names the datums.
-    points
-        That count by now.
-    options
-        Of the session.
-    cache
-        What was computed of the points before.
-    """
+    """Where the nominals lie, found from the points of the datums."""
 
     plan: Plan
+    """Names the datums."""
     points: Sequence[MeasuredPoint]
+    """That count by now."""
     options: SessionOptions
+    """Of the session."""
     cache: EvaluationCache = field(default_factory=EvaluationCache)
+    """What was computed of the points before."""
 
     def find(self) -> RigidTransform | None:
         """Return the motion from the world to their frame; None while datums are not measured."""

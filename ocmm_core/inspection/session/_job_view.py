@@ -39,51 +39,35 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 @dataclass(frozen=True, slots=True)
 class JobState:
-    """What a job is, beside its points.
-
-    Attributes
-    ----------
-    job, header
-        Name of the job file, and whom and what it is about.
-    progress
-        How far it has come.
-    methods
-        How the side of each feature is found.
-    sensitivities
-        Of the points that count, in their order.
-    refusal
-        Why the last touch gave no point.
-    paused
-        No points are taken.
-    unproven
-        Why the job proves nothing; empty where it does.
-    undo, redo
-        What these would take back, in words.
-    simulated
-        Some of it came from a virtual rig.
-    camera_doubts
-        What its cameras could not prove, in sentences.
-    part
-        The nominal part; None where the job has none.
-    room_doubt, room
-        Why the room lets it prove nothing, and what was read off there.
-    """
+    """What a job is, beside its points."""
 
     job: str
     header: JobHeader
+    """`job`, `header`: Name of the job file, and whom and what it is about."""
     progress: Progress
+    """How far it has come."""
     methods: Mapping[str, str]
+    """How the side of each feature is found."""
     sensitivities: tuple[TipSensitivity, ...]
+    """Of the points that count, in their order."""
     refusal: Refusal | None
+    """Why the last touch gave no point."""
     paused: bool
+    """No points are taken."""
     unproven: str
+    """Why the job proves nothing; empty where it does."""
     undo: str
     redo: str
+    """`undo`, `redo`: What these would take back, in words."""
     simulated: bool
+    """Some of it came from a virtual rig."""
     camera_doubts: tuple[str, ...] = ()
+    """What its cameras could not prove, in sentences."""
     part: PartModel | None = None
+    """The nominal part; None where the job has none."""
     room_doubt: str = ""
     room: tuple[NotedRoom, ...] = ()
+    """`room_doubt`, `room`: Why the room lets it prove nothing, and what was read off there."""
 
 
 def view_of(

@@ -25,22 +25,15 @@ Way = Literal["did", "undid", "redid"]
 
 @dataclass(frozen=True, slots=True)
 class UndoStep:
-    """One step of the inspector.
-
-    Attributes
-    ----------
-    words
-        What it was, for the button that takes it back.
-    change
-        Points that it added and took out.
-    before, after
-        Where the job stood.
-    """
+    """One step of the inspector."""
 
     words: str
+    """What it was, for the button that takes it back."""
     change: Change
+    """Points that it added and took out."""
     before: Progress
     after: Progress
+    """`before`, `after`: Where the job stood."""
 
     def undone_by(self, change: Change) -> UndoStep:
         """Return the deed that this change of points was: it takes this one back."""
@@ -82,15 +75,7 @@ class UndoHistory:
 
 
 class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A step as it is written down.
-
-    Attributes
-    ----------
-    way, words, added, removed, before, after
-        See `Way` and `UndoStep`; ``after`` is None where the job stood as before.
-    next_number
-        Of the point that comes after this step.
-    """
+    """A step as it is written down."""
 
     way: Way
     words: str
@@ -98,7 +83,10 @@ class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     removed: tuple[int, ...]
     before: WrittenProgress
     after: WrittenProgress | None
+    """`way`, `words`, `added`, `removed`, `before`, `after`: See `Way` and `UndoStep`; ``after`` is
+    None where the job stood as before."""
     next_number: int
+    """Of the point that comes after this step."""
 
 
 def deed_event(way: Way, step: UndoStep, next_number: int) -> tuple[str, str]:

@@ -17,25 +17,17 @@ FREE_FORM = "free form"
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """A surface of a model that can become a feature.
-
-    Attributes
-    ----------
-    feature
-        What it becomes; without targets where something stands against it. A free form becomes a
-        point for each of its targets.
-    faces
-        Numbers of its faces, see `ModelFace`.
-    against
-        Why it is not chosen to begin with, as a part of a sentence; empty where it is.
-    free_form
-        The face, where it is measured as a profile.
-    """
+    """A surface of a model that can become a feature."""
 
     feature: NominalFeature
+    """What it becomes; without targets where something stands against it. A free form becomes a
+    point for each of its targets."""
     faces: tuple[int, ...]
+    """Numbers of its faces, see `ModelFace`."""
     against: str = ""
+    """Why it is not chosen to begin with, as a part of a sentence; empty where it is."""
     free_form: FreeForm | None = None
+    """The face, where it is measured as a profile."""
 
     @property
     def kind(self) -> str:
@@ -50,30 +42,21 @@ class Offer:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Which surfaces are taken; what says nothing leaves out nothing.
-
-    Attributes
-    ----------
-    only, without
-        Names, with ``*`` and ``?`` as in names of files, or numbers of faces. Named in ``only``
-        also those are taken that are not chosen to begin with.
-    kinds
-        Words of shapes, such as Cylinder; in any case.
-    least_mm, most_mm
-        Of the diameter, or the longer side of a plane.
-    everything
-        Also what is not chosen to begin with, but for free forms.
-    profiles
-        Free forms, too: the width of their zone is known.
-    """
+    """Which surfaces are taken; what says nothing leaves out nothing."""
 
     only: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
+    """`only`, `without`: Names, with ``*`` and ``?`` as in names of files, or numbers of faces.
+    Named in ``only`` also those are taken that are not chosen to begin with."""
     kinds: tuple[str, ...] = ()
+    """Words of shapes, such as Cylinder; in any case."""
     least_mm: float = 0.0
     most_mm: float = float("inf")
+    """`least_mm`, `most_mm`: Of the diameter, or the longer side of a plane."""
     everything: bool = False
+    """Also what is not chosen to begin with, but for free forms."""
     profiles: bool = False
+    """Free forms, too: the width of their zone is known."""
 
 
 def offers_of(model: StepModel) -> tuple[Offer, ...]:

@@ -31,24 +31,16 @@ _NAMED = 10
 
 @dataclass(frozen=True, slots=True)
 class ChosenReach:
-    """What became of the surfaces that were chosen.
-
-    Attributes
-    ----------
-    taken
-        Those that stay, with the targets that can be touched and are seen.
-    refused
-        Those with too few of them, and why.
-    unasked
-        Names of those that stay and were not asked about.
-    why
-        Why not, as a part of a sentence.
-    """
+    """What became of the surfaces that were chosen."""
 
     taken: tuple[Offer, ...]
+    """Those that stay, with the targets that can be touched and are seen."""
     refused: tuple[LeftOut, ...] = ()
+    """Those with too few of them, and why."""
     unasked: tuple[str, ...] = ()
+    """Names of those that stay and were not asked about."""
     why: str = ""
+    """Why not, as a part of a sentence."""
 
     def sentences(self) -> tuple[str, ...]:
         """Return what a person has to know, a sentence each."""

@@ -46,8 +46,6 @@ class FreeFormRoom:
     ----------
     number, name, face, against
         As in `StepFreeForm`.
-    points, normals
-        (n, 3), mm and unit: more than are wanted, the first ones first.
     """
 
     number: int
@@ -55,6 +53,7 @@ class FreeFormRoom:
     face: NominalFace | None = None
     points: Float = field(default_factory=lambda: np.empty((0, 3)))
     normals: Float = field(default_factory=lambda: np.empty((0, 3)))
+    """`points`, `normals`: (n, 3), mm and unit: more than are wanted, the first ones first."""
     against: str = ""
 
 

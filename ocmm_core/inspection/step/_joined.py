@@ -45,13 +45,12 @@ class Room:
     ----------
     face, numbers, against
         As in `StepSurface`.
-    order
-        (n, 3), mm: places in the order in which they are tried.
     """
 
     face: StepFace
     numbers: tuple[int, ...]
     order: Float
+    """(n, 3), mm: places in the order in which they are tried."""
     against: str = ""
 
 

@@ -31,89 +31,59 @@ _DECIMALS = 6
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """A surface that is no feature to begin with.
-
-    Attributes
-    ----------
-    feature
-        What it would be; without targets.
-    why
-        Part of a sentence.
-    faces
-        Numbers of its faces, see `ModelFace`.
-    """
+    """A surface that is no feature to begin with."""
 
     feature: NominalFeature
+    """What it would be; without targets."""
     why: str
+    """Part of a sentence."""
     faces: tuple[int, ...] = ()
+    """Numbers of its faces, see `ModelFace`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reached:
-    """How the targets of a feature are touched.
-
-    Attributes
-    ----------
-    faces
-        Numbers of the faces that the feature is made of, see `ModelFace`.
-    held
-        For each target how the probe is held: rotation vector, rad, frame of the model from that
-        of the probe. Empty where nobody asked.
-    ways
-        mm: straight way along the normal that is free at each target.
-    """
+    """How the targets of a feature are touched."""
 
     faces: tuple[int, ...] = ()
+    """Numbers of the faces that the feature is made of, see `ModelFace`."""
     held: tuple[Triple, ...] = ()
+    """For each target how the probe is held: rotation vector, rad, frame of the model from that of
+    the probe. Empty where nobody asked."""
     ways: tuple[float, ...] = ()
+    """mm: straight way along the normal that is free at each target."""
 
 
 @dataclass(frozen=True, slots=True)
 class StepModel:
-    """What a model holds.
-
-    Attributes
-    ----------
-    features
-        Surfaces that can be probed, with targets on their faces, in the frame of the model.
-    left_out
-        Surfaces with a reason against them, such as fillets, engraved text and narrow faces.
-    others
-        How many faces have another kind of surface, by its word.
-    free_forms
-        Those of them that can be measured as profiles.
-    unasked
-        Probe, cameras and placement that only the chosen surfaces are asked about, see
-        `ask_for_chosen`; None where all were, or nobody asked.
-    not_measured
-        Reasons against other free forms, and how many have each.
-    part
-        The part itself, where it was asked for; its faces name the features that they belong to.
-    pmi
-        What the file says of tolerances; None where it was not read.
-    faces
-        Names of the surfaces (of both lists) that a face of the file is in, by its number there;
-        several where a part stands in an assembly more than once.
-    face_words
-        Kind of surface of every face of the file, by its number there.
-    reached
-        For each of ``features`` how its targets are touched.
-    remark
-        What was not asked about targets, as a sentence; empty where all was.
-    """
+    """What a model holds."""
 
     features: tuple[NominalFeature, ...]
+    """Surfaces that can be probed, with targets on their faces, in the frame of the model."""
     left_out: tuple[LeftOut, ...]
+    """Surfaces with a reason against them, such as fillets, engraved text and narrow faces."""
     others: dict[str, int]
+    """How many faces have another kind of surface, by its word."""
     part: PartModel | None = None
+    """The part itself, where it was asked for; its faces name the features that they belong to."""
     pmi: Pmi | None = None
+    """What the file says of tolerances; None where it was not read."""
     faces: dict[int, tuple[str, ...]] = field(default_factory=dict)
+    """Names of the surfaces (of both lists) that a face of the file is in, by its number there;
+    several where a part stands in an assembly more than once."""
     face_words: dict[int, str] = field(default_factory=dict)
+    """Kind of surface of every face of the file, by its number there."""
     reached: tuple[Reached, ...] = ()
+    """For each of ``features`` how its targets are touched."""
     remark: str = ""
+    """What was not asked about targets, as a sentence; empty where all was."""
     free_forms: tuple[FreeForm, ...] = ()
+    """Those of them that can be measured as profiles."""
     not_measured: dict[str, int] = field(default_factory=dict)
+    """Reasons against other free forms, and how many have each."""
     unasked: Setting | None = None
+    """Probe, cameras and placement that only the chosen surfaces are asked about, see
+    `ask_for_chosen`; None where all were, or nobody asked."""
 
     def why_not(self) -> list[tuple[str, int]]:
         """Return reasons and how many surfaces have each, the most frequent first."""

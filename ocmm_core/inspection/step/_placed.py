@@ -24,47 +24,31 @@ _WIDEST_GAP_DEG = 215.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placed:
-    """Targets of a surface.
-
-    Attributes
-    ----------
-    points
-        (n, 3), mm.
-    held
-        (n, 3): rotation vector, rad, part from probe; (0, 3) where no attitude was asked for.
-    ways
-        (n,), mm: free along the normal; (0,) where nothing was asked.
-    against
-        Why these are not enough; empty where they are.
-    """
+    """Targets of a surface."""
 
     points: Float
+    """(n, 3), mm."""
     held: Float
+    """(n, 3): rotation vector, rad, part from probe; (0, 3) where no attitude was asked for."""
     ways: Float
+    """(n,), mm: free along the normal; (0,) where nothing was asked."""
     against: str = ""
+    """Why these are not enough; empty where they are."""
 
 
 @dataclass(slots=True, eq=False)
 class Wish:
-    """A surface that wants targets.
-
-    Attributes
-    ----------
-    face
-        The surface.
-    order
-        (n, 3), mm: where a ball has room, see `in_order`; n > 0.
-    wanted, least
-        So many targets, and with fewer it cannot be measured.
-    own
-        Its faces in the mesh, from 0.
-    """
+    """A surface that wants targets."""
 
     face: StepFace
+    """The surface."""
     order: Float
+    """(n, 3), mm: where a ball has room, see `in_order`; n > 0."""
     wanted: int
     least: int
+    """`wanted`, `least`: So many targets, and with fewer it cannot be measured."""
     own: Sequence[int]
+    """Its faces in the mesh, from 0."""
     _found: list[tuple[Float, Reached]] = field(default_factory=list)
     _good: int = 0
 

@@ -22,26 +22,19 @@ _LONGEST = 50
 
 @dataclass(frozen=True, slots=True)
 class FreeForm:
-    """A free-form face that can be measured: single points, and their profile against the model.
-
-    Attributes
-    ----------
-    name
-        Of the profile; no surface of the model has the same.
-    face
-        The face, with its outline.
-    targets, normals
-        mm and unit, out of the material: places on it, each as far as can be from those before.
-    held, ways
-        As in `Reached`.
-    """
+    """A free-form face that can be measured: single points, and their profile against the model."""
 
     name: str
+    """Of the profile; no surface of the model has the same."""
     face: NominalFace
+    """The face, with its outline."""
     targets: tuple[Triple, ...]
     normals: tuple[Triple, ...]
+    """`targets`, `normals`: mm and unit, out of the material: places on it, each as far as can be
+    from those before."""
     held: tuple[Triple, ...] = ()
     ways: tuple[float, ...] = ()
+    """`held`, `ways`: As in `Reached`."""
 
     @property
     def feature(self) -> NominalFeature:

@@ -17,36 +17,24 @@ from ocmm_core.tracking import ProbeBody, load_probe
 
 
 class StepRequest(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What targets are chosen by.
-
-    Attributes
-    ----------
-    ball_mm
-        Diameter of the ball.
-    probe
-        Document of the probe; empty where stylus and body are not asked.
-    design
-        Document of how it is built; empty for the shipped one of that name, if there is one.
-    rig
-        Document of the cameras; empty where sight is not asked.
-    up
-        Which direction of the model points up.
-    turn_deg
-        About the vertical, after that.
-    offset_world
-        mm: of the middle of the part from that of the measuring volume.
-    tilt_deg
-        Largest angle of the handle from upright.
-    """
+    """What targets are chosen by."""
 
     ball_mm: float
+    """Diameter of the ball."""
     probe: str = ""
+    """Document of the probe; empty where stylus and body are not asked."""
     design: str = ""
+    """Document of how it is built; empty for the shipped one of that name, if there is one."""
     rig: str = ""
+    """Document of the cameras; empty where sight is not asked."""
     up: Triple = (0.0, 0.0, 1.0)
+    """Which direction of the model points up."""
     turn_deg: float = 0.0
+    """About the vertical, after that."""
     offset_world: Triple = (0.0, 0.0, 0.0)
+    """mm: of the middle of the part from that of the measuring volume."""
     tilt_deg: float = TILT_DEG
+    """Largest angle of the handle from upright."""
 
 
 def usual_request(

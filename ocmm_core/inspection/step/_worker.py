@@ -50,24 +50,16 @@ _NO_DIGITS = str.maketrans("", "", "0123456789")
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What is asked of the reading.
-
-    Attributes
-    ----------
-    ball_mm
-        Diameter of the ball; zero where no features are wanted.
-    setting
-        Probe, cameras and placement; None where the ball alone is asked for.
-    source_sha256
-        Hash of the file, for the part; empty where no part is wanted.
-    limit_s
-        So much time of processors may be taken.
-    """
+    """What is asked of the reading."""
 
     ball_mm: float = 0.0
+    """Diameter of the ball; zero where no features are wanted."""
     setting: Setting | None = None
+    """Probe, cameras and placement; None where the ball alone is asked for."""
     source_sha256: str = ""
+    """Hash of the file, for the part; empty where no part is wanted."""
     limit_s: float = 120.0
+    """So much time of processors may be taken."""
 
 
 def read_step(path: str, wanted: Wanted, to: Connection) -> None:

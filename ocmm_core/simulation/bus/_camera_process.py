@@ -34,48 +34,36 @@ EXIT_FAILED = 2
 
 
 class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Which software cameras stand on one wire.
-
-    Attributes
-    ----------
-    interface, second_interface
-        Network interface that they answer on; the second one closes a ring, empty: none.
-    cameras
-        In the order in which a frame passes them.
-    provider
-        What they see, as JSON: ``{"pattern": "test"}``, ``{"pattern": "clock"}``, a script of
-        the virtual rig (`RigScript`), one that is computed pixel by pixel (`PixelScript`), or one
-        of a rig that is calibrated (`CalibratingScript`).
-    sees
-        For each of them, the number of the camera of the rig whose picture it shows; empty:
-        in the same order.
-    drop
-        Part of the answers that get lost while the cameras are in operation, 0 to 1.
-    seed
-        Which answers get lost.
-    control
-        Path of the socket over which faults can be made while they run, see `faults.CameraDeed`;
-        empty: none.
-    switched_on
-        How often the cameras were switched on before.
-    ring_path
-        Ring of a bus process whose time waits for this computer; empty: a time that does not.
-    device, lenses
-        Description of cameras that are not ours, and what each of them corrects with.
-    """
+    """Which software cameras stand on one wire."""
 
     interface: str
     second_interface: str = ""
+    """`interface`, `second_interface`: Network interface that they answer on; the second one closes
+    a ring, empty: none."""
     cameras: tuple[CameraIdentity, ...]
+    """In the order in which a frame passes them."""
     provider: msgspec.Raw
+    """What they see, as JSON: ``{"pattern": "test"}``, ``{"pattern": "clock"}``, a script of the
+    virtual rig (`RigScript`), one that is computed pixel by pixel (`PixelScript`), or one of a rig
+    that is calibrated (`CalibratingScript`)."""
     sees: tuple[int, ...] = ()
+    """For each of them, the number of the camera of the rig whose picture it shows; empty: in the
+    same order."""
     drop: float = 0.0
+    """Part of the answers that get lost while the cameras are in operation, 0 to 1."""
     seed: int = 0
+    """Which answers get lost."""
     control: str = ""
+    """Path of the socket over which faults can be made while they run, see `faults.CameraDeed`;
+    empty: none."""
     switched_on: int = 0
+    """How often the cameras were switched on before."""
     ring_path: str = ""
+    """Ring of a bus process whose time waits for this computer; empty: a time that does not."""
     device: DeviceDescription | None = None
     lenses: tuple[Intrinsics, ...] = ()
+    """`device`, `lenses`: Description of cameras that are not ours, and what each of them corrects
+    with."""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""

@@ -31,18 +31,12 @@ from ocmm_core.simulation.slave import (
 
 @dataclass(frozen=True, slots=True)
 class FramePath:
-    """What happens to a frame that enters at one end.
-
-    Attributes
-    ----------
-    segment
-        Who works on it.
-    leaves
-        At which port it comes out, 0 or 1; None where it is lost.
-    """
+    """What happens to a frame that enters at one end."""
 
     segment: Segment
+    """Who works on it."""
     leaves: int | None
+    """At which port it comes out, 0 or 1; None where it is lost."""
 
 
 class Unit:

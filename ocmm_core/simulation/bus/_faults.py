@@ -10,18 +10,12 @@ import msgspec
 
 @dataclass(frozen=True, slots=True)
 class Faults:
-    """Answers that get lost on purpose, the same ones every time.
-
-    Attributes
-    ----------
-    drop
-        Part of the answers that get lost while the cameras are in operation, 0 to 1.
-    seed
-        Which ones.
-    """
+    """Answers that get lost on purpose, the same ones every time."""
 
     drop: float = 0.0
+    """Part of the answers that get lost while the cameras are in operation, 0 to 1."""
     seed: int = 0
+    """Which ones."""
 
 
 CORRUPT_WITH_SUM, COPIED, EXCHANGED, SHARED = 2, 3, 4, 16
@@ -80,44 +74,28 @@ class FaultKind(StrEnum):
 
 
 class CameraDeed(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One deed; see `FaultKind` for what ``value`` and ``code`` mean.
-
-    Attributes
-    ----------
-    do
-        What.
-    camera
-        To which camera, by its number in the configuration of the segment, 0 first.
-    value, code
-        With which numbers.
-    """
+    """One deed; see `FaultKind` for what ``value`` and ``code`` mean."""
 
     do: FaultKind
+    """What."""
     camera: int = 0
+    """To which camera, by its number in the configuration of the segment, 0 first."""
     value: int = 0
     code: int = 0
+    """`value`, `code`: With which numbers."""
 
 
 class DeedAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the cameras say when a deed is done.
-
-    Attributes
-    ----------
-    monotonic_ns, utc_ns
-        When it took effect.
-    order
-        Numbers of the cameras that are plugged in, in the order of the wire.
-    states
-        AL state of each camera, error bit included, by its number; 0 without power.
-    boots
-        Boot counter of each camera.
-    error
-        Why it was not done; empty where it was.
-    """
+    """What the cameras say when a deed is done."""
 
     monotonic_ns: int
     utc_ns: int
+    """`monotonic_ns`, `utc_ns`: When it took effect."""
     order: tuple[int, ...] = ()
+    """Numbers of the cameras that are plugged in, in the order of the wire."""
     states: tuple[int, ...] = ()
+    """AL state of each camera, error bit included, by its number; 0 without power."""
     boots: tuple[int, ...] = ()
+    """Boot counter of each camera."""
     error: str = ""
+    """Why it was not done; empty where it was."""

@@ -21,36 +21,28 @@ _READ_FRAMES = 8192
 
 @dataclass(slots=True)
 class Watched:
-    """What was seen in one stretch of time.
-
-    Attributes
-    ----------
-    frames, lost
-        Given out, and counted as lost.
-    stale, mixed, garbled, disordered
-        Frames that must not have been given out: too old; of cameras that exposed at different
-        times; that no camera showed; not later than the one before.
-    exposed_us
-        Host times of all exposures, modulo `CLOCK_MODULUS_US`.
-    events, grown
-        What the bus process reported, and what went on that had been reported before.
-    phases
-        Phases of the bus in order, without repetitions.
-    alarms
-        Alarms of the reports in order, without repetitions.
-    """
+    """What was seen in one stretch of time."""
 
     frames: int = 0
     lost: int = 0
+    """`frames`, `lost`: Given out, and counted as lost."""
     stale: int = 0
     mixed: int = 0
     garbled: int = 0
     disordered: int = 0
+    """`stale`, `mixed`, `garbled`, `disordered`: Frames that must not have been given out: too old;
+    of cameras that exposed at different times; that no camera showed; not later than the one
+    before."""
     exposed_us: list[NDArray[np.int64]] = field(default_factory=list)
+    """Host times of all exposures, modulo `CLOCK_MODULUS_US`."""
     events: list[BusEvent] = field(default_factory=list)
     grown: list[BusEvent] = field(default_factory=list)
+    """`events`, `grown`: What the bus process reported, and what went on that had been reported
+    before."""
     phases: list[BusPhase] = field(default_factory=list)
+    """Phases of the bus in order, without repetitions."""
     alarms: list[str] = field(default_factory=list)
+    """Alarms of the reports in order, without repetitions."""
 
     @property
     def wrong(self) -> int:

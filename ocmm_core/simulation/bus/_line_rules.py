@@ -48,41 +48,27 @@ class Trick(StrEnum):
 
 
 class LineRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One thing that goes wrong, again and again.
-
-    Attributes
-    ----------
-    do, value
-        What, and how much of it.
-    way, kinds
-        To which frames.
-    share
-        Part of these frames, 0 to 1, drawn at random.
-    only
-        Exactly these of them instead, counted from 0 since the rule was given.
-    """
+    """One thing that goes wrong, again and again."""
 
     do: Trick
     value: int = 1
+    """`do`, `value`: What, and how much of it."""
     way: Way = Way.ANSWER
     kinds: tuple[FrameKind, ...] = (FrameKind.PROCESS, FrameKind.SERVICE, FrameKind.OTHER)
+    """`way`, `kinds`: To which frames."""
     share: float = 1.0
+    """Part of these frames, 0 to 1, drawn at random."""
     only: tuple[int, ...] = ()
+    """Exactly these of them instead, counted from 0 since the rule was given."""
 
 
 class LineOrder(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the proxy is told.
-
-    Attributes
-    ----------
-    rules
-        All rules from now on; the first one that takes a frame decides. None: as before.
-    new_log
-        Begin the log anew, after its end was sent.
-    """
+    """What the proxy is told."""
 
     rules: tuple[LineRule, ...] | None = None
+    """All rules from now on; the first one that takes a frame decides. None: as before."""
     new_log: bool = False
+    """Begin the log anew, after its end was sent."""
 
 
 class Touched(msgspec.Struct, frozen=True, array_like=True):
@@ -94,34 +80,23 @@ class Touched(msgspec.Struct, frozen=True, array_like=True):
 
 
 class LineLog(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
-    """What the proxy saw and did.
-
-    Attributes
-    ----------
-    monotonic_ns, utc_ns
-        When the order took effect that this answers.
-    seen
-        Frames that came in, by ``"way kind"``.
-    done
-        Frames that something was done to, by ``"way kind trick"``.
-    touched
-        The same for process data, one by one; the first `MAX_TOUCHED`.
-    heartbeats
-        First and last heartbeat of process data that came from the master; -1 before.
-    first_utc_ns
-        When something was done to a frame for the first time; 0 before.
-    error
-        Why the order was not understood.
-    """
+    """What the proxy saw and did."""
 
     monotonic_ns: int = 0
     utc_ns: int = 0
+    """`monotonic_ns`, `utc_ns`: When the order took effect that this answers."""
     seen: dict[str, int] = msgspec.field(default_factory=dict)
+    """Frames that came in, by ``"way kind"``."""
     done: dict[str, int] = msgspec.field(default_factory=dict)
+    """Frames that something was done to, by ``"way kind trick"``."""
     touched: list[Touched] = msgspec.field(default_factory=list)
+    """The same for process data, one by one; the first `MAX_TOUCHED`."""
     heartbeats: tuple[int, int] = (-1, -1)
+    """First and last heartbeat of process data that came from the master; -1 before."""
     first_utc_ns: int = 0
+    """When something was done to a frame for the first time; 0 before."""
     error: str = ""
+    """Why the order was not understood."""
 
 
 MAX_TOUCHED = 2000

@@ -43,19 +43,13 @@ class RigRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 @dataclass(frozen=True, slots=True)
 class RigStatus:
-    """What runs now.
-
-    Attributes
-    ----------
-    record
-        What was made; None where there is no named rig.
-    interface_there, cameras_running
-        Whether it is still there.
-    """
+    """What runs now."""
 
     record: RigRecord | None
+    """What was made; None where there is no named rig."""
     interface_there: bool
     cameras_running: bool
+    """`interface_there`, `cameras_running`: Whether it is still there."""
 
 
 def rig_up(

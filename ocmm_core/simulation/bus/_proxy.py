@@ -50,22 +50,15 @@ _HOUSEKEEPING_NS = 20_000_000
 
 
 class ProxyConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Between which interfaces the proxy stands.
-
-    Attributes
-    ----------
-    master_side, camera_side
-        Network interfaces.
-    control
-        Path of its control socket, which takes `LineOrder` and answers with `LineLog`.
-    seed
-        Of all that is drawn at random.
-    """
+    """Between which interfaces the proxy stands."""
 
     master_side: str
     camera_side: str
+    """`master_side`, `camera_side`: Network interfaces."""
     control: str
+    """Path of its control socket, which takes `LineOrder` and answers with `LineLog`."""
     seed: int = 0
+    """Of all that is drawn at random."""
 
 
 class LineTricks:

@@ -208,24 +208,17 @@ class CalibrationScenesRig:
 
 
 class CalibratingScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A rig that is calibrated, in words: what a process needs to build the same one.
-
-    Attributes
-    ----------
-    calibrating
-        The scenes.
-    rig, probe
-        Paths of the documents.
-    seed, options, moved
-        As in `CalibrationScenesRig`.
-    """
+    """A rig that is calibrated, in words: what a process needs to build the same one."""
 
     calibrating: tuple[Scene, ...]
+    """The scenes."""
     rig: str
     probe: str
+    """`rig`, `probe`: Paths of the documents."""
     seed: int
     options: WorldOptions = WorldOptions()
     moved: FrameMove | None = None
+    """`seed`, `options`, `moved`: As in `CalibrationScenesRig`."""
 
     def to_json(self) -> str:
         """Return the script as text."""

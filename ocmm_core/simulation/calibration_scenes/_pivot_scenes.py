@@ -19,54 +19,35 @@ _JUMP_S = 0.03
 
 
 class ScriptedJump(msgspec.Struct, frozen=True, kw_only=True):
-    """The cone is pushed.
-
-    Attributes
-    ----------
-    at_s
-        From the beginning of the scene.
-    shift_mm
-        Where to, world.
-    """
+    """The cone is pushed."""
 
     at_s: float
+    """From the beginning of the scene."""
     shift_mm: Vector3
+    """Where to, world."""
 
 
 class SweepProbe(msgspec.Struct, frozen=True, kw_only=True, tag=True):
-    """The ball is put into a cone, the probe is swept about it for some time, and lifted off.
-
-    Attributes
-    ----------
-    cone
-        Where the ball rests, mm, world.
-    seconds
-        Of sweeping.
-    seed
-        Of the ways of the hand.
-    reach_deg
-        How far it leans to either side about X and Y, and turns about the handle (Z).
-    lean_deg
-        About which attitude, from upright.
-    slack_mm
-        Standard deviation of the ball's wander in the cone, per axis.
-    jumps
-        Pushes of the cone, in the order of time.
-    tip_shift_mm
-        Another stylus: its ball is so far from that of the probe, probe frame.
-    hidden
-        LEDs, from 0, that a hand covers.
-    """
+    """The ball is put into a cone, the probe is swept about it for some time, and lifted off."""
 
     cone: Vector3
+    """Where the ball rests, mm, world."""
     seconds: float
+    """Of sweeping."""
     seed: int
+    """Of the ways of the hand."""
     reach_deg: Vector3 = (27.0, 27.0, 12.0)
+    """How far it leans to either side about X and Y, and turns about the handle (Z)."""
     lean_deg: Vector3 = (0.0, 0.0, 0.0)
+    """About which attitude, from upright."""
     slack_mm: float = 0.0
+    """Standard deviation of the ball's wander in the cone, per axis."""
     jumps: tuple[ScriptedJump, ...] = ()
+    """Pushes of the cone, in the order of time."""
     tip_shift_mm: Vector3 = (0.0, 0.0, 0.0)
+    """Another stylus: its ball is so far from that of the probe, probe frame."""
     hidden: tuple[int, ...] = ()
+    """LEDs, from 0, that a hand covers."""
 
 
 def sweep_segments(scene: SweepProbe, body: ProbeBody) -> Float:

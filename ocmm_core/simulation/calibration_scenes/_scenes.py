@@ -20,23 +20,16 @@ STREAM = 32
 
 
 class FrameMove(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Somebody moved the frame with its cameras, and knocked these a little.
-
-    Attributes
-    ----------
-    seed
-        Of what is drawn.
-    shift_mm, turn_rad
-        Standard deviations of the motion of the frame, per axis.
-    camera_shift_mm, camera_turn_rad
-        Of each camera on it.
-    """
+    """Somebody moved the frame with its cameras, and knocked these a little."""
 
     seed: int
+    """Of what is drawn."""
     shift_mm: float = 8.0
     turn_rad: float = 8e-3
+    """`shift_mm`, `turn_rad`: Standard deviations of the motion of the frame, per axis."""
     camera_shift_mm: float = 1.0
     camera_turn_rad: float = 2e-3
+    """`camera_shift_mm`, `camera_turn_rad`: Of each camera on it."""
 
 
 class TargetScene(msgspec.Struct, frozen=True, kw_only=True, tag="ShowTarget"):

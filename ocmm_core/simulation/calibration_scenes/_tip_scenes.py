@@ -10,24 +10,16 @@ from ocmm_core.geometry import Float, unit
 
 
 class TipFault(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What is the matter with the tip that is on the probe; nothing by default.
-
-    Attributes
-    ----------
-    diameter_mm
-        The ball is so much larger.
-    length_mm
-        It is so much farther from the handle (probe frame, against z).
-    sideways_mm
-        And so much to the side (probe frame, along x).
-    worn_mm
-        Depth of a worn place on the side of the ball (probe frame, along x).
-    """
+    """What is the matter with the tip that is on the probe; nothing by default."""
 
     diameter_mm: float = 0.0
+    """The ball is so much larger."""
     length_mm: float = 0.0
+    """It is so much farther from the handle (probe frame, against z)."""
     sideways_mm: float = 0.0
+    """And so much to the side (probe frame, along x)."""
     worn_mm: float = 0.0
+    """Depth of a worn place on the side of the ball (probe frame, along x)."""
 
     @property
     def shift_probe(self) -> Float:
@@ -36,31 +28,21 @@ class TipFault(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class TouchWithTip(msgspec.Struct, frozen=True, kw_only=True, tag=True):
-    """The sphere is touched along outward normals, then the ball is held in the cone.
-
-    Attributes
-    ----------
-    centre, diameter
-        Of the sphere, mm, world.
-    normals
-        Unit vectors, world.
-    cone
-        Where the ball rests then, mm, world.
-    handles
-        Directions from the ball to the handle, world, one for each attitude.
-    seed
-        Of the hand.
-    fault
-        Of the tip.
-    """
+    """The sphere is touched along outward normals, then the ball is held in the cone."""
 
     centre: Vector3
     diameter: float
+    """`centre`, `diameter`: Of the sphere, mm, world."""
     normals: tuple[Vector3, ...]
+    """Unit vectors, world."""
     cone: Vector3
+    """Where the ball rests then, mm, world."""
     handles: tuple[Vector3, ...]
+    """Directions from the ball to the handle, world, one for each attitude."""
     seed: int
+    """Of the hand."""
     fault: TipFault = TipFault()
+    """Of the tip."""
 
 
 _WORN_RAD = np.radians(35.0)

@@ -24,24 +24,16 @@ _MOST_RAD = np.radians(60.0)
 
 @dataclass(frozen=True, slots=True)
 class LedView:
-    """How the probe is held.
-
-    Attributes
-    ----------
-    taken
-        Somebody leads it; else the robot hand does.
-    hand
-        What the hand does then.
-    clear_mm
-        How far from the surface it is led.
-    turn
-        (2,), rad: how it is leaned to the right and back.
-    """
+    """How the probe is held."""
 
     taken: bool = False
+    """Somebody leads it; else the robot hand does."""
     hand: HandView = field(default_factory=HandView)
+    """What the hand does then."""
     clear_mm: float = CLEAR_MM
+    """How far from the surface it is led."""
     turn: tuple[float, float] = (0.0, 0.0)
+    """(2,), rad: how it is leaned to the right and back."""
 
 
 class HandAtRig:

@@ -50,46 +50,33 @@ _OVER_MM = 14.0
 
 @dataclass(frozen=True, slots=True)
 class Wish:
-    """Where somebody wants the ball: a letter in the box of the hand.
-
-    Attributes
-    ----------
-    contact_part, normal_part
-        (3,), mm and unit, part frame: ball centre where it touches, and the way out; the normal is
-        zero over nothing, where the ball goes to ``contact_part`` itself.
-    clear_mm
-        How far from there along the normal.
-    turn
-        (2,), rad: how the probe is leaned to the right and back, beside what the surface needs.
-    """
+    """Where somebody wants the ball: a letter in the box of the hand."""
 
     contact_part: Float
     normal_part: Float
+    """`contact_part`, `normal_part`: (3,), mm and unit, part frame: ball centre where it touches,
+    and the way out; the normal is zero over nothing, where the ball goes to ``contact_part``
+    itself."""
     clear_mm: float
+    """How far from there along the normal."""
     turn: Float
+    """(2,), rad: how the probe is leaned to the right and back, beside what the surface needs."""
 
 
 @dataclass(frozen=True, slots=True)
 class HandView:
-    """How the hand stands.
-
-    Attributes
-    ----------
-    busy
-        It makes a touch that was asked for.
-    touches
-        The ball is on the part.
-    aim_world, normal_world
-        (3,), mm and unit: the place that is meant on the part, and the way out; None over nothing.
-    forgotten
-        Wishes that came faster than they could be read.
-    """
+    """How the hand stands."""
 
     busy: bool = False
+    """It makes a touch that was asked for."""
     touches: bool = False
+    """The ball is on the part."""
     aim_world: Float | None = None
     normal_world: Float | None = None
+    """`aim_world`, `normal_world`: (3,), mm and unit: the place that is meant on the part, and the
+    way out; None over nothing."""
     forgotten: int = 0
+    """Wishes that came faster than they could be read."""
 
 
 class _Phase(Enum):

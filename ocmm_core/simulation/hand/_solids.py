@@ -26,24 +26,18 @@ _FACE_MM = (6.0, 6.0)
 
 @dataclass(frozen=True, slots=True)
 class Solid:
-    """One solid, see `_kernel` for its columns.
-
-    Attributes
-    ----------
-    feature
-        Whose surface it has; a stem belongs to nobody.
-    kind, origin, axes, sizes
-        ``axes`` (3, 3): the rows are its x, y and z in the part frame.
-    holes
-        Name and columns of each.
-    """
+    """One solid, see `_kernel` for its columns."""
 
     feature: str
+    """Whose surface it has; a stem belongs to nobody."""
     kind: int
     origin: Float
     axes: Float
     sizes: tuple[float, float, float]
+    """`kind`, `origin`, `axes`, `sizes`: ``axes`` (3, 3): the rows are its x, y and z in the part
+    frame."""
     holes: tuple[tuple[str, Float], ...] = ()
+    """Name and columns of each."""
 
 
 @dataclass(frozen=True, slots=True)

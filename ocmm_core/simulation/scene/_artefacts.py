@@ -86,66 +86,46 @@ class PartDocument(Document, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class TrueFeature:
-    """What a surface truly is, in one frame.
-
-    Attributes
-    ----------
-    name
-        As in the plan.
-    kind
-        ``"plane"``, ``"sphere"``, ``"bore"``, ``"cylinder"``, ``"cone"``, ``"line"``,
-        ``"point"``, ``"slot"``, ``"ellipse"``, ``"torus"`` or ``"touched"``; a bore is what a plan
-        calls a circle.
-    point
-        (3,), mm: centre (sphere, torus, mouth of a hole, foot of cylinder and cone) or a point on
-        it.
-    direction
-        (3,), unit: normal, axis or direction of the line.
-    diameter
-        mm; zero where the kind has none, that of the foot for a cone, of the centre line for a
-        torus.
-    along
-        (3,), unit: direction of the length of slot and ellipse, else zero.
-    length, width
-        mm: overall, of slot and ellipse; the width of a torus is the diameter of its tube.
-    half_angle
-        rad: of a cone, whose radius falls along its direction.
-    """
+    """What a surface truly is, in one frame."""
 
     name: str
+    """As in the plan."""
     kind: str
+    """``"plane"``, ``"sphere"``, ``"bore"``, ``"cylinder"``, ``"cone"``, ``"line"``, ``"point"``,
+    ``"slot"``, ``"ellipse"``, ``"torus"`` or ``"touched"``; a bore is what a plan calls a circle.
+    """
     point: Float
+    """(3,), mm: centre (sphere, torus, mouth of a hole, foot of cylinder and cone) or a point on
+    it."""
     direction: Float
+    """(3,), unit: normal, axis or direction of the line."""
     diameter: float
+    """mm; zero where the kind has none, that of the foot for a cone, of the centre line for a
+    torus."""
     along: Float
+    """(3,), unit: direction of the length of slot and ellipse, else zero."""
     length: float = 0.0
     width: float = 0.0
+    """`length`, `width`: mm: overall, of slot and ellipse; the width of a torus is the diameter of
+    its tube."""
     half_angle: float = 0.0
+    """rad: of a cone, whose radius falls along its direction."""
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A part with known truth.
-
-    Attributes
-    ----------
-    name
-        Name of the part.
-    T_world_from_part
-        Where it stands.
-    artefacts
-        Its surfaces, part frame.
-    identity
-        SHA-256 of the document.
-    T_part_from_reference
-        Where a reference body is fixed to it; None where there is no place for one.
-    """
+    """A part with known truth."""
 
     name: str
+    """Name of the part."""
     T_world_from_part: RigidTransform
+    """Where it stands."""
     artefacts: tuple[Artefact, ...]
+    """Its surfaces, part frame."""
     identity: str
+    """SHA-256 of the document."""
     T_part_from_reference: RigidTransform | None = None
+    """Where a reference body is fixed to it; None where there is no place for one."""
 
     def artefact(self, name: str) -> Artefact:
         """Return the surface called ``name``; InputError if there is none."""

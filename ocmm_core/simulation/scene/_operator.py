@@ -52,38 +52,25 @@ _STREAM = 16
 
 @dataclass(frozen=True, slots=True)
 class Missing:
-    """What an operator sees on the screen at the end of the script.
-
-    Attributes
-    ----------
-    touches
-        Features and how many points each still needs.
-    taken
-        Ball centres (n, 3), mm, world, of the points that each of them has; none where left out.
-    """
+    """What an operator sees on the screen at the end of the script."""
 
     touches: Touches
+    """Features and how many points each still needs."""
     taken: Mapping[str, Float]
+    """Ball centres (n, 3), mm, world, of the points that each of them has; none where left out."""
 
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """The probe at some times.
-
-    Attributes
-    ----------
-    rotation_world_from_probe
-        (n, 3, 3).
-    tip_world
-        (n, 3), mm: ball centre.
-    button, in_contact
-        (n,) bool.
-    """
+    """The probe at some times."""
 
     rotation_world_from_probe: Float
+    """(n, 3, 3)."""
     tip_world: Float
+    """(n, 3), mm: ball centre."""
     button: NDArray[np.bool_]
     in_contact: NDArray[np.bool_]
+    """`button`, `in_contact`: (n,) bool."""
 
     def origin_world(self, tip_probe: Float) -> Float:
         """Return the origin of the probe frame (n, 3), mm, for a ball at ``tip_probe`` (3,)."""
@@ -93,29 +80,21 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class ScriptedTouch:
-    """One touch as it truly happens.
-
-    Attributes
-    ----------
-    feature
-        Name of the feature.
-    contact_s, settled_s, retract_s
-        When the ball first meets the surface, from when on its centre rests, and until when.
-    surface_world
-        (3,), mm: the point that is touched.
-    normal_world
-        (3,), unit: from the material towards the ball.
-    tip_world
-        (3,), mm: ball centre at rest.
-    """
+    """One touch as it truly happens."""
 
     feature: str
+    """Name of the feature."""
     contact_s: float
     settled_s: float
     retract_s: float
+    """`contact_s`, `settled_s`, `retract_s`: When the ball first meets the surface, from when on
+    its centre rests, and until when."""
     surface_world: Float
+    """(3,), mm: the point that is touched."""
     normal_world: Float
+    """(3,), unit: from the material towards the ball."""
     tip_world: Float
+    """(3,), mm: ball centre at rest."""
 
 
 @dataclass(frozen=True, slots=True)

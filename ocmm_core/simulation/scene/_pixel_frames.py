@@ -268,18 +268,12 @@ class PixelFrames:
 
 
 class PixelScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A virtual rig with pixels in words: what a process needs to build the same one.
-
-    Attributes
-    ----------
-    pixels
-        What the sensors are like.
-    script
-        What they look at.
-    """
+    """A virtual rig with pixels in words: what a process needs to build the same one."""
 
     pixels: SensorOptions
+    """What the sensors are like."""
     script: RigScript
+    """What they look at."""
 
     def to_json(self) -> str:
         """Return the script as text."""

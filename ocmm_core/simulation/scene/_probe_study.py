@@ -40,58 +40,40 @@ _RUNS_A_TASK = 20
 
 @dataclass(frozen=True, slots=True)
 class ProbeStudy:
-    """What is simulated.
-
-    Attributes
-    ----------
-    leds
-        (L, 3), mm: from the tip (thesis Table 2).
-    ranges
-        (3,), rad: alpha, beta and gamma are uniform between minus and plus these (Table 3).
-    sigma
-        (3,), mm: noise of a position, world; unused by "bundle".
-    poses
-        In each run.
-    estimator
-        Of the tip.
-    with_leds
-        Also average the LEDs and compare them (figure 15); the tip alone is much quicker.
-    rig, spot_sigma_px, centre_world
-        For "bundle": the cameras, the noise of a spot, px, and where the ball rests, (3,), mm.
-    """
+    """What is simulated."""
 
     leds: Points3
+    """(L, 3), mm: from the tip (thesis Table 2)."""
     ranges: Float
+    """(3,), rad: alpha, beta and gamma are uniform between minus and plus these (Table 3)."""
     sigma: Float
+    """(3,), mm: noise of a position, world; unused by "bundle"."""
     poses: int
+    """In each run."""
     estimator: Estimator = "thesis"
+    """Of the tip."""
     with_leds: bool = True
+    """Also average the LEDs and compare them (figure 15); the tip alone is much quicker."""
     rig: Rig | None = None
     spot_sigma_px: float = 0.0105
     centre_world: Float | None = None
+    """`rig`, `spot_sigma_px`, `centre_world`: For "bundle": the cameras, the noise of a spot, px,
+    and where the ball rests, (3,), mm."""
 
 
 @dataclass(frozen=True, slots=True)
 class StudyResult:
-    """Errors of every run, in the order of the runs.
-
-    Attributes
-    ----------
-    centre_errors
-        (r, 3), mm: estimated less true centre of the ball, world.
-    tip_errors
-        (r, 3), mm: of the tip in the frame of the LEDs, which is what counts in use; NaN without
-        LEDs.
-    led_errors
-        (r,), mm: mean distance of the averaged LEDs from the true ones (figure 15); NaN without.
-    cpu_s
-        Processor time of all runs.
-    """
+    """Errors of every run, in the order of the runs."""
 
     centre_errors: Float
+    """(r, 3), mm: estimated less true centre of the ball, world."""
     tip_errors: Float
+    """(r, 3), mm: of the tip in the frame of the LEDs, which is what counts in use; NaN without
+    LEDs."""
     led_errors: Float
+    """(r,), mm: mean distance of the averaged LEDs from the true ones (figure 15); NaN without."""
     cpu_s: float
+    """Processor time of all runs."""
 
     @property
     def distances(self) -> Float:

@@ -27,19 +27,18 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     ----------
     rig, probe, part, reference
         Paths of the documents; that of the reference body is empty without one.
-    touches
-        Names of features and numbers of touches.
-    seed, options, frame_rate_hz
-        As in `VirtualRig`; a rate of zero is that of the rig document.
     """
 
     rig: str
     probe: str
     part: str
     touches: tuple[tuple[str, int], ...]
+    """Names of features and numbers of touches."""
     seed: int
     options: WorldOptions = WorldOptions()
     frame_rate_hz: int = 0
+    """`seed`, `options`, `frame_rate_hz`: As in `VirtualRig`; a rate of zero is that of the rig
+    document."""
     reference: str = ""
 
     def to_json(self) -> str:

@@ -25,51 +25,36 @@ _COMA_PART = 0.2
 
 @dataclass(frozen=True, slots=True)
 class SensorOptions:
-    """What the sensor and the light are like.
-
-    Attributes
-    ----------
-    spot_sigma_px
-        Of the round Gaussian spot that lens and LED make.
-    coma_px
-        A fifth of the light falls this much further out at the corner of the sensor, and in
-        proportion to the distance from its middle elsewhere.
-    led_electrons_per_us
-        All electrons of one LED for each microsecond of exposure.
-    background_electrons_per_us
-        Ambient light, each pixel.
-    read_noise_electrons
-        Standard deviation of a pixel in the dark.
-    dark_level_counts
-        Mean of the converter in the dark.
-    dark_spread_electrons
-        Standard deviation of the dark signal from pixel to pixel.
-    hot_part, hot_electrons
-        Part of the pixels that have, on the average, so much more dark signal (exponential).
-    response_spread
-        Relative standard deviation of the response to light from pixel to pixel.
-    electrons_per_count, bits
-        The converter.
-    temperature_c
-        Of the sensor.
-    factory_black
-        The camera starts with a black image of its own: the thesis keeps it in flash memory.
-    """
+    """What the sensor and the light are like."""
 
     spot_sigma_px: float = 1.0
+    """Of the round Gaussian spot that lens and LED make."""
     coma_px: float = 0.0
+    """A fifth of the light falls this much further out at the corner of the sensor, and in
+    proportion to the distance from its middle elsewhere."""
     led_electrons_per_us: float = 420.0
+    """All electrons of one LED for each microsecond of exposure."""
     background_electrons_per_us: float = 1.0
+    """Ambient light, each pixel."""
     read_noise_electrons: float = 40.0
+    """Standard deviation of a pixel in the dark."""
     dark_level_counts: float = 500.0
+    """Mean of the converter in the dark."""
     dark_spread_electrons: float = 60.0
+    """Standard deviation of the dark signal from pixel to pixel."""
     hot_part: float = 1e-4
     hot_electrons: float = 2000.0
+    """`hot_part`, `hot_electrons`: Part of the pixels that have, on the average, so much more dark
+    signal (exponential)."""
     response_spread: float = 0.01
+    """Relative standard deviation of the response to light from pixel to pixel."""
     electrons_per_count: float = 1.0
     bits: int = 14
+    """`electrons_per_count`, `bits`: The converter."""
     temperature_c: float = 35.0
+    """Of the sensor."""
     factory_black: bool = True
+    """The camera starts with a black image of its own: the thesis keeps it in flash memory."""
 
     def __post_init__(self) -> None:
         """Refuse what no sensor is like.

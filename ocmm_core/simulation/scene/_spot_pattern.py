@@ -17,18 +17,12 @@ _NODES_PER_LENGTH = 5.0
 
 @dataclass(frozen=True, slots=True)
 class SpotPattern:
-    """A smooth random field on the sensor, one for each image axis.
-
-    Attributes
-    ----------
-    nodes
-        (2, rows, columns), px: error in u and in v at the nodes.
-    step_px
-        Distance of the nodes; the first lies at pixel (0, 0).
-    """
+    """A smooth random field on the sensor, one for each image axis."""
 
     nodes: Float
+    """(2, rows, columns), px: error in u and in v at the nodes."""
     step_px: float
+    """Distance of the nodes; the first lies at pixel (0, 0)."""
 
 
 def draw_pattern(

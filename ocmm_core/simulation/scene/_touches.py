@@ -32,21 +32,14 @@ _LEVELS = (0.35, 0.80)
 
 @dataclass(frozen=True, slots=True)
 class Contacts:
-    """Touches of one surface, part frame.
-
-    Attributes
-    ----------
-    points
-        (n, 3), mm: on the surface.
-    normals
-        (n, 3), unit: from the material towards the ball.
-    place
-        (n,) int64: touches with the same place can be joined by a straight way.
-    """
+    """Touches of one surface, part frame."""
 
     points: Float
+    """(n, 3), mm: on the surface."""
     normals: Float
+    """(n, 3), unit: from the material towards the ball."""
     place: np.ndarray[tuple[int], np.dtype[np.int64]]
+    """(n,) int64: touches with the same place can be joined by a straight way."""
 
     def take(self, chosen: Sequence[int]) -> Contacts:
         """Return the touches with the given indices."""

@@ -29,44 +29,29 @@ _OCCLUSION_MIN_S, _OCCLUSION_MAX_S = 0.050, 0.300
 
 @dataclass(frozen=True, slots=True)
 class ScriptedOcclusion:
-    """LEDs that are hidden from a camera during a range of frames.
-
-    Attributes
-    ----------
-    camera
-        Index of the camera; -1 for all of them.
-    leds
-        LED numbers.
-    first_frame, last_frame
-        Inclusive.
-    """
+    """LEDs that are hidden from a camera during a range of frames."""
 
     camera: int
+    """Index of the camera; -1 for all of them."""
     leds: tuple[int, ...]
+    """LED numbers."""
     first_frame: int
     last_frame: int
+    """`first_frame`, `last_frame`: Inclusive."""
 
 
 @dataclass(frozen=True, slots=True)
 class ScriptedBump:
-    """A camera that is pushed and stays where it comes to rest.
-
-    Attributes
-    ----------
-    camera
-        Index of the camera.
-    first_frame
-        First frame that it takes from its new place.
-    turn
-        rad, about its own axes (right, down, along the view) through its projection centre.
-    shift
-        mm, of that centre along these axes.
-    """
+    """A camera that is pushed and stays where it comes to rest."""
 
     camera: int
+    """Index of the camera."""
     first_frame: int
+    """First frame that it takes from its new place."""
     turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """rad, about its own axes (right, down, along the view) through its projection centre."""
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """mm, of that centre along these axes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,55 +60,40 @@ class ScriptedNudge:
 
     A table that moves, or a camera frame that is pushed: seen from the cameras they are the same.
     It goes on from where the nudges before it ended.
-
-    Attributes
-    ----------
-    first_frame, frames
-        When it begins and how long it takes; no frames for a jump.
-    turn
-        rad, about the axes of the world through its origin.
-    shift
-        mm.
     """
 
     first_frame: int
     frames: int = 0
+    """`first_frame`, `frames`: When it begins and how long it takes; no frames for a jump."""
     turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """rad, about the axes of the world through its origin."""
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """mm."""
 
 
 @dataclass(frozen=True, slots=True)
 class WorldOptions:
-    """Which imperfections the virtual world has.
-
-    Attributes
-    ----------
-    camera_error, probe_error, tip_error
-        Whether true cameras, LED and tip positions, and ball radius differ from the documents.
-    white_noise, pattern_noise
-        Whether spots scatter from frame to frame, and over the sensor.
-    occlusion_rate_hz
-        Mean number of occlusions a second of each LED for each camera, of 50 to 300 ms each.
-    occlusions
-        Occlusions at given frames.
-    bumps
-        Cameras that are pushed, in the order of their frames.
-    nudges
-        Motions of everything that is seen, in the order of their frames.
-    drops
-        Frames at which the probe is dropped and caught: it feels a blow, nothing else changes.
-    """
+    """Which imperfections the virtual world has."""
 
     camera_error: bool = True
     probe_error: bool = True
     tip_error: bool = True
+    """`camera_error`, `probe_error`, `tip_error`: Whether true cameras, LED and tip positions, and
+    ball radius differ from the documents."""
     white_noise: bool = True
     pattern_noise: bool = True
+    """`white_noise`, `pattern_noise`: Whether spots scatter from frame to frame, and over the
+    sensor."""
     occlusion_rate_hz: float = 0.0
+    """Mean number of occlusions a second of each LED for each camera, of 50 to 300 ms each."""
     occlusions: tuple[ScriptedOcclusion, ...] = ()
+    """Occlusions at given frames."""
     bumps: tuple[ScriptedBump, ...] = ()
+    """Cameras that are pushed, in the order of their frames."""
     nudges: tuple[ScriptedNudge, ...] = ()
+    """Motions of everything that is seen, in the order of their frames."""
     drops: tuple[int, ...] = ()
+    """Frames at which the probe is dropped and caught: it feels a blow, nothing else changes."""
 
     @classmethod
     def ideal(cls) -> WorldOptions:
@@ -139,39 +109,26 @@ class WorldOptions:
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """The truth about cameras and probe.
-
-    Attributes
-    ----------
-    cameras
-        As they are.
-    leds_probe
-        (L, 3), mm, probe frame.
-    tip_probe
-        (3,), mm, probe frame.
-    tip_radius
-        mm.
-    n_slots
-        Slots of every camera: as many as LEDs, and no fewer than cameras have.
-    slots
-        (C, L) int64: the slot in which each camera follows each LED.
-    patterns
-        One for each camera.
-    leds_reference
-        (R, 3), mm, reference frame; (0, 3) without a reference body.
-    reference_slots
-        (C, R) int64: the slot in which each camera follows each LED of the reference body.
-    """
+    """The truth about cameras and probe."""
 
     cameras: tuple[CameraModel, ...]
+    """As they are."""
     leds_probe: Float
+    """(L, 3), mm, probe frame."""
     tip_probe: Float
+    """(3,), mm, probe frame."""
     tip_radius: float
+    """mm."""
     n_slots: int
+    """Slots of every camera: as many as LEDs, and no fewer than cameras have."""
     slots: Int
+    """(C, L) int64: the slot in which each camera follows each LED."""
     patterns: tuple[SpotPattern, ...]
+    """One for each camera."""
     leds_reference: Float
+    """(R, 3), mm, reference frame; (0, 3) without a reference body."""
     reference_slots: Int
+    """(C, R) int64: the slot in which each camera follows each LED of the reference body."""
 
 
 def draw_world(

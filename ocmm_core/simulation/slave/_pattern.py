@@ -129,23 +129,16 @@ class ClockPattern:
 
 @dataclass(frozen=True, slots=True)
 class ClockReading:
-    """What frames of one camera that shows a `ClockPattern` say.
-
-    Attributes
-    ----------
-    bus_us, host_us
-        (n,): when they were exposed, modulo `CLOCK_MODULUS_US`.
-    camera, boots
-        (n,): who exposed them.
-    intact
-        (n,): everything in the frame fits together.
-    """
+    """What frames of one camera that shows a `ClockPattern` say."""
 
     bus_us: NDArray[np.int64]
     host_us: NDArray[np.int64]
+    """`bus_us`, `host_us`: (n,): when they were exposed, modulo `CLOCK_MODULUS_US`."""
     camera: NDArray[np.int64]
     boots: NDArray[np.int64]
+    """`camera`, `boots`: (n,): who exposed them."""
     intact: NDArray[np.bool_]
+    """(n,): everything in the frame fits together."""
 
 
 def read_clock(

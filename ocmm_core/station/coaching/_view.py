@@ -17,69 +17,45 @@ _ALIKE_RAD = float(np.radians(6.0))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LastPose:
-    """The latest pose of the probe.
-
-    Attributes
-    ----------
-    rotation, tip_rig
-        (3, 3) and (3,), mm, frame of the rig.
-    spots
-        (C, L, 2), px, of that frame.
-    sensitivities
-        How the ball answers to spots.
-    """
+    """The latest pose of the probe."""
 
     rotation: Float
     tip_rig: Float
+    """`rotation`, `tip_rig`: (3, 3) and (3,), mm, frame of the rig."""
     spots: Float
+    """(C, L, 2), px, of that frame."""
     sensitivities: Sensitivities
+    """How the ball answers to spots."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProbeNow:
-    """The probe as it was seen last.
-
-    Attributes
-    ----------
-    good
-        The latest frame has a pose.
-    lost
-        It has none, because too few LEDs are seen or they cannot be told apart.
-    named
-        They can be told apart.
-    seen
-        (C, L): which camera sees which LED now.
-    last
-        Of the last good frame; None before the first.
-    """
+    """The probe as it was seen last."""
 
     good: bool
+    """The latest frame has a pose."""
     lost: bool
+    """It has none, because too few LEDs are seen or they cannot be told apart."""
     named: bool
+    """They can be told apart."""
     seen: NDArray[np.bool_]
+    """(C, L): which camera sees which LED now."""
     last: LastPose | None
+    """Of the last good frame; None before the first."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CoachView:
-    """What stands beside the readout.
-
-    Attributes
-    ----------
-    ellipsoid
-        Of the ball as it is known now; None while it is not.
-    hint
-        The turn that would better it; None where none is worth it.
-    remedy
-        What to do while the probe is lost; empty otherwise.
-    picture
-        Of the probe; None before it was ever looked for.
-    """
+    """What stands beside the readout."""
 
     ellipsoid: Ellipsoid | None = None
+    """Of the ball as it is known now; None while it is not."""
     hint: Hint | None = None
+    """The turn that would better it; None where none is worth it."""
     remedy: str = ""
+    """What to do while the probe is lost; empty otherwise."""
     picture: ProbePicture | None = None
+    """Of the probe; None before it was ever looked for."""
 
     def looks_like(self, other: CoachView) -> bool:
         """Return whether nobody could tell the two apart on the screen."""

@@ -19,44 +19,31 @@ MOST_WAITING = 65536
 
 @dataclass(slots=True, eq=False)
 class StreamClient:
-    """A connection, never waited for.
-
-    Attributes
-    ----------
-    address
-        Of its computer.
-    since_s, moved_s
-        When it came, and when it last took something or had nothing to take (monotonic).
-    transport
-        None while it has not shaken hands.
-    heard
-        What it said before its request was whole.
-    said
-        Bytes that it said behind its request.
-    begun, ending
-        It gets messages; its last one waits.
-    poses
-        It wants poses.
-    next_seq
-        Number of the next message that it gets.
-    told_state
-        Which change of the state it was told last; 0 for none.
-    told_verdict
-        Which verdict it was told last; 0 for none.
-    """
+    """A connection, never waited for."""
 
     address: str
+    """Of its computer."""
     since_s: float
     moved_s: float
+    """`since_s`, `moved_s`: When it came, and when it last took something or had nothing to take
+    (monotonic)."""
     transport: asyncio.Transport | None = None
+    """None while it has not shaken hands."""
     heard: bytearray = field(default_factory=bytearray)
+    """What it said before its request was whole."""
     said: int = 0
+    """Bytes that it said behind its request."""
     begun: bool = False
     ending: bool = False
+    """`begun`, `ending`: It gets messages; its last one waits."""
     poses: bool = True
+    """It wants poses."""
     next_seq: int = 1
+    """Number of the next message that it gets."""
     told_state: int = 0
+    """Which change of the state it was told last; 0 for none."""
     told_verdict: int = 0
+    """Which verdict it was told last; 0 for none."""
     _waited: int = 0
 
     @property

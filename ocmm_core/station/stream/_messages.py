@@ -56,21 +56,14 @@ _LARGEST = 2**53
 
 
 class Request(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What a client says first, in one line.
-
-    Attributes
-    ----------
-    resume
-        Sequence number that it has already: everything after it is sent. Zero for all.
-    token
-        Needed where the server listens on more than this computer.
-    poses
-        Whether it wants poses.
-    """
+    """What a client says first, in one line."""
 
     resume: int = 0
+    """Sequence number that it has already: everything after it is sent. Zero for all."""
     token: str = ""
+    """Needed where the server listens on more than this computer."""
     poses: bool = True
+    """Whether it wants poses."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,26 +16,18 @@ SHORTEST_TOKEN = 16
 
 @dataclass(frozen=True, slots=True)
 class StreamOptions:
-    """Where and how the stream is given.
-
-    Attributes
-    ----------
-    host, port
-        Address to listen on; port 0 takes a free one.
-    token
-        Clients must send it; needed unless ``host`` is this computer alone.
-    poses_hz
-        How often poses are sent at most, and how often it is looked whether the state changed.
-    certificate, private_key
-        PEM files: the stream speaks TLS. None speaks plainly.
-    """
+    """Where and how the stream is given."""
 
     host: str = "127.0.0.1"
     port: int = 0
+    """`host`, `port`: Address to listen on; port 0 takes a free one."""
     token: str = ""
+    """Clients must send it; needed unless ``host`` is this computer alone."""
     poses_hz: float = 60.0
+    """How often poses are sent at most, and how often it is looked whether the state changed."""
     certificate: Path | None = None
     private_key: Path | None = None
+    """`certificate`, `private_key`: PEM files: the stream speaks TLS. None speaks plainly."""
 
 
 def check_stream(options: StreamOptions) -> None:

@@ -10,22 +10,15 @@ from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
 
 @dataclass(frozen=True, slots=True)
 class ButtonChange:
-    """The button went down or up.
-
-    Attributes
-    ----------
-    event
-        What it did.
-    frame, time_s
-        Exposure at which it was first seen so, and its bus time, s.
-    held_s
-        Of a release: how long it was down; None where the press was not seen, and of a press.
-    """
+    """The button went down or up."""
 
     event: Literal["press", "release"]
+    """What it did."""
     frame: int
     time_s: float
+    """`frame`, `time_s`: Exposure at which it was first seen so, and its bus time, s."""
     held_s: float | None = None
+    """Of a release: how long it was down; None where the press was not seen, and of a press."""
 
 
 class ButtonWatch:

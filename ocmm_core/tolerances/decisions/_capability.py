@@ -68,59 +68,42 @@ class Signal(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ControlChart:
-    """Control chart for individual values, in their order.
-
-    Attributes
-    ----------
-    values
-        (n,).
-    centre, low, high
-        Centre line and control limits, from the values themselves.
-    signals
-        (index, why) of every value that asks for attention.
-    settled
-        There are as many values as limits usually rest on.
-    """
+    """Control chart for individual values, in their order."""
 
     values: Float
+    """(n,)."""
     centre: float
     low: float
     high: float
+    """`centre`, `low`, `high`: Centre line and control limits, from the values themselves."""
     signals: tuple[tuple[int, Signal], ...]
+    """(index, why) of every value that asks for attention."""
     settled: bool
+    """There are as many values as limits usually rest on."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProcessCapability:
-    """Capability of a process for one characteristic.
-
-    Attributes
-    ----------
-    count
-        Values that everything here rests on.
-    mean, sigma_within, sigma_overall
-        Their mean; standard deviation from moving ranges; and over all.
-    cp, cpk
-        From ``sigma_within``; ``cp`` is None for one-sided limits.
-    pp, ppk
-        The same from ``sigma_overall``.
-    cpk_low, cpk_high
-        95 % confidence interval of ``cpk``.
-    measurement_share
-        Part of the overall variance that the stated uncertainty explains, at most one.
-    """
+    """Capability of a process for one characteristic."""
 
     count: int
+    """Values that everything here rests on."""
     mean: float
     sigma_within: float
     sigma_overall: float
+    """`mean`, `sigma_within`, `sigma_overall`: Their mean; standard deviation from moving ranges;
+    and over all."""
     cp: float | None
     cpk: float
+    """`cp`, `cpk`: From ``sigma_within``; ``cp`` is None for one-sided limits."""
     pp: float | None
     ppk: float
+    """`pp`, `ppk`: The same from ``sigma_overall``."""
     cpk_low: float
     cpk_high: float
+    """`cpk_low`, `cpk_high`: 95 % confidence interval of ``cpk``."""
     measurement_share: float
+    """Part of the overall variance that the stated uncertainty explains, at most one."""
 
     @property
     def words(self) -> str:

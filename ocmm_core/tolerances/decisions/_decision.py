@@ -56,24 +56,16 @@ RULES: dict[Rule, RuleStatement] = {
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """The verdict, the ratio that it rests on, which way it leans, and why it is not better.
-
-    Attributes
-    ----------
-    verdict
-        The decision.
-    tur
-        Tolerance, with what a modifier has added to it, divided by twice U.
-    leaning
-        Which side of the limit the value lies on where nothing is proven.
-    why
-        A sentence where the verdict is worse than the rule alone would make it.
-    """
+    """The verdict, the ratio that it rests on, which way it leans, and why it is not better."""
 
     verdict: Verdict
+    """The decision."""
     tur: float
+    """Tolerance, with what a modifier has added to it, divided by twice U."""
     leaning: Literal["", "in", "out"] = ""
+    """Which side of the limit the value lies on where nothing is proven."""
     why: str = ""
+    """A sentence where the verdict is worse than the rule alone would make it."""
 
 
 def rule_id(rule: Rule) -> str:

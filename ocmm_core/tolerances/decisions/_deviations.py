@@ -36,52 +36,36 @@ class DeviationClass(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Whisker:
-    """The deviation of one touched place.
-
-    Attributes
-    ----------
-    feature, number
-        Whose point it is.
-    characteristic
-        Whose limits count: of all that see this place the one with the worst verdict.
-    base_world, end_world
-        (3,), mm: on true geometry, and where the magnified deviation ends.
-    deviation
-        mm, from the middle of the zone; positive where there is too much material.
-    share
-        Of half the tolerance: beyond 1 it is outside.
-    kind
-        What its colour says.
-    """
+    """The deviation of one touched place."""
 
     feature: str
     number: int
+    """`feature`, `number`: Whose point it is."""
     characteristic: str
+    """Whose limits count: of all that see this place the one with the worst verdict."""
     base_world: Float
     end_world: Float
+    """`base_world`, `end_world`: (3,), mm: on true geometry, and where the magnified deviation
+    ends."""
     deviation: float
+    """mm, from the middle of the zone; positive where there is too much material."""
     share: float
+    """Of half the tolerance: beyond 1 it is outside."""
     kind: DeviationClass
+    """What its colour says."""
 
 
 @dataclass(frozen=True, slots=True)
 class DeviationPicture:
-    """All whiskers of a job.
-
-    Attributes
-    ----------
-    whiskers
-        Those outside last, so that they are drawn above.
-    factor
-        How many times as long as in truth they are drawn.
-    limit
-        mm: half the tolerance, where all have the same; else None, and the ends of the scale are
-        the limits of each.
-    """
+    """All whiskers of a job."""
 
     whiskers: tuple[Whisker, ...]
+    """Those outside last, so that they are drawn above."""
     factor: float
+    """How many times as long as in truth they are drawn."""
     limit: float | None
+    """mm: half the tolerance, where all have the same; else None, and the ends of the scale are the
+    limits of each."""
 
     def count(self, kind: DeviationClass) -> int:
         """Return how many whiskers say that."""

@@ -30,70 +30,50 @@ class Verdict(Enum):
 
 @dataclass(frozen=True, slots=True)
 class CharacteristicResult:
-    """One characteristic with its value, uncertainty and verdict; in ``unit``.
-
-    Attributes
-    ----------
-    name, kind, features
-        As in the plan.
-    nominal, lower, upper
-        Nominal value and the limits of the deviation.
-    measured, deviation
-        None where there is no trustworthy value.
-    uncertainty
-        Expanded uncertainty U; None together with ``measured``. It is 2 u, and more where
-        something is known from few points only, or the value cannot be negative, so that
-        value ± U still holds the truth in 95 of 100 cases.
-    verdict
-        The decision.
-    note
-        Why there is no value, or what to know about it; may be empty.
-    rule
-        Decision rule with its version, as `decision.rule_id` gives it; empty where nothing was
-        decided.
-    tur
-        Tolerance divided by twice U; None without a value or a tolerance.
-    leaning
-        Which side of the limit the value of a result that is not proven lies on: ``"in"`` (a
-        conditional pass in the words of ILAC-G8), ``"out"`` (a conditional fail), or empty.
-    interval
-        95 % interval of the true value; None together with ``measured``.
-    association
-        How the elements were associated with their points.
-    frame
-        Name of the frame that the value is stated in; empty where it depends on none.
-    floor
-        The value that noise alone lets a perfect form show; None for what has none.
-    bonus
-        What a modifier of material has added to the tolerance.
-    unit
-        Of all numbers here.
-    seen
-        The deviations of the touched places that the value is made of, for pictures; None without
-        a value, and for kinds that have none.
-    """
+    """One characteristic with its value, uncertainty and verdict; in ``unit``."""
 
     name: str
     kind: str
     features: tuple[str, ...]
+    """`name`, `kind`, `features`: As in the plan."""
     nominal: float
     lower: float
     upper: float
+    """`nominal`, `lower`, `upper`: Nominal value and the limits of the deviation."""
     measured: float | None
     deviation: float | None
+    """`measured`, `deviation`: None where there is no trustworthy value."""
     uncertainty: float | None
+    """Expanded uncertainty U; None together with ``measured``. It is 2 u, and more where something
+    is known from few points only, or the value cannot be negative, so that value ± U still holds
+    the truth in 95 of 100 cases."""
     verdict: Verdict
+    """The decision."""
     note: str = ""
+    """Why there is no value, or what to know about it; may be empty."""
     rule: str = ""
+    """Decision rule with its version, as `decision.rule_id` gives it; empty where nothing was
+    decided."""
     tur: float | None = None
+    """Tolerance divided by twice U; None without a value or a tolerance."""
     leaning: Literal["", "in", "out"] = ""
+    """Which side of the limit the value of a result that is not proven lies on: ``"in"`` (a
+    conditional pass in the words of ILAC-G8), ``"out"`` (a conditional fail), or empty."""
     interval: tuple[float, float] | None = None
+    """95 % interval of the true value; None together with ``measured``."""
     association: str = ""
+    """How the elements were associated with their points."""
     frame: str = ""
+    """Name of the frame that the value is stated in; empty where it depends on none."""
     floor: float | None = None
+    """The value that noise alone lets a perfect form show; None for what has none."""
     bonus: float = 0.0
+    """What a modifier of material has added to the tolerance."""
     unit: Literal["mm", "deg"] = "mm"
+    """Of all numbers here."""
     seen: Seen | None = field(default=None, compare=False, repr=False)
+    """The deviations of the touched places that the value is made of, for pictures; None without a
+    value, and for kinds that have none."""
 
     @property
     def stated(self) -> tuple[float, float, float] | None:

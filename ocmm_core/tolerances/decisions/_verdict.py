@@ -25,21 +25,14 @@ WORST_FIRST = (
 
 @dataclass(frozen=True, slots=True)
 class VerdictSummary:
-    """The verdict on several characteristics.
-
-    Attributes
-    ----------
-    verdict
-        The worst of them; None where there is no characteristic, and so no tolerance.
-    deciding
-        Name of the characteristic that decides; empty without one.
-    counts
-        How many have which verdict, worst first; only those that occur.
-    """
+    """The verdict on several characteristics."""
 
     verdict: Verdict | None
+    """The worst of them; None where there is no characteristic, and so no tolerance."""
     deciding: str
+    """Name of the characteristic that decides; empty without one."""
     counts: tuple[tuple[Verdict, int], ...]
+    """How many have which verdict, worst first; only those that occur."""
 
     @property
     def total(self) -> int:
@@ -114,28 +107,19 @@ _AS_VERDICT = {
 
 @dataclass(frozen=True, slots=True)
 class PartVerdict:
-    """The verdict on the whole part.
-
-    Attributes
-    ----------
-    word
-        What leads.
-    summary
-        Of all characteristics.
-    failing, unproven
-        Names of the characteristics that are NOT CONFORM, and NOT PROVEN.
-    missing_features
-        Names of the features that do not have what the plan asks for, also skipped ones.
-    unmeasured
-        Names of the characteristics without a final value: NOT MEASURED or PROVISIONAL.
-    """
+    """The verdict on the whole part."""
 
     word: PartWord
+    """What leads."""
     summary: VerdictSummary
+    """Of all characteristics."""
     failing: tuple[str, ...]
     unproven: tuple[str, ...]
+    """`failing`, `unproven`: Names of the characteristics that are NOT CONFORM, and NOT PROVEN."""
     missing_features: tuple[str, ...]
+    """Names of the features that do not have what the plan asks for, also skipped ones."""
     unmeasured: tuple[str, ...]
+    """Names of the characteristics without a final value: NOT MEASURED or PROVISIONAL."""
 
     @property
     def complete(self) -> bool:

@@ -50,22 +50,15 @@ number of planes: two planes enclose the angle in the material."""
 
 @dataclass(frozen=True, slots=True)
 class AngleRule:
-    """How an angle follows from two directions.
-
-    Attributes
-    ----------
-    senses
-        1 or -1 of each direction.
-    offset, factor
-        The value is offset + factor times the angle between them, deg.
-    told
-        The sense of both is known; else it was taken as what is nearest to the nominal.
-    """
+    """How an angle follows from two directions."""
 
     senses: tuple[float, float]
+    """1 or -1 of each direction."""
     offset: float
     factor: float
+    """`offset`, `factor`: The value is offset + factor times the angle between them, deg."""
     told: bool
+    """The sense of both is known; else it was taken as what is nearest to the nominal."""
 
     def value(self, first: Float, second: Float) -> float:
         """Return the angle of two geometry vectors (12,), deg."""

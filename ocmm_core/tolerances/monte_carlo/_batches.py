@@ -29,50 +29,33 @@ _QUICK_A_TASK, _SLOW_A_TASK = 10, 2
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """One batch.
-
-    Attributes
-    ----------
-    draws
-        (m, k): deviations of the values from the measured ones; NaN where a fit failed.
-    figures
-        (4, k): mean, standard deviation and ends of the interval of every value.
-    failed
-        Fits.
-    seconds
-        Processor time.
-    """
+    """One batch."""
 
     draws: Draws
+    """(m, k): deviations of the values from the measured ones; NaN where a fit failed."""
     figures: Float
+    """(4, k): mean, standard deviation and ends of the interval of every value."""
     failed: int
+    """Fits."""
     seconds: float
+    """Processor time."""
 
 
 @dataclass(frozen=True, slots=True)
 class BatchSource:
-    """What makes batches; can be sent to another computer.
-
-    Attributes
-    ----------
-    task, names
-        What is simulated, and which of its characteristics.
-    start
-        (k,): their measured values.
-    stream
-        0 for what is computed quickly, 1 for what is evaluated the ordinary way.
-    size
-        Trials of a batch.
-    seed
-        Of the simulation.
-    """
+    """What makes batches; can be sent to another computer."""
 
     task: Task
     names: tuple[str, ...]
+    """`task`, `names`: What is simulated, and which of its characteristics."""
     start: Float
+    """(k,): their measured values."""
     stream: int
+    """0 for what is computed quickly, 1 for what is evaluated the ordinary way."""
     size: int
+    """Trials of a batch."""
     seed: int
+    """Of the simulation."""
 
     def maker(self, given_up: Callable[[], bool] = lambda: False) -> Callable[[int], Batch]:
         """Return what makes a batch by its index."""

@@ -52,36 +52,26 @@ _STEP = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Refit:
-    """One probed feature, ready to be fitted again.
-
-    Attributes
-    ----------
-    name
-        Of the feature.
-    kind
-        Of `_refit_kernel`.
-    centroid, base, size
-        Its ball centres: centroid (3,), about it (n, 3), and their size, mm.
-    places
-        (n,): of its points among all.
-    start
-        (8,): the element of the measured points.
-    plane
-        Feature along whose normal the points are projected; empty where none.
-    touches, outer
-        What takes the ball off.
-    """
+    """One probed feature, ready to be fitted again."""
 
     name: str
+    """Of the feature."""
     kind: int
+    """Of `_refit_kernel`."""
     centroid: Float
     base: Float
     size: float
+    """`centroid`, `base`, `size`: Its ball centres: centroid (3,), about it (n, 3), and their size,
+    mm."""
     places: Int
+    """(n,): of its points among all."""
     start: Float
+    """(8,): the element of the measured points."""
     plane: str
+    """Feature along whose normal the points are projected; empty where none."""
     touches: Touches
     outer: bool
+    """`touches`, `outer`: What takes the ball off."""
 
     def geometries(
         self, deviations: Float, fitted: Mapping[str, Float]
@@ -165,26 +155,18 @@ def _refit(name: str, feature: ActualFeature, touches: Touches, raw: Fit) -> Ref
 
 @dataclass(frozen=True, slots=True)
 class SecondOrder:
-    """A value about the measured elements: value, slope and curvature by their geometry.
-
-    Attributes
-    ----------
-    names
-        Features that it rests on.
-    at
-        (k,): their geometry as measured, only the numbers that move.
-    columns
-        (k,): of those numbers among the geometries one after the other.
-    value, slope, curvature
-        Of the value, (k,) and (k, k).
-    """
+    """A value about the measured elements: value, slope and curvature by their geometry."""
 
     names: tuple[str, ...]
+    """Features that it rests on."""
     at: Float
+    """(k,): their geometry as measured, only the numbers that move."""
     columns: Int
+    """(k,): of those numbers among the geometries one after the other."""
     value: float
     slope: Float
     curvature: Float
+    """`value`, `slope`, `curvature`: Of the value, (k,) and (k, k)."""
 
     def values(self, geometries: Mapping[str, Float]) -> Float:
         """Return the value in every trial, (m,)."""

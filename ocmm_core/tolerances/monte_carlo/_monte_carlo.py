@@ -36,73 +36,52 @@ _FEWEST_BATCHES = 10
 
 @dataclass(frozen=True, slots=True)
 class MonteCarloOptions:
-    """How long and how finely.
-
-    Attributes
-    ----------
-    max_trials
-        Of what is quick; the memory needed grows with it, 4 bytes a trial and value.
-    max_slow_trials
-        Of what is evaluated the ordinary way.
-    digits
-        Significant digits of u that are wanted, 1 or 2: the numerical tolerance.
-    seed
-        The same seed gives the same numbers, however many threads.
-    threads
-        That work at a time.
-    batch, slow_batch
-        Trials of one batch.
-    adaptive
-        Stop as soon as the tolerance is met; else all trials are done.
-    """
+    """How long and how finely."""
 
     max_trials: int = 1_000_000
+    """Of what is quick; the memory needed grows with it, 4 bytes a trial and value."""
     max_slow_trials: int = 2_000
+    """Of what is evaluated the ordinary way."""
     digits: int = 2
+    """Significant digits of u that are wanted, 1 or 2: the numerical tolerance."""
     seed: int = 1
+    """The same seed gives the same numbers, however many threads."""
     threads: int = 2
+    """That work at a time."""
     batch: int = 10_000
     slow_batch: int = 100
+    """`batch`, `slow_batch`: Trials of one batch."""
     adaptive: bool = True
+    """Stop as soon as the tolerance is met; else all trials are done."""
 
 
 @dataclass(frozen=True, slots=True)
 class MonteCarloValue:
-    """The distribution of one value, in its unit.
-
-    Attributes
-    ----------
-    name, unit
-        Of the characteristic.
-    value, standard
-        Measured value, and standard uncertainty by linear propagation.
-    trials
-        That gave a value.
-    mean, sigma
-        Of them.
-    symmetric, shortest
-        Intervals of 95.45 % of them: as many below as above, and the shortest.
-    tolerance
-        Numerical tolerance of sigma.
-    off_low, off_high
-        Distance of the ends of value ± 2 standard from those of ``symmetric``.
-    settled
-        The tolerance was met.
-    """
+    """The distribution of one value, in its unit."""
 
     name: str
     unit: str
+    """`name`, `unit`: Of the characteristic."""
     value: float
     standard: float
+    """`value`, `standard`: Measured value, and standard uncertainty by linear propagation."""
     trials: int
+    """That gave a value."""
     mean: float
     sigma: float
+    """`mean`, `sigma`: Of them."""
     symmetric: tuple[float, float]
     shortest: tuple[float, float]
+    """`symmetric`, `shortest`: Intervals of 95.45 % of them: as many below as above, and the
+    shortest."""
     tolerance: float
+    """Numerical tolerance of sigma."""
     off_low: float
     off_high: float
+    """`off_low`, `off_high`: Distance of the ends of value ± 2 standard from those of
+    ``symmetric``."""
     settled: bool
+    """The tolerance was met."""
 
     @property
     def validated(self) -> bool:

@@ -44,32 +44,23 @@ _FAR = 30.0
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """What is to be simulated; can be sent to another process.
-
-    Attributes
-    ----------
-    characteristics, alignment
-        As the plan says.
-    points
-        As reported, in the order of ``factors``.
-    actual
-        Features as measured; those of the characteristics.
-    factors
-        Of all ball centres and the tip radius.
-    form
-        (N, 3, 3), mm^2: what the form of the surfaces adds to each point.
-    constructions, nominals
-        Of the plan, and the nominal geometry by name that they may need.
-    """
+    """What is to be simulated; can be sent to another process."""
 
     characteristics: tuple[Characteristic, ...]
     alignment: AnyAlignment | None
+    """`characteristics`, `alignment`: As the plan says."""
     points: tuple[MeasuredPoint, ...]
+    """As reported, in the order of ``factors``."""
     actual: Mapping[str, ActualFeature]
+    """Features as measured; those of the characteristics."""
     factors: PointFactors
+    """Of all ball centres and the tip radius."""
     form: Float
+    """(N, 3, 3), mm^2: what the form of the surfaces adds to each point."""
     constructions: tuple[Construction, ...] = ()
     nominals: Mapping[str, Float] = field(default_factory=dict)
+    """`constructions`, `nominals`: Of the plan, and the nominal geometry by name that they may
+    need."""
 
     def only(self, characteristics: tuple[Characteristic, ...]) -> Task:
         """Return the task with these characteristics alone."""
@@ -85,22 +76,15 @@ class Range:
 
 @dataclass(frozen=True, slots=True)
 class Vector:
-    """Length of a vector whose components follow the geometry of features to first order.
-
-    Attributes
-    ----------
-    names
-        Of the features.
-    at
-        (12 n,): their geometry as measured.
-    components, slopes
-        (k,) and (k, 12 n).
-    """
+    """Length of a vector whose components follow the geometry of features to first order."""
 
     names: tuple[str, ...]
+    """Of the features."""
     at: Float
+    """(12 n,): their geometry as measured."""
     components: Float
     slopes: Float
+    """`components`, `slopes`: (k,) and (k, 12 n)."""
 
     def values(self, geometries: Mapping[str, Float]) -> Float:
         """Return the value in every trial, (m,)."""
@@ -111,18 +95,12 @@ class Vector:
 
 @dataclass(frozen=True, slots=True)
 class QuickModel:
-    """What is computed in every trial by compiled loops.
-
-    Attributes
-    ----------
-    refits
-        Features to fit.
-    values
-        By name of the characteristic.
-    """
+    """What is computed in every trial by compiled loops."""
 
     refits: tuple[Refit, ...]
+    """Features to fit."""
     values: Mapping[str, SecondOrder | Vector | Range]
+    """By name of the characteristic."""
 
     def trials(self, deviations: Float) -> tuple[Float, int]:
         """Return the values (m, k) of trials with ``deviations`` (m, 3 N + 1), and failed fits."""

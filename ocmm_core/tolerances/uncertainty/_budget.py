@@ -25,59 +25,39 @@ _NOTHING = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class BudgetRow:
-    """One source.
-
-    Attributes
-    ----------
-    name
-        What it is.
-    standard
-        Standard uncertainty that it alone gives the value, in the unit of the value.
-    share
-        Of the variance, 0 to 1.
-    kind
-        ``"A"``: from repeated observations of this job; ``"B"``: from anything else.
-    distribution
-        Of the quantity itself: normal, uniform or Student's.
-    origin
-        Where it is written down.
-    """
+    """One source."""
 
     name: str
+    """What it is."""
     standard: float
+    """Standard uncertainty that it alone gives the value, in the unit of the value."""
     share: float
+    """Of the variance, 0 to 1."""
     kind: str
+    """``"A"``: from repeated observations of this job; ``"B"``: from anything else."""
     distribution: str
+    """Of the quantity itself: normal, uniform or Student's."""
     origin: str
+    """Where it is written down."""
 
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """Where the uncertainty of one value comes from.
-
-    Attributes
-    ----------
-    characteristic
-        Its name.
-    value, unit
-        As measured.
-    rows
-        The greatest first; the sum of their squares is the square of ``standard``.
-    standard
-        Combined standard uncertainty u.
-    expanded
-        U: 2 u, and more where noise makes the value greater than it is.
-    degrees
-        Effective degrees of freedom; infinite where nothing rests on few observations.
-    """
+    """Where the uncertainty of one value comes from."""
 
     characteristic: str
+    """Its name."""
     value: float
     unit: str
+    """`value`, `unit`: As measured."""
     rows: tuple[BudgetRow, ...]
+    """The greatest first; the sum of their squares is the square of ``standard``."""
     standard: float
+    """Combined standard uncertainty u."""
     expanded: float
+    """U: 2 u, and more where noise makes the value greater than it is."""
     degrees: float
+    """Effective degrees of freedom; infinite where nothing rests on few observations."""
 
 
 def budget_of(

@@ -28,34 +28,23 @@ _REACH = 8.0
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """A range of deviations with normal errors: form, run-out, profile.
-
-    Attributes
-    ----------
-    value
-        The range.
-    sigma
-        Standard uncertainty of the difference of the deviations that make it.
-    deviations
-        (n,) as measured; their range is the value.
-    covariance
-        (n, n) of their errors.
-    free
-        (n, k): how the deviations answer to what makes the zone smallest; None where it is not.
-    about_nominal
-        The range is twice the greatest deviation from a nominal surface that nothing moves: then a
-        part with less form is known, the same one with all its deviations smaller.
-    seed
-        Of the noise that a supposed part is given.
-    """
+    """A range of deviations with normal errors: form, run-out, profile."""
 
     value: float
+    """The range."""
     sigma: float
+    """Standard uncertainty of the difference of the deviations that make it."""
     deviations: Float
+    """(n,) as measured; their range is the value."""
     covariance: Float
+    """(n, n) of their errors."""
     free: Float | None = None
+    """(n, k): how the deviations answer to what makes the zone smallest; None where it is not."""
     about_nominal: bool = False
+    """The range is twice the greatest deviation from a nominal surface that nothing moves: then a
+    part with less form is known, the same one with all its deviations smaller."""
     seed: int = 1
+    """Of the noise that a supposed part is given."""
     _noise: list[Float] = field(default_factory=list, repr=False, compare=False)
 
     @property
@@ -126,28 +115,19 @@ class Extent:
 
 @dataclass(frozen=True, slots=True)
 class Rank:
-    """The greatest of many sizes with normal errors, or the smallest.
-
-    Attributes
-    ----------
-    value, sigma
-        The size that has the rank, and its standard uncertainty.
-    sizes
-        (m,) of which it is one.
-    covariance
-        (m, m) of their errors.
-    greatest
-        It is the greatest; else the smallest.
-    seed
-        Of the noise that a supposed part is given.
-    """
+    """The greatest of many sizes with normal errors, or the smallest."""
 
     value: float
     sigma: float
+    """`value`, `sigma`: The size that has the rank, and its standard uncertainty."""
     sizes: Float
+    """(m,) of which it is one."""
     covariance: Float
+    """(m, m) of their errors."""
     greatest: bool
+    """It is the greatest; else the smallest."""
     seed: int = 1
+    """Of the noise that a supposed part is given."""
     _noise: list[Float] = field(default_factory=list, repr=False, compare=False)
 
     @property

@@ -48,26 +48,18 @@ if it did. A job knows the noise of its points and needs no such help.
 
 @dataclass(frozen=True, slots=True)
 class Stated:
-    """What can be said of one number of a fit, or of a direction.
-
-    Attributes
-    ----------
-    standard
-        Standard uncertainty u; of a direction the greatest, rad.
-    expanded
-        U, which holds the true value in 95.45 % of cases; of a direction the angle of the cone
-        about it. None where first order is not valid, or the fit has a rival.
-    degrees
-        Effective degrees of freedom.
-    growth
-        Factor of the second-order term in U; 1 where first order is exact, infinite where it is
-        not valid.
-    """
+    """What can be said of one number of a fit, or of a direction."""
 
     standard: float
+    """Standard uncertainty u; of a direction the greatest, rad."""
     expanded: float | None
+    """U, which holds the true value in 95.45 % of cases; of a direction the angle of the cone about
+    it. None where first order is not valid, or the fit has a rival."""
     degrees: float
+    """Effective degrees of freedom."""
     growth: float = 1.0
+    """Factor of the second-order term in U; 1 where first order is exact, infinite where it is not
+    valid."""
 
     @property
     def valid(self) -> bool:
@@ -84,29 +76,22 @@ class Stated:
 
 @dataclass(frozen=True, slots=True)
 class FitUncertainty:
-    """What the scatter of the points says of every number of a fit.
-
-    Attributes
-    ----------
-    centre
-        Of x, y and z of a centre or point; None for a line, a plane and an axis.
-    foot
-        Of where these lie, square to them, at the foot of the points' centroid; else None.
-    direction
-        rad, of an axis or normal.
-    turn
-        rad, of the direction of the length within its plane; how the plane lies is in `direction`.
-    radius, second, half_angle
-        As in the geometry of the fit, mm and rad; None for what the shape lacks.
-    """
+    """What the scatter of the points says of every number of a fit."""
 
     centre: tuple[Stated, Stated, Stated] | None
+    """Of x, y and z of a centre or point; None for a line, a plane and an axis."""
     foot: Stated | None
+    """Of where these lie, square to them, at the foot of the points' centroid; else None."""
     direction: Stated | None
+    """rad, of an axis or normal."""
     turn: Stated | None
+    """rad, of the direction of the length within its plane; how the plane lies is in `direction`.
+    """
     radius: Stated | None
     second: Stated | None
     half_angle: Stated | None
+    """`radius`, `second`, `half_angle`: As in the geometry of the fit, mm and rad; None for what
+    the shape lacks."""
 
 
 def fit_uncertainty(fit: Fit, points: Points3) -> FitUncertainty | None:

@@ -72,19 +72,13 @@ class Spread(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Normal:
-    """A value with a normal error.
-
-    Attributes
-    ----------
-    value, sigma
-        As measured, and its standard uncertainty.
-    one_sided
-        Only the upper limit counts.
-    """
+    """A value with a normal error."""
 
     value: float
     sigma: float
+    """`value`, `sigma`: As measured, and its standard uncertainty."""
     one_sided: bool = False
+    """Only the upper limit counts."""
 
     def inside(self, low: float, high: float) -> float:
         """Return the probability that the true value lies between the limits."""
@@ -114,18 +108,12 @@ class Normal:
 
 @dataclass(frozen=True, slots=True)
 class Length:
-    """The length of a vector with a normal error: position, coaxiality.
-
-    Attributes
-    ----------
-    vector
-        (k,), k of 1 to 3, as measured.
-    covariance
-        (k, k) of its error.
-    """
+    """The length of a vector with a normal error: position, coaxiality."""
 
     vector: Float
+    """(k,), k of 1 to 3, as measured."""
     covariance: Float
+    """(k, k) of its error."""
 
     @property
     def one_sided(self) -> bool:

@@ -40,31 +40,21 @@ def student_factor(degrees: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class FormSample:
-    """What the points of one probed feature say about the form of its surface.
-
-    Attributes
-    ----------
-    feature
-        Its name.
-    places
-        (n,): of its points among all N of the job.
-    normals
-        (n, 3, k): unit vectors of the k directions, 1 or 2, in which its deviations were seen.
-    scatter
-        Mean square of the residuals for each degree of freedom, mm^2.
-    variance
-        Of the form: the scatter less what the noise of the points explains, mm^2. An estimate from
-        few residuals, which may come out below zero.
-    degrees
-        Of freedom of the scatter, at least one.
-    """
+    """What the points of one probed feature say about the form of its surface."""
 
     feature: str
+    """Its name."""
     places: Int
+    """(n,): of its points among all N of the job."""
     normals: Float
+    """(n, 3, k): unit vectors of the k directions, 1 or 2, in which its deviations were seen."""
     scatter: float
+    """Mean square of the residuals for each degree of freedom, mm^2."""
     variance: float
+    """Of the form: the scatter less what the noise of the points explains, mm^2. An estimate from
+    few residuals, which may come out below zero."""
     degrees: int
+    """Of freedom of the scatter, at least one."""
 
     def jacobian(self, gradients: Rows) -> Float:
         """Return how k values answer to a deviation at each place, (k, n m)."""
@@ -162,25 +152,17 @@ def sample_of(
 
 @dataclass(frozen=True, slots=True)
 class Widened:
-    """Variance of values, with form and with the widening for few degrees of freedom.
-
-    Attributes
-    ----------
-    covariance
-        (k, k) of all that contributes.
-    of_form
-        What the form of each feature adds, (k, k) by name, widening included.
-    degrees
-        Effective degrees of freedom; infinite where form adds nothing.
-    scales
-        What of each feature's form is in it, mm^2: variance of a deviation at one of its places,
-        by name, widening included.
-    """
+    """Variance of values, with form and with the widening for few degrees of freedom."""
 
     covariance: Float
+    """(k, k) of all that contributes."""
     of_form: Mapping[str, Float]
+    """What the form of each feature adds, (k, k) by name, widening included."""
     degrees: float
+    """Effective degrees of freedom; infinite where form adds nothing."""
     scales: Mapping[str, float] = field(default_factory=dict)
+    """What of each feature's form is in it, mm^2: variance of a deviation at one of its places, by
+    name, widening included."""
 
 
 def widened(

@@ -24,22 +24,15 @@ _FEW = 200
 
 @dataclass(frozen=True, slots=True)
 class Spreads:
-    """Two statements about one value.
-
-    Attributes
-    ----------
-    of_value
-        About the value itself.
-    judged
-        About the value less the bonus of a modifier, which is held against the limit.
-    growth
-        Factor that the second-order terms of the fits have in both (`_first_order`); infinite where
-        there is no uncertainty, and both are those of first order.
-    """
+    """Two statements about one value."""
 
     of_value: Spread
+    """About the value itself."""
     judged: Spread
+    """About the value less the bonus of a modifier, which is held against the limit."""
     growth: float = 1.0
+    """Factor that the second-order terms of the fits have in both (`_first_order`); infinite where
+    there is no uncertainty, and both are those of first order."""
 
     @property
     def errors(self) -> Float | None:

@@ -76,18 +76,12 @@ def _extent(feature: ActualFeature) -> tuple[float, float]:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """Points of a surface of revolution in one plane across an axis, or at one radius.
-
-    Attributes
-    ----------
-    rows
-        Of the touches of the feature.
-    at
-        mm: where it is.
-    """
+    """Points of a surface of revolution in one plane across an axis, or at one radius."""
 
     rows: Int
+    """Of the touches of the feature."""
     at: float
+    """mm: where it is."""
 
 
 def sections(name: str, places: Float) -> tuple[Section, ...]:

@@ -32,22 +32,15 @@ _HALF_FANS = 8
 
 @dataclass(frozen=True, slots=True)
 class Smallest:
-    """The place where the greatest deviation is smallest.
-
-    Attributes
-    ----------
-    motion
-        (k,): the free parameters there.
-    value
-        mm: the greatest deviation.
-    shares
-        (m,): of the deviations in their order, or of the ends of axes; they add up to one, and
-        those of deviations carry their sign.
-    """
+    """The place where the greatest deviation is smallest."""
 
     motion: Float
+    """(k,): the free parameters there."""
     value: float
+    """mm: the greatest deviation."""
     shares: Float
+    """(m,): of the deviations in their order, or of the ends of axes; they add up to one, and those
+    of deviations carry their sign."""
 
 
 Deviations = Callable[[Float], tuple[Float, Float]]

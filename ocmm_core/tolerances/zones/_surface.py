@@ -25,21 +25,14 @@ _STEP = 1e-5
 
 @dataclass(frozen=True, slots=True)
 class SurfacePoints:
-    """Contact points of one feature.
-
-    Attributes
-    ----------
-    feature
-        Whose points they are.
-    points
-        (n, 3), mm, world.
-    normals
-        (n, 3), unit, world: from the material towards the ball.
-    """
+    """Contact points of one feature."""
 
     feature: ActualFeature
+    """Whose points they are."""
     points: Points3
+    """(n, 3), mm, world."""
     normals: Points3
+    """(n, 3), unit, world: from the material towards the ball."""
 
     def pull_back(self, weights: Float) -> Rows:
         """Return the gradient, one row, of the sum of every point times its weight.

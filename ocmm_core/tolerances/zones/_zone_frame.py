@@ -16,25 +16,17 @@ BEST_FIT = "best fit"
 
 @dataclass(frozen=True, slots=True)
 class ZoneFrame:
-    """A frame, and how it answers to the points.
-
-    Attributes
-    ----------
-    T_frame_from_world
-        Where nominal geometry is.
-    by_coordinates
-        6 rows: turn, rad, over shift, mm, of the frame by every coordinate: a point x of the
-        frame moves by ``turn x x + shift``.
-    motions
-        (6, k): what is open, in the same form.
-    words
-        Name of the frame for the report.
-    """
+    """A frame, and how it answers to the points."""
 
     T_frame_from_world: RigidTransform
+    """Where nominal geometry is."""
     by_coordinates: Rows
+    """6 rows: turn, rad, over shift, mm, of the frame by every coordinate: a point x of the frame
+    moves by ``turn x x + shift``."""
     motions: Float
+    """(6, k): what is open, in the same form."""
     words: str
+    """Name of the frame for the report."""
 
     def moved(self, motion: Float) -> ZoneFrame:
         """Return the frame after an open motion (k,)."""

@@ -83,22 +83,15 @@ class TouchedSurface(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """A surface and what it should be.
-
-    Attributes
-    ----------
-    measured
-        Its contact points.
-    shape, nominal
-        Shape and geometry vector (12,) in the frame of the zone.
-    offset
-        mm: how far the middle of the zone lies outside the nominal surface, away from material.
-    """
+    """A surface and what it should be."""
 
     measured: SurfacePoints
+    """Its contact points."""
     shape: Shape
     nominal: Float
+    """`shape`, `nominal`: Shape and geometry vector (12,) in the frame of the zone."""
     offset: float = 0.0
+    """mm: how far the middle of the zone lies outside the nominal surface, away from material."""
 
     @property
     def world(self) -> Float:
@@ -141,18 +134,12 @@ class Surface:
 
 @dataclass(frozen=True, slots=True)
 class DerivedPoint:
-    """A centre, or one point of an axis.
-
-    Attributes
-    ----------
-    point
-        (3,), mm, world.
-    by_coordinates
-        3 rows.
-    """
+    """A centre, or one point of an axis."""
 
     point: Float
+    """(3,), mm, world."""
     by_coordinates: Rows
+    """3 rows."""
 
 
 def surface_zone(surfaces: Sequence[TouchedSurface], frame: ZoneFrame) -> Evaluation:

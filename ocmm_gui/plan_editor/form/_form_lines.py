@@ -40,37 +40,25 @@ class FieldKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class FormLine:
-    """One field of an item.
-
-    Attributes
-    ----------
-    key
-        As in the document; parts of an inner struct after a dot.
-    label, tip
-        For people.
-    kind
-        What it holds.
-    choices
-        Where only these are possible.
-    neutral
-        What stands there before anybody has filled it in.
-    decides
-        Other lines follow from its choice.
-    parts
-        Fields that every line of `FieldKind.PLACES` gives: of the name, and of the numbers.
-    measure
-        Whether its numbers are lengths.
-    """
+    """One field of an item."""
 
     key: str
+    """As in the document; parts of an inner struct after a dot."""
     label: str
     tip: str
+    """`label`, `tip`: For people."""
     kind: FieldKind
+    """What it holds."""
     choices: tuple[str, ...] = ()
+    """Where only these are possible."""
     neutral: Any = ""
+    """What stands there before anybody has filled it in."""
     decides: bool = False
+    """Other lines follow from its choice."""
     parts: tuple[str, ...] = ()
+    """Fields that every line of `FieldKind.PLACES` gives: of the name, and of the numbers."""
     measure: Measure = Measure.NONE
+    """Whether its numbers are lengths."""
 
 
 def form_lines(

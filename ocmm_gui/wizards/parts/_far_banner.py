@@ -28,24 +28,16 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What the banner says.
-
-    Attributes
-    ----------
-    word
-        A word or three, in capitals.
-    note
-        What to do, in a sentence.
-    mark
-        Its shape; its colour follows from it.
-    share
-        How much of the bar is filled, 0 to 1; None paints no bar.
-    """
+    """What the banner says."""
 
     word: str = ""
+    """A word or three, in capitals."""
     note: str = ""
+    """What to do, in a sentence."""
     mark: Mark = Mark.OPEN
+    """Its shape; its colour follows from it."""
     share: float | None = None
+    """How much of the bar is filled, 0 to 1; None paints no bar."""
 
 
 class FarBanner(Painted):

@@ -9,25 +9,17 @@ from ocmm_gui.kit import later
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """One thing to be filled in before a session begins.
-
-    Attributes
-    ----------
-    key
-        Stable name.
-    label, tip
-        For people.
-    proposal
-        What stands there at first.
-    choices
-        Values with their words, where only these are possible; the first one is proposed.
-    """
+    """One thing to be filled in before a session begins."""
 
     key: str
+    """Stable name."""
     label: str
     tip: str
+    """`label`, `tip`: For people."""
     proposal: str = ""
+    """What stands there at first."""
     choices: tuple[tuple[str, str], ...] = ()
+    """Values with their words, where only these are possible; the first one is proposed."""
 
 
 WHO = Field("who", later("Done by"), later("Your name, for the record"))

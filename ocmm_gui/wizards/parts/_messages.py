@@ -9,20 +9,14 @@ from ocmm_gui.kit import later, tr
 
 @dataclass(frozen=True, slots=True)
 class EndTexts:
-    """How a wizard ends.
-
-    Attributes
-    ----------
-    accept, keep
-        On the buttons that end it.
-    accepts, keeps
-        What is asked before it ends.
-    """
+    """How a wizard ends."""
 
     accept: str
     keep: str
+    """`accept`, `keep`: On the buttons that end it."""
     accepts: str
     keeps: str
+    """`accepts`, `keeps`: What is asked before it ends."""
 
 
 CALIBRATION_ENDS = EndTexts(
@@ -39,22 +33,15 @@ VERDICT_ENDS = EndTexts(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WizardTexts:
-    """The words of one wizard.
-
-    Attributes
-    ----------
-    title, purpose
-        A few words, and what it is for.
-    ends
-        How it ends.
-    accepted
-        What is so after the result was accepted.
-    """
+    """The words of one wizard."""
 
     title: str
     purpose: str
+    """`title`, `purpose`: A few words, and what it is for."""
     ends: EndTexts
+    """How it ends."""
     accepted: str
+    """What is so after the result was accepted."""
 
 
 def practice_title(title: str) -> str:

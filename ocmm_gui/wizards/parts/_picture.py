@@ -135,27 +135,18 @@ def volume_coverage(coverage: VolumeCoverage) -> Contents:
 
 @dataclass(frozen=True, slots=True)
 class BarPlace:
-    """A bar in the volume.
-
-    Attributes
-    ----------
-    name
-        In words.
-    ends_world
-        (2, 3), mm.
-    nests
-        Marks along it.
-    done
-        Of them.
-    shares
-        Where they are along it, from 0 to 1; evenly where nothing is said.
-    """
+    """A bar in the volume."""
 
     name: str
+    """In words."""
     ends_world: Float
+    """(2, 3), mm."""
     nests: int
+    """Marks along it."""
     done: int
+    """Of them."""
     shares: tuple[float, ...] = ()
+    """Where they are along it, from 0 to 1; evenly where nothing is said."""
 
 
 def bar_places(lines: Sequence[LinePlan]) -> tuple[BarPlace, ...]:

@@ -65,21 +65,14 @@ class Calculation(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What the window shows.
-
-    Attributes
-    ----------
-    view
-        The snapshot.
-    automatic
-        What is ready is taken without a key.
-    calculating_s
-        For how long a calculation has been running, s; None where none is.
-    """
+    """What the window shows."""
 
     view: ShownView
+    """The snapshot."""
     automatic: bool
+    """What is ready is taken without a key."""
     calculating_s: float | None
+    """For how long a calculation has been running, s; None where none is."""
 
     def view_as(self, kind: type[V]) -> V:
         """Return the snapshot as that of the procedure a page is made for.

@@ -35,38 +35,28 @@ class Said:
     ----------
     name, layer
         Words.
-    colour
-        ``#rrggbb``.
     """
 
     name: str = ""
     colour: str = ""
+    """``#rrggbb``."""
     layer: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class StepDocument:
-    """A STEP file as the library reads it.
-
-    Attributes
-    ----------
-    shape
-        All of it, components of assemblies in their places, in mm.
-    document
-        `TDocStd_Document`.
-    said
-        By the face without its place.
-    reader
-        `STEPControl_Reader`, which knows the entities that shapes were made of.
-    steps
-        Along its edges, as far as somebody asked.
-    """
+    """A STEP file as the library reads it."""
 
     shape: Any
+    """All of it, components of assemblies in their places, in mm."""
     document: Any
+    """`TDocStd_Document`."""
     said: dict[SameShape, Said]
+    """By the face without its place."""
     reader: Any = None
+    """`STEPControl_Reader`, which knows the entities that shapes were made of."""
     steps: EdgeSteps = field(default_factory=EdgeSteps)
+    """Along its edges, as far as somebody asked."""
 
     def about(self, face: Any) -> Said:
         """Return what the file says of a face of ``shape``."""

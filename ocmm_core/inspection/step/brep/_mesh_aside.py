@@ -23,21 +23,14 @@ from ocmm_core.processes import Aside
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SolidMesh:
-    """Triangles of all faces.
-
-    Attributes
-    ----------
-    triangles
-        (n, 3, 3), mm.
-    owners
-        (n,): the face of each, from 0.
-    deflection_mm
-        No triangle is farther from its face.
-    """
+    """Triangles of all faces."""
 
     triangles: Float
+    """(n, 3, 3), mm."""
     owners: NDArray[np.int64]
+    """(n,): the face of each, from 0."""
     deflection_mm: float
+    """No triangle is farther from its face."""
 
 
 class MeshAside:

@@ -40,40 +40,26 @@ class UnusableModelError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Rim:
-    """An edge of a face.
-
-    Attributes
-    ----------
-    line
-        (n, 3), mm: points along it.
-    normal
-        (3,): normal out of the material in its middle, on this face.
-    """
+    """An edge of a face."""
 
     line: Float
+    """(n, 3), mm: points along it."""
     normal: Float
+    """(3,): normal out of the material in its middle, on this face."""
 
 
 @dataclass(frozen=True, slots=True)
 class RawFace:
-    """A face with what lies inside its edges.
-
-    Attributes
-    ----------
-    face
-        Its surface, as if it were not trimmed.
-    places
-        (n, 3), mm: on the surface and inside the edges.
-    rims
-        Its edges; seams of the surface itself stand twice.
-    number
-        Of the face among those with a surface, from 1.
-    """
+    """A face with what lies inside its edges."""
 
     face: StepFace
+    """Its surface, as if it were not trimmed."""
     places: Float
+    """(n, 3), mm: on the surface and inside the edges."""
     rims: tuple[Rim, ...]
+    """Its edges; seams of the surface itself stand twice."""
     number: int = 0
+    """Of the face among those with a surface, from 1."""
 
     @property
     def is_closed(self) -> bool:

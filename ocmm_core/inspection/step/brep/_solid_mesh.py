@@ -35,21 +35,14 @@ _LARGE_MM, _LARGE_PART = 800.0, 5e-5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RawMesh:
-    """Triangles of one face.
-
-    Attributes
-    ----------
-    nodes
-        (n, 3), mm, where the face has its place.
-    rows
-        (m, 3): nodes of each triangle, from 0, in the sense of the surface.
-    normals
-        (n, 3), as the surface has them where it has no place; none where nobody asked.
-    """
+    """Triangles of one face."""
 
     nodes: Float
+    """(n, 3), mm, where the face has its place."""
     rows: NDArray[np.int64]
+    """(m, 3): nodes of each triangle, from 0, in the sense of the surface."""
     normals: Float | None = None
+    """(n, 3), as the surface has them where it has no place; none where nobody asked."""
 
 
 def make_mesh(shape: Any, faces: Sequence[Any]) -> float:

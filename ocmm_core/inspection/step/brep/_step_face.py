@@ -12,33 +12,24 @@ LESS = "Export the model without parts and details that nobody measures."
 
 
 class StepFace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A surface of the model: one face, or the faces of one round surface.
-
-    Attributes
-    ----------
-    shape
-        Word of `features.shapes.Shape`.
-    point, direction, across
-        mm and unit: middle of the face, normal out of the material or axis, and direction of its
-        length.
-    radius, second, half_angle
-        As in `features.shapes.element`, mm and rad.
-    low, high
-        mm: extent along ``direction`` from ``point`` for round faces, along ``across`` for planes.
-    width
-        mm: extent of a plane square to ``across``.
-    inner
-        The material is outside.
-    """
+    """A surface of the model: one face, or the faces of one round surface."""
 
     shape: str
+    """Word of `features.shapes.Shape`."""
     point: Triple
     direction: Triple
     across: Triple = (1.0, 0.0, 0.0)
+    """`point`, `direction`, `across`: mm and unit: middle of the face, normal out of the material
+    or axis, and direction of its length."""
     radius: float = 0.0
     second: float = 0.0
     half_angle: float = 0.0
+    """`radius`, `second`, `half_angle`: As in `features.shapes.element`, mm and rad."""
     low: float = 0.0
     high: float = 0.0
+    """`low`, `high`: mm: extent along ``direction`` from ``point`` for round faces, along
+    ``across`` for planes."""
     width: float = 0.0
+    """mm: extent of a plane square to ``across``."""
     inner: bool = False
+    """The material is outside."""

@@ -36,18 +36,13 @@ class _Row:
 
 @dataclass(frozen=True, slots=True)
 class MappedSurface:
-    """A spline, and how to get from the parameters of the library to its own.
-
-    Attributes
-    ----------
-    is_exact
-        By its construction; else it must be tried on points of the face.
-    """
+    """A spline, and how to get from the parameters of the library to its own."""
 
     spline: SplineSurface
     map_u: Map
     map_v: Map
     is_exact: bool
+    """By its construction; else it must be tried on points of the face."""
 
 
 def surface_of(surface: Any, bounds: tuple[float, float, float, float]) -> MappedSurface | None:
