@@ -84,9 +84,9 @@ class ChainFile(Generic[T]):
         self._length = self._size = 0
         self._disk_failed = False
         self._digest = hashlib.sha256()
-        if not path.exists():
+        if not os.path.lexists(path):
             return
-        whole = read_bytes(path)
+        whole = read_bytes(path, follow=False)
         content = whole[: whole.rfind(b"\n") + 1]
         links: list[str] = []
         items: list[T] = []

@@ -16,7 +16,6 @@ import msgspec
 from ocmm_core.calibration.records import CalibrationStore, ProbeStore
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export._report_seal import ENDING, check_report_seal
-from ocmm_core.inspection.archive import copy_of_job
 from ocmm_core.seals import KeyFolder, SealState, SealWord, shown_key
 from ocmm_core.storage import JobEvent, JobFile
 
@@ -91,7 +90,7 @@ def audit(path: Path, line: str = "") -> Audit:
 
 
 def _of_job(path: Path, line: str) -> Audit:
-    with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
+    with JobFile.read(path) as job:
         seal, faults, proofs = job.seal(), job.verify(), []
         if line:
             try:

@@ -14,7 +14,6 @@ from pathlib import Path
 from ocmm_core.archive.outbox._outbox import Outbox
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.host import HOST
-from ocmm_core.inspection.archive import copy_of_job
 from ocmm_core.storage import JobFile
 
 _FOLDER = "measuring"
@@ -108,8 +107,8 @@ def sweep(outbox: Outbox) -> int:
 
 
 def has_points(path: Path) -> bool:
-    """Return whether a job has a point; errors as those of `JobFile.open`."""
-    with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
+    """Return whether a job has a point; errors as those of `JobFile.read`."""
+    with JobFile.read(path) as job:
         return job.next_number() > 1
 
 

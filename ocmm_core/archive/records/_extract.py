@@ -26,13 +26,10 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import (
     ReopenedJob,
     StoredDocuments,
-    content_of_job,
-    content_to_look_at,
-    copy_of_content,
     reopen_alone,
     why_not_counted,
 )
-from ocmm_core.storage import JobFile, JobHead, JobSeal, is_current
+from ocmm_core.storage import JobFile, JobHead, JobSeal
 from ocmm_core.tolerances.decisions import PartWord
 from ocmm_core.tolerances.kinds import spec_of
 
@@ -60,14 +57,8 @@ def snapshot(path: Path) -> bytes:
     StorageError
         It is missing, damaged, or changes too fast to be copied.
     """
-    file, log = content_of_job(path)
-    if not log and is_current(file):
-        with content_to_look_at(path, file):
-            return file
-    with copy_of_content(path.name, file, log) as copy:
-        with JobFile.open(copy, scratch=True):
-            pass  # takes the log of the copy into its file
-        return copy.read_bytes()
+    with JobFile.read(path) as job:
+        return job.content()
 
 
 def extract_job(
@@ -92,7 +83,7 @@ def extract_job(
     OcmmError
         It is no job file, damaged, or of a later version.
     """
-    with content_to_look_at(_CALLED, content) as file:
+    with JobFile.in_memory(_CALLED, content) as file:
         head, seal = file.head, file.seal()
         chain = file.links() if known else {}
         try:
