@@ -13,6 +13,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Generic, TypeVar
@@ -23,10 +24,12 @@ from ocmm_core.documents import read_bytes
 from ocmm_core.errors import StorageError
 from ocmm_core.host import HOST
 from ocmm_core.seals import Seen, recall, remember
+from ocmm_core.side_files import open_guarded
 
 T = TypeVar("T", bound=msgspec.Struct)
 
 _FIRST_LINK = "0" * 64
+_PATIENCE_S = 4.0
 
 
 class _Line(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -144,10 +147,12 @@ class ChainFile(Generic[T]):
         content = _encode(len(self.items) + 1, self._link, msgspec.json.encode(item))
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            descriptor = HOST.open_file(self.path, os.O_WRONLY | os.O_CREAT, 0o644)
+            descriptor = open_guarded(
+                self.path, follow=False, flags=os.O_WRONLY | os.O_CREAT, mode=0o644
+            )
             try:
                 # Two that read the same end would each write a line there.
-                HOST.lock(descriptor, wait=True)
+                _lock(self.path, descriptor)
                 if os.fstat(descriptor).st_size not in (self._size, self._length):
                     raise _elsewhere(self.path)
                 # What a failed or torn append may have left behind goes first.
@@ -189,6 +194,22 @@ def _encode(number: int, previous: str, item: bytes) -> bytes:
 
 def _link_of(number: int, previous: str, item: bytes) -> str:
     return hashlib.sha256(b"%d %s " % (number, previous.encode()) + item).hexdigest()
+
+
+def _lock(path: Path, descriptor: int) -> None:
+    """Lock a chain; StorageError if another program keeps it for seconds."""
+    end = time.monotonic() + _PATIENCE_S
+    while True:
+        try:
+            return HOST.lock(descriptor)
+        except BlockingIOError as error:
+            if time.monotonic() > end:
+                raise StorageError(
+                    "chain.locked",
+                    f"{path}: another program keeps this file locked.",
+                    "Close it there and repeat.",
+                ) from error
+            time.sleep(0.01)
 
 
 def _elsewhere(path: Path) -> StorageError:

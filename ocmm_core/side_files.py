@@ -82,6 +82,10 @@ SIDE_FILES: Mapping[Trusted, tuple[SideFile, ...]] = MappingProxyType(
 """The first of each kind is the trusted file itself."""
 
 
+LARGEST_JOB = SIDE_FILES[Trusted.JOB][0].most
+"""Bytes of the largest job file."""
+
+
 class OversizeError(OSError):
     """A file is larger than any of its kind; ``size`` says how large."""
 
@@ -97,6 +101,7 @@ def open_guarded(
     most: int | None = None,
     private: bool = False,
     flags: int = os.O_RDONLY,
+    mode: int = 0o600,
 ) -> int:
     """Return the descriptor of a regular file; nothing is waited for.
 
@@ -108,20 +113,27 @@ def open_guarded(
         Bytes at most.
     private
         It must belong to the user of this process or to root, and others must not write it.
-    flags
-        Of `os.open`.
+    flags, mode
+        Of `os.open`; a file that is made is never made through a link.
 
     Raises
     ------
     OSError
         It is missing, no regular file, larger, or another one's; ``strerror`` says which.
     """
-    looked = path.stat() if follow else path.lstat()
-    if stat.S_ISLNK(looked.st_mode):
-        raise OSError(errno.ELOOP, "it is a link", str(path))
-    # Opening a device may do something, so it is not even opened. The descriptor is checked again.
-    _require_regular(looked)
-    descriptor = HOST.open_file(path, flags | _WITHOUT_WAITING | (0 if follow else _NO_LINK))
+    follow = follow and not flags & os.O_CREAT
+    try:
+        looked = path.stat() if follow else path.lstat()
+    except FileNotFoundError:
+        if not flags & os.O_CREAT:
+            raise
+    else:
+        if stat.S_ISLNK(looked.st_mode):
+            raise OSError(errno.ELOOP, "it is a link", str(path))
+        # Opening a device may do something, so it is not even opened. What is opened is checked.
+        _require_regular(looked)
+    opened = flags | _WITHOUT_WAITING | (0 if follow else _NO_LINK)
+    descriptor = HOST.open_file(path, opened, mode)
     try:
         state = os.fstat(descriptor)
         _require_regular(state)

@@ -18,6 +18,9 @@ import msgspec
 import platformdirs
 
 from ocmm_core.leftovers import temporary_file
+from ocmm_core.side_files import SIDE_FILES, Trusted, read_guarded
+
+_LARGEST = SIDE_FILES[Trusted.MEMORY][0].most
 
 
 class Seen(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -38,7 +41,7 @@ class Seen(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 def recall(name: str) -> Seen | None:
     """Return how far a chain went; None where nobody knows."""
     try:
-        seen = msgspec.json.decode(_path(name).read_bytes(), type=Seen)
+        seen = msgspec.json.decode(read_guarded(_path(name), _LARGEST, follow=False), type=Seen)
     except (OSError, msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return None
     return seen if seen.name == name else None

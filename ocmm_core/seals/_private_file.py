@@ -8,6 +8,7 @@ from pathlib import Path
 from ocmm_core.errors import StorageError
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import temporary_file
+from ocmm_core.side_files import open_guarded
 
 
 def private_content(path: Path) -> bytes | None:
@@ -19,7 +20,7 @@ def private_content(path: Path) -> bytes | None:
         It cannot be read, or others than its user can read it, too.
     """
     try:
-        descriptor = HOST.open_file(path, os.O_RDONLY)
+        descriptor = open_guarded(path)
     except FileNotFoundError:
         return None
     except OSError as error:

@@ -7,6 +7,7 @@ acknowledged is on the disk (``synchronous=FULL``).
 from __future__ import annotations
 
 import contextlib
+import os
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
@@ -17,7 +18,10 @@ from ocmm_core.archive.stores._faults import foreign, newer, sqlite_fault
 from ocmm_core.archive.stores._interface import Cell, Table
 from ocmm_core.archive.stores._schema import APPLICATION_ID, SQLITE, VERSION, statements
 from ocmm_core.archive.stores._store import SqlArchive
+from ocmm_core.documents import write_new
 from ocmm_core.errors import StorageError
+from ocmm_core.side_files import Trusted
+from ocmm_core.storage import database_content, open_in_place
 
 _WAIT_S = 5.0
 
@@ -45,11 +49,12 @@ class SqliteArchive(SqlArchive):
         try:
             if not read_only:
                 path.parent.mkdir(parents=True, exist_ok=True)
-            mode = "ro" if read_only else "rwc"
-            self._db = sqlite3.connect(
-                f"{path.resolve().as_uri()}?mode={mode}", uri=True, timeout=_WAIT_S,
-                isolation_level=None, check_same_thread=False,
-            )  # fmt: skip
+                if not os.path.lexists(path):
+                    with contextlib.suppress(FileExistsError):
+                        write_new(path, database_content(_step_up))
+            self._db = open_in_place(
+                path, sqlite3.Connection, Trusted.DATABASE, wait_s=_WAIT_S, read_only=read_only
+            )
             self._prepare()
         except sqlite3.Error as error:
             self.close()
@@ -58,8 +63,9 @@ class SqliteArchive(SqlArchive):
             self.close()
             raise StorageError(
                 "archive.rights",
-                f"{self.place}: the folder cannot be made ({error.strerror}).",
-                "Choose another file: ocmm settings set archive.address.",
+                f"{error.filename or self.place}: the archive cannot be opened ({error.strerror}).",
+                "Move that file away if this program did not make it, or choose another archive: "
+                "ocmm settings set archive.address.",
             ) from error
         except BaseException:
             self.close()
@@ -76,12 +82,11 @@ class SqliteArchive(SqlArchive):
 
     def _prepare(self) -> None:
         db = self._open()
-        # A file from elsewhere must run nothing of its own: views of ours use plain functions only.
-        db.execute("PRAGMA trusted_schema = OFF")
         db.execute("PRAGMA foreign_keys = ON")
         if self._read_only:
             db.execute("PRAGMA query_only = ON")
         else:
+            # Nothing for a file of this program; others are converted once.
             db.execute("PRAGMA journal_mode = WAL").fetchall()
             db.execute("PRAGMA synchronous = FULL")
         application, version = self._state()
@@ -102,19 +107,9 @@ class SqliteArchive(SqlArchive):
         )
 
     def _bring_up_to_date(self) -> None:
-        db = self._open()
         with self._transaction():
             # Another program may have done so while we waited.
-            _, version = self._state()
-            for step in range(version, VERSION):
-                for statement in statements(step, SQLITE):
-                    db.execute(statement)
-                db.execute(
-                    "INSERT INTO migration (version, program) VALUES (?, ?)",
-                    (step + 1, __version__),
-                )
-            db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-            db.execute(f"PRAGMA user_version = {VERSION}")
+            _step_up(self._open(), self._state()[1])
 
     def _open(self) -> sqlite3.Connection:
         if self._db is None:
@@ -167,3 +162,15 @@ class SqliteArchive(SqlArchive):
 
     def _now(self) -> datetime:
         return datetime.now(UTC)
+
+
+def _step_up(db: sqlite3.Connection, version: int = 0) -> None:
+    """Take an archive from a version to that of this program."""
+    for step in range(version, VERSION):
+        for statement in statements(step, SQLITE):
+            db.execute(statement)
+        db.execute(
+            "INSERT INTO migration (version, program) VALUES (?, ?)", (step + 1, __version__)
+        )
+    db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+    db.execute(f"PRAGMA user_version = {VERSION}")
