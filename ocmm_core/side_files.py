@@ -13,28 +13,33 @@ import os
 import stat
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import StrEnum
+from enum import Enum, auto
 from pathlib import Path
 from types import MappingProxyType
 
 from ocmm_core.host import HOST
 
 _MB = 1 << 20
+_HOLES = 64 * _MB
+"""Bytes from which on a file must be on the disk for the most part; none of ours has holes."""
 _WITHOUT_WAITING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 _OTHERS_WRITE = stat.S_IWOTH
 
 
-class Trusted(StrEnum):
+class Trusted(Enum):
     """Kinds of files that this program trusts after a check of their content."""
 
-    JOB = "job"
-    DATABASE = "archive or outbox"
-    CHAIN = "history"
-    RECORDING = "recording"
-    SETTINGS = "settings"
-    KEYS = "key ring"
-    MEMORY = "memory of histories"
+    JOB = auto()
+    DATABASE = auto()
+    """Archives and outboxes."""
+    CHAIN = auto()
+    """Histories."""
+    RECORDING = auto()
+    SETTINGS = auto()
+    KEYS = auto()
+    MEMORY = auto()
+    """How far this computer has seen each history."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +48,6 @@ class SideFile:
 
     name: str
     """``{}`` is the name of the trusted file."""
-    words: str
-    """In sentences."""
     most: int = 0
     """Bytes at most; 0: this program never makes such a file, and it is refused."""
 
@@ -52,31 +55,31 @@ class SideFile:
 SIDE_FILES: Mapping[Trusted, tuple[SideFile, ...]] = MappingProxyType(
     {
         Trusted.JOB: (
-            SideFile("{}", "job file", 1024 * _MB),
-            SideFile("{}-journal", "rollback journal"),
-            SideFile("{}-wal", "write-ahead log", 512 * _MB),
-            SideFile("{}-shm", "index of the write-ahead log", 16 * _MB),
-            SideFile(".{}.ocmm-0123ab.tmp", "temporary file", 1024 * _MB),
+            SideFile("{}", 1024 * _MB),
+            SideFile("{}-journal"),
+            SideFile("{}-wal", 512 * _MB),
+            SideFile("{}-shm", 16 * _MB),
+            SideFile(".{}.ocmm-0a1b2c.tmp", 1024 * _MB),
         ),
         Trusted.DATABASE: (
-            SideFile("{}", "database", 1 << 40),
-            SideFile("{}-journal", "rollback journal"),
-            SideFile("{}-wal", "write-ahead log", 1 << 36),
-            SideFile("{}-shm", "index of the write-ahead log", 512 * _MB),
+            SideFile("{}", 1 << 40),
+            SideFile("{}-journal"),
+            SideFile("{}-wal", 1 << 36),
+            SideFile("{}-shm", 512 * _MB),
         ),
         Trusted.CHAIN: (
-            SideFile("{}", "history", 64 * _MB),
-            SideFile("events.seal.json", "seal of the history", 64 * _MB),
-            SideFile(".{}.ocmm-0123ab.tmp", "temporary file", 64 * _MB),
+            SideFile("{}", 64 * _MB),
+            SideFile("events.seal.json", 64 * _MB),
+            SideFile(".{}.ocmm-0a1b2c.tmp", 64 * _MB),
         ),
-        Trusted.RECORDING: (SideFile("{}", "recording", 1 << 40),),
-        Trusted.SETTINGS: (SideFile("{}", "settings", _MB),),
+        Trusted.RECORDING: (SideFile("{}", 1 << 40),),
+        Trusted.SETTINGS: (SideFile("{}", _MB),),
         Trusted.KEYS: (
-            SideFile("{}", "list of known keys", _MB),
-            SideFile("station.key", "key of this station", 4096),
-            SideFile(".changing", "lock of the keys", 4096),
+            SideFile("{}", _MB),
+            SideFile("station.key", 4096),
+            SideFile(".changing", 4096),
         ),
-        Trusted.MEMORY: (SideFile("{}", "memory of a history", 64 << 10),),
+        Trusted.MEMORY: (SideFile("{}", 64 << 10),),
     }
 )
 """The first of each kind is the trusted file itself."""
@@ -139,6 +142,8 @@ def open_guarded(
         _require_regular(state)
         if most is not None and state.st_size > most:
             raise OversizeError(state.st_size, most)
+        if state.st_size > _HOLES and getattr(state, "st_blocks", _HOLES) * 512 < state.st_size / 8:
+            raise OSError(errno.EFBIG, "most of it are holes")
         if private:
             _require_private(state)
     except BaseException:
@@ -183,7 +188,7 @@ def refuse_side_files(path: Path, kind: Trusted) -> None:
 
 def _fault(side: SideFile, state: os.stat_result, owner: int) -> str:
     if not side.most:
-        return f"it is a {side.words}, which this program never makes there"
+        return "this program never makes such a file"
     if stat.S_ISLNK(state.st_mode):
         return "it is a link"
     if not stat.S_ISREG(state.st_mode):
@@ -193,7 +198,7 @@ def _fault(side: SideFile, state: os.stat_result, owner: int) -> str:
     if not HOST.is_own(state) and state.st_uid not in (0, owner):
         return "it belongs to another user"
     if state.st_size > side.most:
-        return f"it has {state.st_size >> 20} MB"
+        return "it is larger than any of its kind"
     return ""
 
 

@@ -13,7 +13,7 @@ from ocmm_core.inspection.archive import SUFFIX, require_new_serial
 from ocmm_core.inspection.evaluation import JobHeader
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import HEADER_EVENT, check_header, header_text
-from ocmm_core.storage import JobFile, JobHead, now_utc
+from ocmm_core.storage import NAMED, JobFile, JobHead, now_utc
 
 _log = logging.getLogger(__name__)
 
@@ -51,7 +51,7 @@ def job_for(header: JobHeader, like: JobHead, plan: Plan, folder: Path) -> JobFi
     )
     job = JobFile.create(free_path(folder, plan), head)
     try:
-        job.append_event(HEADER_EVENT, header_text(header))
+        job.change(events=((NAMED, job.path.stem), (HEADER_EVENT, header_text(header))))
     except BaseException:
         job.close()
         job.path.unlink(missing_ok=True)

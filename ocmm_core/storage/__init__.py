@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         write_held_jobs,
     )
     from ocmm_core.storage._job_content import JobContent, read_job
-    from ocmm_core.storage._job_file import JobFile
+    from ocmm_core.storage._job_file import NAMED, JobFile
     from ocmm_core.storage._job_seal import ADOPTED, JobSeal
     from ocmm_core.storage._job_steps import JobStep
     from ocmm_core.storage._rows import JobEvent, JobHead, JobReference, make_head
@@ -47,7 +47,7 @@ else:
         _guard="database_content open_in_place",
         _held_jobs="HeldJobs held_jobs_file held_sentences read_held_jobs write_held_jobs",
         _job_content="JobContent read_job",
-        _job_file="JobFile",
+        _job_file="NAMED JobFile",
         _job_seal="ADOPTED JobSeal",
         _job_steps="JobStep",
         _rows="JobEvent JobHead JobReference make_head",
@@ -58,6 +58,7 @@ __all__ = [
     "ADOPTED",
     "AUDITED",
     "CLOCK",
+    "NAMED",
     "AuditedStep",
     "HeldJobs",
     "JobContent",

@@ -21,7 +21,7 @@ from pathlib import Path
 
 from ocmm_core.errors import StorageError
 from ocmm_core.side_files import SIDE_FILES, Trusted, open_guarded, refuse_side_files
-from ocmm_core.storage._faults import damaged, no_job
+from ocmm_core.storage._faults import no_job
 from ocmm_core.storage._guard import LARGEST_FILE
 from ocmm_core.storage._write_ahead_log import HEAD_SIZE, LogPages, read_log
 
@@ -30,9 +30,6 @@ _PAUSE_S = 0.02
 _SETTLED_NS = 1_000_000_000
 """A file that was written more recently may be written again before its time of change differs."""
 _AT_ONCE = 4 << 20
-_HOLES = 64 << 20
-"""Bytes from which on a file must be on the disk for the most part, and not be holes."""
-
 _MAGIC = b"SQLite format 3\0"
 _MOST_LOG = next(one.most for one in SIDE_FILES[Trusted.JOB] if one.name == "{}-wal")
 
@@ -162,8 +159,6 @@ def _at_once(path: Path, there: Path) -> JobContent | None:
     with HELD.reading(there) as file, _log_of(there) as log:
         before = os.fstat(file)
         size = min(before.st_size, LARGEST_FILE)
-        if size > _HOLES and getattr(before, "st_blocks", size) * 512 < size // 8:
-            raise damaged(path, "most of it are holes")
         content = _read(file, size)
         pages = _pages(log)
         settled = 0 <= before.st_mtime_ns <= time.time_ns() - _SETTLED_NS

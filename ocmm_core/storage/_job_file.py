@@ -61,6 +61,8 @@ from ocmm_core.storage._tables import (
     stored_times,
 )
 
+NAMED = "named"
+"""Kind of the event with the name of the job; the first one counts."""
 _NEVER_ADOPTED = (SealWord.UNKNOWN_KEY, SealWord.FORGED)
 
 
@@ -93,6 +95,7 @@ class JobFile:
         self._lock = threading.Lock()
         self._writer = JobWriter(path)
         self._key: StationKey | None = None
+        self._name: str | None = None
 
     @property
     def given_up(self) -> StorageError | None:
@@ -231,6 +234,20 @@ class JobFile:
                 insert_point(db, self.path, point)
             for kind, text in events:
                 insert_event(db, kind, text)
+
+    @property
+    def name(self) -> str:
+        """Return the name that the job was given when it was made, whatever its file is called now.
+
+        That of its file for jobs of earlier versions, which did not store it.
+        """
+        if self._name is None:
+            with self._reading() as db:
+                row = db.execute(
+                    "SELECT text FROM event WHERE kind = ? ORDER BY id LIMIT 1", (NAMED,)
+                ).fetchone()
+            self._name = self.path.stem if row is None else str(row[0])
+        return self._name
 
     def points(self) -> list[MeasuredPoint]:
         """Return the points that are not annulled, in the order in which they were taken.

@@ -79,7 +79,7 @@ def _journal(path: Path, secret: Path) -> None:
     path.write_bytes(head + b"\0\0\x10\0" + bytes(512 - 28) + b"\xff" * 4 + name + tail)
 
 
-Make = Callable[[Path, Path], None]
+Make = Callable[[Path, Path], object]
 """Makes something at a path, with a file outside that must not change."""
 
 MAKERS: dict[str, Make] = {
@@ -112,7 +112,7 @@ class Place:
 
 
 _JOB = "@/jobs/J.ocmm"
-_PART = ("--plan", "@quick", "--out", "@/jobs", "--batch", "B1", "--serial", "7")
+_PART = ("--plan", "@quick", "--out", "@/jobs", "--batch", "B1", "--serial", "1")
 """The part that the neighbour is of: its job must be found, whatever lies next to it."""
 _PLACES: dict[Trusted, tuple[Place, ...]] = {
     Trusted.JOB: (
@@ -192,12 +192,11 @@ def side_pairs(site: Path) -> list[SidePair]:
     for kind, places in _PLACES.items():
         for place in places:
             for path in _named(site, place, SIDE_FILES[kind]):
-                for word, make in MAKERS.items():
-                    found += [
-                        SidePair(f"{kind.value}: {word} at {path}, {' '.join(one[:2])}", path, make,
-                                 one)
-                        for one in place.commands
-                    ]  # fmt: skip
+                found += [
+                    SidePair(f"{kind.name.lower()}: {word} at {path}, {one[0]}", path, make, one)
+                    for word, make in MAKERS.items()
+                    for one in place.commands
+                ]
     return found
 
 
@@ -221,7 +220,7 @@ def made_site(folder: Path) -> Path:
         shutil.copy(good["job"], jobs / "J.ocmm")
         shutil.copy(good["job"], site / _NEIGHBOUR)
         with JobFile.open(site / _NEIGHBOUR) as job:
-            part = JobHeader(job.head.operator, job.head.part, "7", "", "B1")
+            part = JobHeader(job.head.operator, job.head.part, job.head.serial, "", "B1")
             job.append_event(HEADER_EVENT, header_text(part))
         shutil.copy(good["recording"], site / "R.ocrec")
         CalibrationSite.made(site / "cameras")

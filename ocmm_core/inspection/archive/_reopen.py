@@ -114,7 +114,13 @@ class ReopenedJob:
     def remarks(self) -> tuple[str, ...]:
         """Return what a reader should know and what speaks against nothing, in sentences."""
         told = (event.text for event in self.events if event.kind in (ADOPTED, CLOCK))
-        return (*told, *filter(None, (self.left_out, self.cameras.absent)))
+        return (*told, *filter(None, (self._renamed, self.left_out, self.cameras.absent)))
+
+    @property
+    def _renamed(self) -> str:
+        if self.path.stem == self.view.job:
+            return ""
+        return f"The file was renamed to {self.path.name}: the job was measured as {self.view.job}."
 
 
 def reopen_job(
