@@ -41,10 +41,8 @@ class Signed(StrEnum):
     RECALL = "recall"
     PLAN = "plan"
     TEMPLATE = "template"
-    ARTEFACT = "artefact"
-    """The document of one artefact."""
-    PROCEDURE = "procedure"
-    STUDY_PLAN = "study plan"
+    DOCUMENT = "document"
+    """Any other one: of an artefact, a procedure, a rig."""
     SETTINGS = "settings"
 
 
