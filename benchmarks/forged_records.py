@@ -3,7 +3,7 @@
 A forger has every file and no key of the station. Each trial edits one field of one file (all
 fields in turn, in a seeded order), recomputes every hash, and then keeps the signature, removes
 it, takes one of another file, or signs with a key of another station. Chains are also cut at the
-end, and files of one kind are put in place of another. A forgery passes if `export.audit` calls it
+end, and files of one kind are put in place of another. A forgery passes if `export.audits` calls it
 intact, if a certificate is made of it, or if a test, a study or a release accepts it.
 The untouched files are audited between the trials and must stay intact.
 Run: ``python -m benchmarks.forged_records --n 5000``.
@@ -41,7 +41,7 @@ from ocmm_core.cli import app
 from ocmm_core.cli.campaign import other_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
-from ocmm_core.export import AuditedKind, audit, document_kind
+from ocmm_core.export.audits import AuditedKind, audit, document_kind
 from ocmm_core.export.certificate import certificate_of_folder, write_certificate
 from ocmm_core.export.template import load_paper, standard_template
 from ocmm_core.inspection.archive import RecallRecord

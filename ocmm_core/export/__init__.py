@@ -6,8 +6,8 @@ Read `_registry` first: all formats, and the one way to write them. `template` s
 is, `report` holds the data of a report and its text, JSON, workbook and PolyWorks files; `qif`
 holds QIF 3.0, `aqdef` Q-DAS. `_report_seal` signs what is written, `_completeness` asks before a
 report of an unfinished job is made, `_files` writes several files as one, `_batch_table` the
-statistics of a batch. `certificate` makes certificates of the machine. `_audit` and `_audit_files`
-verify every kind of file that this program writes (`_audited`).
+statistics of a batch. `certificate` makes certificates of the machine. `audits` verifies
+every kind of file that this program writes.
 It must not know a station or a screen. The PDF is drawn in `ocmm_gui.reports`.
 """
 
@@ -19,9 +19,6 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.export import _registry as registry
-    from ocmm_core.export._audit import audit, files_to_audit
-    from ocmm_core.export._audit_files import document_kind
-    from ocmm_core.export._audited import Audit, AuditedKind, AuditRow
     from ocmm_core.export._batch_table import BATCH_COLUMNS, batch_table
     from ocmm_core.export._completeness import missing_of, missing_words, require_complete
     from ocmm_core.export._files import write_together
@@ -40,9 +37,6 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _audit="audit files_to_audit",
-        _audit_files="document_kind",
-        _audited="Audit AuditRow AuditedKind",
         _batch_table="BATCH_COLUMNS batch_table",
         _completeness="missing_of missing_words require_complete",
         _files="write_together",
@@ -61,16 +55,10 @@ __all__ = [
     "EXPORTERS",
     "FORMATS",
     "PDF",
-    "Audit",
-    "AuditRow",
-    "AuditedKind",
     "ReportSealFound",
-    "audit",
     "batch_table",
     "check_report_seal",
     "chosen_formats",
-    "document_kind",
-    "files_to_audit",
     "missing_of",
     "missing_words",
     "preview",

@@ -13,10 +13,10 @@ from ocmm_core.fieldbus.described import refuse_unproven
 from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import Plan, climate_for, part_of_plan, release_in_job
 from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.seals import NO_RELEASE, ReleaseState
 from ocmm_core.station._drift_watch import ChangeWatch
 from ocmm_core.station._faults import StationEvents, StationFaults
 from ocmm_core.station._probe_watch import PAUSE, ProbeWatch
-from ocmm_core.seals import NO_RELEASE, ReleaseState
 from ocmm_core.storage import JobFile
 from ocmm_core.tracking import ProbeBody, ReferenceBody
 

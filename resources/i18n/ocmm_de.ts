@@ -1489,7 +1489,8 @@ Startet: {source}</translation>
     <message>
         <source>{name}, part {part}; {release}
 {where}</source>
-        <translation type="unfinished"></translation>
+        <translation>{name}, Teil {part}; {release}
+{where}</translation>
     </message>
     <message>
         <source>Return or F8 goes on with the selected plan.</source>
@@ -6040,7 +6041,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Cameras: {cameras}. Probe: {probe}. Plan: {release}.</source>
-        <translation type="unfinished"></translation>
+        <translation>Kameras: {cameras}. Taster: {probe}. Plan: {release}.</translation>
     </message>
     <message>
         <source>Current job {job}, part {part}. {who}.</source>
@@ -8332,11 +8333,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Released plans only</source>
-        <translation type="unfinished"></translation>
+        <translation>Nur freigegebene Pläne</translation>
     </message>
     <message>
         <source>Refuse plans that are not released, or were changed after the release</source>
-        <translation type="unfinished"></translation>
+        <translation>Pläne ablehnen, die nicht freigegeben oder danach geändert sind</translation>
     </message>
     <message>
         <source>Proposed for a new job</source>

@@ -12,7 +12,7 @@ from ocmm_core.cli.terminal import lead, say, told
 from ocmm_core.errors import OcmmError
 
 if TYPE_CHECKING:
-    from ocmm_core.export import Audit
+    from ocmm_core.export.audits import Audit
 
 audit_app = typer.Typer(
     no_args_is_help=True,
@@ -45,7 +45,7 @@ def verify(
     Exit code 0 where everything is intact, 1 where something speaks against it, 2 where something
     cannot be read.
     """
-    from ocmm_core.export import audit, files_to_audit
+    from ocmm_core.export.audits import audit, files_to_audit
 
     worst = 0
     for path in chain.from_iterable(map(files_to_audit, paths)):
@@ -71,7 +71,7 @@ def release(
 
     The release is signed and kept next to the document (.release.json).
     """
-    from ocmm_core.export import document_kind
+    from ocmm_core.export.audits import document_kind
     from ocmm_core.seals import release_file
 
     for path in files:

@@ -15,7 +15,7 @@ from benchmarks.forged_records import Count, run
 from ocmm_core.acceptance import ArtefactRegister, finished_tests, load_artefact
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.export import audit
+from ocmm_core.export.audits import audit
 from ocmm_core.inspection.plan import plan_release, release_in_job, release_plan
 from ocmm_core.seals import KeyFolder, SealWord
 from ocmm_core.settings import Scope, SettingsStore
@@ -186,7 +186,7 @@ def test_a_station_measures_released_plans_only_and_jobs_state_the_release(
     assert f"{path.name} is as it was reported." in audit(seal).proofs
     with JobFile.open(path) as job:
         job.append_event("note", "later")
-    assert f"{path.name} has changed since: 1 steps came after the report." in audit(seal).proofs
+    assert f"{path.name} has changed since: 1 step came after the report." in audit(seal).proofs
 
 
 def test_settings_edited_outside_need_a_name(tmp_path: Path, ocmm_here: Ocmm) -> None:

@@ -13,9 +13,9 @@ import msgspec
 
 from ocmm_core.calibration.records import CalibrationStore, ProbeStore
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.export._audit_files import audit_file
-from ocmm_core.export._audited import Audit, AuditedKind, AuditRow
-from ocmm_core.export._report_seal import ENDING
+from ocmm_core.export import ENDING
+from ocmm_core.export.audits._audit_files import audit_file
+from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditRow
 from ocmm_core.export.certificate import CERTIFICATE_ENDING, SEAL_SUFFIX
 from ocmm_core.inspection.archive import SUFFIX, copy_of_job
 from ocmm_core.seals import RELEASE_ENDING

@@ -13,8 +13,8 @@ from ocmm_core.acceptance import AcceptanceRecord, chain_history
 from ocmm_core.calibration.records import load_signed
 from ocmm_core.documents import LARGEST_DOCUMENT, decode_json, read_bytes, read_text
 from ocmm_core.errors import InputError, OcmmError, StorageError
-from ocmm_core.export._audited import Audit, AuditedKind, AuditRow
-from ocmm_core.export._report_seal import ENDING, check_report_seal
+from ocmm_core.export import ENDING, check_report_seal
+from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditRow
 from ocmm_core.export.certificate import CERTIFICATE_ENDING, SEAL_SUFFIX, check_dcc_seal
 from ocmm_core.inspection.archive import RecallRecord, copy_of_job
 from ocmm_core.seals import (
@@ -115,7 +115,8 @@ def _since(file: Path, uuid: str, steps: int, head: str) -> tuple[str, bool]:
         return f"{file.name} next to it does not hold the reported state of the job.", True
     more = len(links) - steps
     if more:
-        return f"{file.name} has changed since: {more} steps came after the report.", False
+        s = "s" if more > 1 else ""
+        return f"{file.name} has changed since: {more} step{s} came after the report.", False
     return f"{file.name} is as it was reported.", False
 
 
