@@ -63,11 +63,20 @@ class Audit:
     """What was stored, oldest first."""
     proofs: tuple[str, ...] = ()
     """What speaks for it beyond that, in sentences."""
+    adopted: tuple[str, ...] = ()
+    """By whom steps were taken over by name, why, and what was suspect, in sentences."""
 
     @property
     def intact(self) -> bool:
-        """Return whether it is as somebody wrote it who is believed here."""
-        return not self.faults
+        """Return whether a trusted station signed all of it, and it is unchanged since."""
+        return not self.faults and not self.adopted
+
+    @property
+    def word(self) -> str:
+        """Return the result in a word."""
+        if self.faults:
+            return "NOT INTACT"
+        return "ADOPTED" if self.adopted else "INTACT"
 
 
 def audit(path: Path, line: str = "") -> Audit:
@@ -110,7 +119,9 @@ def _of_job(path: Path, line: str) -> Audit:
             )
             for step in job.audited()
         ]  # fmt: skip
-    return Audit(path, AuditedKind.JOB, seal.state, tuple(faults), tuple(rows), tuple(proofs))
+    return Audit(
+        path, AuditedKind.JOB, seal.state, tuple(faults), tuple(rows), tuple(proofs), seal.adopted
+    )  # fmt: skip
 
 
 class _Words(msgspec.Struct):

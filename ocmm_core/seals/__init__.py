@@ -16,7 +16,17 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.seals._key import THIS_STATION, KeptKeys, KeyFolder, StationKey
-    from ocmm_core.seals._memory import Seen, memory_folder, recall, remember
+    from ocmm_core.seals._memory import (
+        Seen,
+        expect,
+        memory_folder,
+        memory_loss,
+        recall,
+        remember,
+        set_station_clock,
+        start_memory,
+        station_clock,
+    )
     from ocmm_core.seals._public import public_from_text, public_text, shown_key
     from ocmm_core.seals._ring import KnownKey
     from ocmm_core.seals._signature import (
@@ -32,7 +42,10 @@ else:
     __getattr__ = door(
         __name__,
         _key="KeptKeys KeyFolder StationKey THIS_STATION",
-        _memory="Seen memory_folder recall remember",
+        _memory=(
+            "Seen expect memory_folder memory_loss recall remember set_station_clock start_memory "
+            "station_clock"
+        ),
         _public="public_from_text public_text shown_key",
         _ring="KnownKey",
         _signature="SealState SealWord Signature Signed judge_signature sign",
@@ -51,12 +64,17 @@ __all__ = [
     "Signed",
     "StationKey",
     "TokenPlace",
+    "expect",
     "judge_signature",
     "memory_folder",
+    "memory_loss",
     "public_from_text",
     "public_text",
     "recall",
     "remember",
+    "set_station_clock",
     "shown_key",
     "sign",
+    "start_memory",
+    "station_clock",
 ]

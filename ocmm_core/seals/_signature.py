@@ -29,6 +29,8 @@ class Signed(StrEnum):
     JOB = "job"
     REPORT = "report"
     CERTIFICATE = "certificate"
+    MEMORY = "memory"
+    """The start of the memory of the station."""
 
 
 class Signature(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
