@@ -36,7 +36,7 @@ def guarded_content(path: Path, what: str) -> bytes | None:
             f"{path}: the {what} cannot be read ({error.strerror}).",
             "Restore it from a backup as a regular file of this user, with read permission.",
         ) from error
-    with open(descriptor, "rb") as stream:  # noqa: PTH123 - checked and read by one descriptor
+    try:
         state = os.fstat(descriptor)
         if not stat.S_ISREG(state.st_mode) or state.st_size > _LARGEST:
             raise StorageError(
@@ -46,7 +46,9 @@ def guarded_content(path: Path, what: str) -> bytes | None:
             )
         _refuse_foreign(path, state, what)
         refuse_open_folder(path.parent, what)
-        return stream.read(_LARGEST)
+        return os.read(descriptor, _LARGEST)
+    finally:
+        os.close(descriptor)
 
 
 def refuse_open_folder(folder: Path, what: str) -> None:
