@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.reach import Reach
 from ocmm_core.inspection.step._answer import StepFreeForm
-from ocmm_core.inspection.step._joined import EDGE_MM
+from ocmm_core.inspection.step._joined import EDGE_MM, NOT_INSIDE, Inside
 from ocmm_core.inspection.step._placed import LEAST, WANTED, reached_places
 from ocmm_core.inspection.step.brep import StepDocument, Triple, model_face, static
 from ocmm_core.part_model import (
@@ -88,8 +88,7 @@ def free_form_rooms(
             found.append(FreeFormRoom(number, name, against=against))
             continue
         doing(f"places on free form {place} of {min(len(others), _MOST)}")
-        made = model_face(number, faces[number - 1], document, is_exact=True)
-        one = _room(made, ball_radius)
+        one = _room_of(number, faces[number - 1], document, ball_radius)
         numbers += 0 if one.face is None else len(one.face.poles)
         found.append(one)
     return sorted(found, key=lambda one: one.number)
@@ -108,7 +107,10 @@ def box_size(face: Any) -> float:
 
 
 def free_forms_of(
-    rooms: Sequence[FreeFormRoom], reach: Reach | None, doing: Callable[[str], None]
+    rooms: Sequence[FreeFormRoom],
+    reach: Reach | None,
+    doing: Callable[[str], None],
+    inside: Inside,
 ) -> list[StepFreeForm]:
     """Return free forms with targets.
 
@@ -118,13 +120,27 @@ def free_forms_of(
         Asked whether places can be touched; None where nobody asks.
     doing
         Told which it is at.
+    inside
+        Checks all places before targets are chosen.
     """
     found = []
     for place, room in enumerate(rooms, start=1):
         if not room.against:
             doing(f"targets on free form {place} of {len(rooms)}")
+            room = _checked(room, inside)
         found.append(_with_targets(room, reach))
     return found
+
+
+def _room_of(number: int, face: Any, document: StepDocument, ball_radius: float) -> FreeFormRoom:
+    """Return the room on a face; a fault of the library is one of this face alone."""
+    try:
+        return _room(model_face(number, face, document, is_exact=True), ball_radius)
+    except MemoryError:
+        raise
+    except Exception:
+        against = "the geometry library cannot use its surface or its edges"
+        return FreeFormRoom(number, document.about(face).name, against=against)
 
 
 def _room(face: ModelFace, ball_radius: float) -> FreeFormRoom:
@@ -142,6 +158,13 @@ def _room(face: ModelFace, ball_radius: float) -> FreeFormRoom:
         against = f"{ball} has room for {len(points)} points, {LEAST} are needed"
         return FreeFormRoom(face.number, face.name, against=against)
     return FreeFormRoom(face.number, face.name, held, points, normals)
+
+
+def _checked(room: FreeFormRoom, inside: Inside) -> FreeFormRoom:
+    good = inside([room.number], room.points)
+    if np.count_nonzero(good) < LEAST:
+        return FreeFormRoom(room.number, room.name, against=NOT_INSIDE)
+    return replace(room, points=room.points[good], normals=room.normals[good])
 
 
 def _with_targets(room: FreeFormRoom, reach: Reach | None) -> StepFreeForm:

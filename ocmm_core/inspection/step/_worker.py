@@ -10,6 +10,7 @@ import gc
 import os
 import re
 import time
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
@@ -27,8 +28,9 @@ from ocmm_core.inspection.step._free_forms import free_form_rooms, free_forms_of
 from ocmm_core.inspection.step._joined import bore_axes, rooms_of, surfaces_of
 from ocmm_core.inspection.step.brep import (
     LESS,
+    FaceCheck,
+    FoundFaces,
     MeshAside,
-    RawFace,
     StepDocument,
     UnusableModelError,
     as_numbers,
@@ -123,18 +125,20 @@ def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[Step
     # Another processor makes meshes meanwhile: of the model, and of the part that is shown.
     aside = MeshAside(document, with_surface, source, wanted.limit_s)
     try:
-        faces, more = faces_of(with_surface, doing, document.steps)
+        found = faces_of(with_surface, doing, document.steps)
+        faces = found.faces
         pmi, entities, words = tolerances_of(
             Path(path).read_text(encoding="utf-8", errors="replace"), document.reader.Reader(),
             with_surface, faces, doing,
         )  # fmt: skip
         wanted, remark = _bounded(wanted, len(faces))
-        surfaces, free_forms = _with_targets(document, faces, with_surface, wanted, aside, doing)
+        surfaces, free_forms = _with_targets(document, found, with_surface, wanted, aside, doing)
         part = aside.part(doing)
     finally:
         aside.end()
     answer = StepAnswer(
-        remark=remark, surfaces=surfaces, free_forms=free_forms, others=dict(others + more),
+        remark=remark, surfaces=surfaces, free_forms=free_forms, others=dict(others + found.others),
+        faults=dict(Counter(found.faults.values())), face_count=len(with_surface) + others.total(),
         pmi=pmi, face_entities=entities, face_words=words, part_bytes=len(part),
         face_names={number: name for number, face in enumerate(with_surface, start=1)
                     if (name := document.about(face).name)},
@@ -155,7 +159,7 @@ def _bounded(wanted: Wanted, faces: int) -> tuple[Wanted, str]:
 
 def _with_targets(
     document: StepDocument,
-    faces: Sequence[RawFace],
+    found: FoundFaces,
     with_surface: Sequence[Any],
     wanted: Wanted,
     aside: MeshAside,
@@ -164,17 +168,18 @@ def _with_targets(
     """Return surfaces and free forms with targets that can be reached and seen."""
     # What asks no mesh comes first: the other process makes it meanwhile.
     radius = 0.5 * wanted.ball_mm
-    rooms = rooms_of(faces, radius, doing)
-    known = frozenset(one.number for one in faces)
+    rooms = rooms_of(found.faces, radius, doing)
+    known = frozenset(one.number for one in found.faces) | found.faults.keys()
     others = free_form_rooms(document, with_surface, known, radius, doing)
     doing("the mesh to find targets by")
     mesh = aside.mesh()
     reach = None
     if len(mesh.triangles):
         part = make_obstacle(mesh.triangles, mesh.owners, len(with_surface), mesh.deflection_mm)
-        reach = Reach(part, radius, wanted.setting, bore_axes([one.face for one in faces]))
-    surfaces = surfaces_of(rooms, reach, doing)
-    return tuple(surfaces), tuple(free_forms_of(others, reach, doing))
+        reach = Reach(part, radius, wanted.setting, bore_axes([one.face for one in found.faces]))
+    check = FaceCheck(with_surface)
+    surfaces = surfaces_of(rooms, reach, doing, check.inside)
+    return tuple(surfaces), tuple(free_forms_of(others, reach, doing, check.inside))
 
 
 def _be_silent() -> None:
