@@ -7,7 +7,6 @@ as can be, where the probe reaches them and cameras see it.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -20,9 +19,8 @@ from ocmm_core.inspection.reach import Reach
 from ocmm_core.inspection.step._answer import StepFreeForm
 from ocmm_core.inspection.step._joined import EDGE_MM, NOT_INSIDE, Inside
 from ocmm_core.inspection.step._placed import LEAST, WANTED, reached_places
-from ocmm_core.inspection.step.brep import StepDocument, Triple, model_face, static
+from ocmm_core.inspection.step.brep import StepDocument, Triple, box_size, model_face
 from ocmm_core.part_model import (
-    FARTHEST_MM,
     ModelFace,
     NominalFace,
     nominal_face,
@@ -88,22 +86,11 @@ def free_form_rooms(
             found.append(FreeFormRoom(number, name, against=against))
             continue
         doing(f"places on free form {place} of {min(len(others), _MOST)}")
-        one = _room_of(number, faces[number - 1], document, ball_radius)
+        made = model_face(number, faces[number - 1], document, is_exact=True)
+        one = _room(made, ball_radius)
         numbers += 0 if one.face is None else len(one.face.poles)
         found.append(one)
     return sorted(found, key=lambda one: one.number)
-
-
-def box_size(face: Any) -> float:
-    """Return about how large a face is, mm, by the box about its surface and its edges."""
-    from OCP.Bnd import Bnd_Box
-    from OCP.BRepBndLib import BRepBndLib
-
-    box = Bnd_Box()
-    static(BRepBndLib, "Add")(face, box, False)
-    size = 0.0 if box.IsVoid() else math.sqrt(box.SquareExtent())
-    # What has no end, or no number, is no face of a part.
-    return size if size < FARTHEST_MM else 0.0
 
 
 def free_forms_of(
@@ -130,17 +117,6 @@ def free_forms_of(
             room = _checked(room, inside)
         found.append(_with_targets(room, reach))
     return found
-
-
-def _room_of(number: int, face: Any, document: StepDocument, ball_radius: float) -> FreeFormRoom:
-    """Return the room on a face; a fault of the library is one of this face alone."""
-    try:
-        return _room(model_face(number, face, document, is_exact=True), ball_radius)
-    except MemoryError:
-        raise
-    except Exception:
-        against = "the geometry library cannot use its surface or its edges"
-        return FreeFormRoom(number, document.about(face).name, against=against)
 
 
 def _room(face: ModelFace, ball_radius: float) -> FreeFormRoom:

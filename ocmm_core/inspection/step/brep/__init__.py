@@ -24,11 +24,13 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.step.brep._mesh_aside import MeshAside
     from ocmm_core.inspection.step.brep._part import model_face, part_of
     from ocmm_core.inspection.step.brep._raw_faces import (
+        ENDLESS,
         FoundFaces,
         RawFace,
         Rim,
         UnusableModelError,
         as_numbers,
+        box_size,
         faces_of,
         faces_with_surface,
         stretches_of,
@@ -45,13 +47,15 @@ else:
         _mesh_aside="MeshAside",
         _part="model_face part_of",
         _raw_faces=(
-            "FoundFaces RawFace Rim UnusableModelError as_numbers faces_of faces_with_surface stretches_of"
+            "ENDLESS FoundFaces RawFace Rim UnusableModelError as_numbers box_size faces_of "
+            "faces_with_surface stretches_of"
         ),
         _recognised="RECOGNISED_MM",
         _step_face="LESS StepFace Triple normals_of",
     )
 
 __all__ = [
+    "ENDLESS",
     "LESS",
     "RECOGNISED_MM",
     "FaceCheck",
@@ -64,6 +68,7 @@ __all__ = [
     "Triple",
     "UnusableModelError",
     "as_numbers",
+    "box_size",
     "faces_of",
     "faces_with_surface",
     "model_face",

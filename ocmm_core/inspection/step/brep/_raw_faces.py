@@ -23,8 +23,10 @@ from ocmm_core.inspection.step.brep._library import explored, is_turned, kind_of
 from ocmm_core.inspection.step.brep._recognised import recognised_face
 from ocmm_core.inspection.step.brep._step_face import LESS, StepFace
 from ocmm_core.inspection.step.brep._surface_places import surface_numbers
-from ocmm_core.part_model import MOST_FACES
+from ocmm_core.part_model import FARTHEST_MM, MOST_FACES
 
+ENDLESS = "larger than a part can be"
+"""Word for faces without an end, among the kinds of surfaces."""
 _DEFLECTION_MM = 0.02
 """A shorter edge is a tip or a pole."""
 _GAP_MM = 0.1
@@ -152,7 +154,28 @@ def faces_with_surface(shape: Any) -> tuple[list[Any], Counter[str]]:
         others["construction geometry"] = loose
     if len(with_surface) < len(faces):
         others["tessellated"] = len(faces) - len(with_surface)
-    return with_surface, others
+    near = _near_faces(shape, with_surface)
+    if len(near) < len(with_surface):
+        others[ENDLESS] = len(with_surface) - len(near)
+    return near, others
+
+
+def _near_faces(shape: Any, faces: list[Any]) -> list[Any]:
+    """Return faces without those that end nowhere near a part; all if there is no other."""
+    if box_size(shape) > 0.0:
+        return faces
+    return [face for face in faces if box_size(face) > 0.0] or faces
+
+
+def box_size(shape: Any) -> float:
+    """Return the diagonal of the box about surfaces and edges, mm; 0 without an end or a number."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+
+    box = Bnd_Box()
+    static(BRepBndLib, "Add")(shape, box, False)
+    size = 0.0 if box.IsVoid() else math.sqrt(box.SquareExtent())
+    return size if size < FARTHEST_MM else 0.0
 
 
 def _faces_of_parts(shape: Any) -> tuple[list[Any], int]:

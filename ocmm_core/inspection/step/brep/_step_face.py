@@ -62,7 +62,7 @@ def normals_of(face: StepFace, points: Float) -> Float:
 def offsets_of(face: StepFace, points: Float) -> Float:
     """Return how far points (n, 3) are out of the material of a surface (n,), mm."""
     arms = points - np.array(face.point)
-    along = arms @ np.array(face.direction)
+    along: Float = arms @ np.array(face.direction)
     if face.shape == "Plane":
         return along
     across = np.linalg.norm(arms - along[:, None] * np.array(face.direction), axis=1)
