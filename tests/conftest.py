@@ -31,6 +31,7 @@ from ocmm_core.blas import use_one_thread
 from tests.gate import gate_of
 from tests.host import amount, not_run
 from tests.other_station import forget_histories
+from tests.sleeps import scale_sleeps
 
 # As the product does, before numpy is loaded: two threads on small matrices wait for each other,
 # ten times as long as the work takes where other tests run beside.
@@ -62,6 +63,7 @@ _rings_made: set[Path] = set()
 
 def pytest_configure(config: pytest.Config) -> None:
     """Watch thread starts and ring files, and adopt orphaned grandchildren."""
+    scale_sleeps()
     config.pluginmanager.register(gate_of(os.environ))
     start = threading.Thread.start
 
