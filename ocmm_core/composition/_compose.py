@@ -139,6 +139,7 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
                 pause=timedelta(hours=request.check_after_h),
                 stream=request.stream,
                 plan_file=request.plan if begun is None else None,
+                rescue=request.rescue,
                 simulated=feed.description.simulated,
             ),
             recorder,
