@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from lxml import etree
 
 from ocmm_core.export.qif._check import NAMESPACE
-from ocmm_core.export.qif._units import NotTakenError, Units, units_of
+from ocmm_core.export.qif._units import NotTakenError, Units, number, units_of
 from ocmm_core.inspection.plan import NAME_PATTERN
 
 Q = f"{{{NAMESPACE}}}"
@@ -210,23 +210,6 @@ class Node:
 def local_name(element: etree._Element) -> str:
     """Return the name of a QIF element; one of another namespace keeps its namespace."""
     return str(element.tag).removeprefix(Q)
-
-
-def number(text: str) -> float:
-    """Return a finite number.
-
-    Raises
-    ------
-    NotTakenError
-        It is none.
-    """
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value) or "_" in text:
-        raise NotTakenError(f"{text.strip()[:30]!r} is no number")
-    return value
 
 
 def _three(node: Node) -> tuple[float, float, float]:

@@ -66,10 +66,11 @@ def plan_of_qif(content: bytes, name: str, part: str) -> QifPlan:
         It is no QIF document of version 3, too large, has a document type or contradictory units,
         or has no feature that can be taken.
     """
+    root = _root(content)
     try:
-        references = References(_root(content))
-    except (NotTakenError, ValueError) as error:
-        raise _refused(str(error)) from error
+        references = References(root)
+    except (NotTakenError, InputError) as error:
+        raise _refused(_reason(error)) from error
     found = QifPlan(new_plan(name, part))
     for item, nominal in references.pairs("Feature"):
         own = references.name(item, nominal, "FeatureName")

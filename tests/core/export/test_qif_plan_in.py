@@ -67,9 +67,10 @@ def test_converts_declared_units(name: str, factor: str, scale: float) -> None:
 @pytest.mark.parametrize(
     ("name", "factor", "why"),
     [
-        ("mm", "0.0254", "contradicts its factor"), ("inch", "0.001", "contradicts its factor"),
-        ("mm", "", "contradicts its factor"), ("furlong", "", "not known"),
-        ("mm", "nan", "has the factor"), ("mm", "-0.001", "has the factor"),
+        ("mm", "0.0254", "25.4 mm in the document, but 1 by its name"),
+        ("inch", "0.001", "1 mm in the document, but 25.4 by its name"),
+        ("furlong", "", "not known"), ("mm", "nan", "is no number"),
+        ("mm", "-0.001", "no positive factor"),
     ],
 )  # fmt: skip
 def test_refuses_contradictory_units(name: str, factor: str, why: str) -> None:
