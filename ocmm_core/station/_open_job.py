@@ -31,6 +31,8 @@ class Gear:
     """The reference body to which everything is given; None without one."""
     pause: timedelta = PAUSE
     """After so long without a point or a check the tip must be checked."""
+    released_only: bool = False
+    """Refuse plans that are not released."""
 
     @property
     def rig(self) -> Rig:

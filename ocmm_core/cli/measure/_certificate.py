@@ -102,6 +102,8 @@ def check(
     found = check_dcc_seal(file, KeyFolder())
     console = make_console(soft_wrap=True)
     dcc = found.dcc
+    if dcc.title:
+        console.print(dcc.title, highlight=False, markup=False)
     console.print(
         f"{dcc.number}: {dcc.laboratory}, {dcc.begin} – {dcc.end}. {say(found.words)}",
         highlight=False, markup=False,

@@ -35,8 +35,8 @@ OverwriteOption = Annotated[
 def check(
     plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
 ) -> None:
-    """Check a plan, and say what is not wrong but missing: pictures, sizes for the guidance."""
-    from ocmm_core.inspection.plan import load_plan
+    """Check a plan and its release, and list missing pictures and sizes for the guidance."""
+    from ocmm_core.inspection.plan import load_plan, plan_release
 
     loaded = load_plan(plan)
     console = make_console()
@@ -51,8 +51,32 @@ def check(
         say(f"{plan}: good. {features} with {points}, {constructions}, {characteristics}."),
         highlight=False,
     )
+    console.print(
+        say(f"Plan release: {say(plan_release(plan).words)}."), highlight=False, markup=False
+    )
     for warning in warnings_of(loaded, plan.parent):
         console.print(say(warning), style="yellow", highlight=False)
+
+
+@plan_app.command()
+def release(
+    plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
+    who: Annotated[
+        str, typer.Option("--by", help="Name of the person who answers for the limits.")
+    ],
+    reason: Annotated[str, typer.Option("--reason", help="E.g. the revision of the drawing.")] = "",
+) -> None:
+    """Release a plan by name: its release is signed and kept next to it (.release.json).
+
+    Any later change of the plan, e.g. of a limit, voids the release. Jobs contain the release of
+    the plan that they were measured by.
+    """
+    from ocmm_core.inspection.plan import plan_release, release_plan
+
+    release_plan(plan, who, reason)
+    make_console(soft_wrap=True).print(
+        f"{plan}: {say(plan_release(plan).words)}.", highlight=False, markup=False
+    )
 
 
 @plan_app.command()

@@ -54,6 +54,8 @@ class Dcc:
 
     number: str
     """Its unique identifier."""
+    title: str
+    """As its statements have it, with SIMULATED or PRACTICE; empty if it states none."""
     laboratory: str
     customer: str
     """`laboratory`, `customer`: Names."""
@@ -88,6 +90,7 @@ def read_dcc(content: bytes) -> Dcc:
             found += _quantities(results, (_named(result),))
     return Dcc(
         number=root.findtext(f"{core}uniqueIdentifier") or "",
+        title=_title(root),
         laboratory=_content(root, "administrativeData/calibrationLaboratory/contact/name"),
         customer=_content(root, "administrativeData/customer/name"),
         items=tuple(
@@ -186,6 +189,15 @@ def _named(node: etree._Element) -> str:
 def _content(root: etree._Element, path: str) -> str:
     steps = "/".join(f"{{{DCC}}}{step}" for step in (*path.split("/"), "content"))
     return " ".join((root.findtext(steps) or "").split())[:_LONGEST_NAME]
+
+
+def _title(root: etree._Element) -> str:
+    steps = ("administrativeData", "statements", "statement", "declaration", "content")
+    for node in root.iterfind("/".join(f"{{{DCC}}}{step}" for step in steps)):
+        name, mark, told = (node.text or "").partition(": ")
+        if mark and name == "Title":
+            return " ".join(told.split())[:_LONGEST_NAME]
+    return ""
 
 
 def _marks(item: etree._Element) -> Iterator[str]:
