@@ -48,6 +48,8 @@ if TYPE_CHECKING:
     )
     from ocmm_core.export.certificate._reader import Dcc, DccQuantity, read_dcc
     from ocmm_core.export.certificate._seal import (
+        CERTIFICATE_ENDING,
+        SEAL_SUFFIX,
         check_dcc_seal,
         write_certificate,
         write_certificates,
@@ -65,10 +67,14 @@ else:
         _from_calibration="certificate_of_calibration",
         _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",
         _reader="Dcc DccQuantity read_dcc",
-        _seal="check_dcc_seal write_certificate write_certificates",
+        _seal=(
+            "CERTIFICATE_ENDING SEAL_SUFFIX check_dcc_seal write_certificate write_certificates"
+        ),
     )
 
 __all__ = [
+    "CERTIFICATE_ENDING",
+    "SEAL_SUFFIX",
     "SIMULATED_WORDS",
     "Certificate",
     "CertificateLine",

@@ -17,7 +17,8 @@ from ocmm_core.export.certificate._reader import LARGEST, Dcc, read_dcc
 from ocmm_core.seals import KeyFolder, SealState, Signature, Signed, judge_signature, sign
 
 SCHEMA = "ocmm.certificate-seal/1"
-SUFFIX, SEAL_SUFFIX = ".dcc.xml", ".sig.json"
+CERTIFICATE_ENDING: str = ".dcc.xml"
+SEAL_SUFFIX: str = ".sig.json"
 
 
 class CertificateSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -119,7 +120,7 @@ def _signed(paper: Certificate, folder: Path) -> dict[Path, bytes]:
         number=paper.number,
         signature=sign(KeyFolder().station_key(), Signed.CERTIFICATE, read.canonical),
     )
-    path = folder / f"{paper.number}{SUFFIX}"
+    path = folder / f"{paper.number}{CERTIFICATE_ENDING}"
     beside = path.with_name(path.name + SEAL_SUFFIX)
     signed = msgspec.json.format(msgspec.json.encode(seal), indent=1) + b"\n"
     return {path: content, beside: signed}
