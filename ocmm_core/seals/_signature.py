@@ -29,6 +29,8 @@ class Signed(StrEnum):
     JOB = "job"
     REPORT = "report"
     CERTIFICATE = "certificate"
+    STATION = "station"
+    DELIVERY = "delivery"
 
 
 class Signature(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

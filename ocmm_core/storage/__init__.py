@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         write_held_jobs,
     )
     from ocmm_core.storage._job_file import JobFile
-    from ocmm_core.storage._job_seal import ADOPTED, JobSeal
+    from ocmm_core.storage._job_seal import ADOPTED, JobSeal, judge_head
     from ocmm_core.storage._job_steps import JobStep
     from ocmm_core.storage._rows import JobEvent, JobHead, JobReference, make_head
     from ocmm_core.storage._tables import CLOCK, Observed
@@ -47,7 +47,7 @@ else:
         _guard="LARGEST_FILE guarded_connection",
         _held_jobs="HeldJobs held_jobs_file held_sentences read_held_jobs write_held_jobs",
         _job_file="JobFile",
-        _job_seal="ADOPTED JobSeal",
+        _job_seal="ADOPTED JobSeal judge_head",
         _job_steps="JobStep",
         _rows="JobEvent JobHead JobReference make_head",
         _tables="CLOCK Observed",
@@ -76,6 +76,7 @@ __all__ = [
     "held_jobs_file",
     "held_sentences",
     "is_current",
+    "judge_head",
     "make_head",
     "no_job",
     "not_writable",
