@@ -11,6 +11,7 @@ from ocmm_core.export import DEFAULT_FORMAT, write_report
 from ocmm_core.export.report import Instrument, Profile, ReportData, report_data
 from ocmm_core.export.template import paper_of
 from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.inspection.plan import release_in_job
 from ocmm_core.station._instruments import Instruments
 from ocmm_core.station._open_job import CurrentJob, OpenJob
 
@@ -41,10 +42,11 @@ class Reports:
         MeasuringError
             The job changes faster than it can be reported.
         OcmmError
-            The job file cannot be read.
+            The job file cannot be read, or is not on the disk under its name.
         """
         for _ in range(_TRIES):
             job = self._current.now
+            job.file.require_name()
             view = job.session.view
             found = self._data_of(job, view)
             # A point that came meanwhile would be in one half of the report only.
@@ -97,4 +99,5 @@ class Reports:
             taken_back=back,
             explained=job.session.explanations(),
             seal=job.file.seal(),
+            release=release_in_job(job.file.head, job.file.events()),
         )

@@ -18,6 +18,7 @@ from types import MappingProxyType, TracebackType
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.named_file import NameLoss
 from ocmm_core.part_model import PartModel
 from ocmm_core.seals import KeyFolder, SealWord, StationKey
 from ocmm_core.storage._audit import (
@@ -28,8 +29,9 @@ from ocmm_core.storage._audit import (
     read_links,
 )
 from ocmm_core.storage._connection import connection_in_memory, connection_to, make_file
-from ocmm_core.storage._faults import FAULTS, disk_failed, not_writable, storage_error
+from ocmm_core.storage._faults import FAULTS, not_writable, storage_error
 from ocmm_core.storage._guard import GuardedConnection
+from ocmm_core.storage._job_keeper import JobKeeper
 from ocmm_core.storage._job_seal import (
     ADOPTED,
     JobSeal,
@@ -59,6 +61,9 @@ from ocmm_core.storage._tables import (
     stored_reference,
     stored_times,
 )
+
+_LOCK_S = 0.4
+"""Longest wait for a step in progress, when the name of the file is lost."""
 
 _NEVER_ADOPTED = (SealWord.UNKNOWN_KEY, SealWord.FORGED)
 
@@ -94,11 +99,61 @@ class JobFile:
         self._lock = threading.Lock()
         self._writer = JobWriter(path)
         self._key: StationKey | None = None
+        self._closing = False
+        self._keeper: JobKeeper | None = None
+        if not (read_only or scratch):
+            self._keeper = JobKeeper(path, head.job_uuid, db)
+            db.inserts = []
 
     @property
     def given_up(self) -> StorageError | None:
         """Return why nothing is stored any more, None while it is; never None again after that."""
-        return disk_failed(self.path) if self._writer.failed else None
+        return None if self._keeper is None else self._keeper.error
+
+    @property
+    def saved_in(self) -> Path | None:
+        """Return the file with all acknowledged steps; None if they are only in memory."""
+        return self.path if self._keeper is None else self._keeper.saved_in
+
+    def rescue_into(self, folder: Path | None) -> None:
+        """Set the folder for a new file if this one is lost; None is that of the user."""
+        if self._keeper is not None:
+            self._keeper.second = folder
+
+    def check_name(self) -> StorageError | None:
+        """Return why the job is not on the disk under its name; None while it is.
+
+        If it is not, all acknowledged steps are written to a new file and nothing is stored any
+        more. Cheap: for a timer, and before each report.
+        """
+        keeper = self._keeper
+        if keeper is None or self._closing:
+            return self.given_up
+        if keeper.error is not None:
+            if keeper.saved_in is None:
+                keeper.lose(NameLoss(""))
+            return keeper.error
+        if keeper.name_loss() is None and keeper.is_as_noted and not keeper.is_write_protected():
+            return None
+        # The program itself may be writing or closing just now; a disk may hang.
+        if self._lock.acquire(timeout=_LOCK_S):
+            try:
+                if self._db is not None:
+                    self._note_loss(with_log=True)
+                    keeper.lose_if_write_protected()
+            finally:
+                self._lock.release()
+        elif not self._closing:
+            loss = keeper.name_loss()
+            if loss is not None:
+                keeper.lose(loss)
+        return keeper.error
+
+    def require_name(self) -> None:
+        """Raise StorageError if the job is not on the disk under its name."""
+        error = self.check_name()
+        if error is not None:
+            raise error
 
     @classmethod
     def create(cls, path: Path | str, head: JobHead) -> JobFile:
@@ -143,7 +198,10 @@ class JobFile:
         path = Path(path)
         with connection_to(path, read_only=read_only) as db:
             head = stored_head(db, path)
-            return cls(path, db, head, read_only=read_only, scratch=scratch)
+            try:
+                return cls(path, db, head, read_only=read_only, scratch=scratch)
+            except OSError as error:
+                raise not_writable(path, error.strerror or str(error)) from error
 
     @classmethod
     def in_memory(cls, path: Path, content: bytes) -> JobFile:
@@ -402,11 +460,23 @@ class JobFile:
             raise not_writable(path, error.strerror or str(error)) from error
 
     def close(self) -> None:
-        """Close the file; may be called twice."""
+        """Close the file; may be called twice. Afterwards `given_up` is set if it was lost."""
+        self.check_name()
+        keeper = self._keeper
+        self._closing = True
         with self._lock:
-            if self._db is not None:
-                self._writer.close(self._db)
-                self._db = None
+            if self._db is None:
+                return
+            if keeper is not None and keeper.error is not None:
+                # A file that was moved gets its last steps from the log, which stays behind.
+                keeper.complete_moved(self._db)
+                self._writer.failed = True
+            self._writer.close(self._db)
+            self._db = None
+            if keeper is not None:
+                keeper.require_closed()
+                keeper.remove_stray_log()
+                keeper.close()
 
     def __enter__(self) -> JobFile:
         """Return the open job file."""
@@ -422,7 +492,7 @@ class JobFile:
         self.close()
 
     @contextlib.contextmanager
-    def _reading(self) -> Iterator[sqlite3.Connection]:
+    def _reading(self) -> Iterator[GuardedConnection]:
         with self._lock:
             if self._db is None:
                 raise StorageError(
@@ -443,17 +513,55 @@ class JobFile:
                     f"{self.path}: the job was opened read-only.",
                     "Open it for measuring to add to it.",
                 )
+            self._note_loss(with_log=True)
+            keeper = self._keeper
+            if keeper is not None and keeper.error is not None:
+                raise keeper.error
             if self._key is None and not self._scratch:
                 require_sealed(self._sealed(db), self.path)
                 self._key = KeyFolder().station_key()
             sealed = None
-            with self._writer.transaction(db):
-                note_clock(db)
-                yield db
-                if self._key is not None:
-                    sealed = insert_seal(db, self._key)
+            try:
+                with self._writer.transaction(db):
+                    if db.inserts is not None:
+                        db.inserts.clear()
+                    note_clock(db)
+                    yield db
+                    if self._key is not None:
+                        sealed = insert_seal(db, self._key)
+            except FAULTS as error:
+                self._note_loss(with_log=False)
+                if self.given_up is not None:
+                    raise self.given_up from error
+                raise
+            finally:
+                if keeper is not None:
+                    keeper.note_log()
+            if keeper is not None:
+                keeper.key = self._key
+                keeper.acknowledge(tuple(db.inserts or ()), sealed)
+                if self._writer.wrote_file:
+                    keeper.renew(db, whole=self._writer.emptied_log)
+                self._note_loss(with_log=False)
             if sealed is not None:
                 remember_job(self.head.job_uuid, *sealed, self.path)
+
+    def _note_loss(self, *, with_log: bool) -> None:
+        """Give the file up if it is not as the program left it; the caller holds the lock.
+
+        Parameters
+        ----------
+        with_log
+            The log must be as it was noted; not in the middle of a step.
+        """
+        keeper = self._keeper
+        if keeper is None or keeper.error is not None:
+            return
+        loss = keeper.name_loss() or keeper.content_loss(with_log=with_log)
+        if loss is None and self._writer.failed:
+            keeper.lose(NameLoss("the disk failed"), disk=True)
+        elif loss is not None:
+            keeper.lose(loss)
 
     def _sealed(self, db: sqlite3.Connection, keys: KeyFolder | None = None) -> JobSeal:
         return read_seal(db, self.path, self.head.job_uuid, keys or KeyFolder())

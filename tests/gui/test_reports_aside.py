@@ -26,7 +26,7 @@ from ocmm_gui.operator import _job_sheet as job_sheet
 from ocmm_gui.reports import _pdf as pdf
 from ocmm_gui.results import ReportSheet
 from tests.gui.long_job import make_long_job
-from tests.host import BUSY
+from tests.host import BUSY, HANG_MS
 
 if TYPE_CHECKING:
     from tests.gui.conftest import Bench, OpenWindow
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 
 KEY = Qt.Key
-PATIENCE_MS = 120_000
+PATIENCE_MS = HANG_MS
 POST_EVERY_S = 0.005
 MAX_P99_S = 0.100
 """Nothing that takes a second runs in the window's thread. The limit of the product is half of it,

@@ -9,7 +9,7 @@ import msgspec
 import typer
 
 from ocmm_core.cli.measure._pages import print_pages
-from ocmm_core.cli.terminal import lead, make_console, say
+from ocmm_core.cli.terminal import lead, make_console, say, say_word
 
 certificate_app = typer.Typer(
     name="certificate",
@@ -102,6 +102,8 @@ def check(
     found = check_dcc_seal(file, KeyFolder())
     console = make_console(soft_wrap=True)
     dcc = found.dcc
+    if dcc.title:
+        console.print(dcc.title, highlight=False, markup=False)
     console.print(
         f"{dcc.number}: {dcc.laboratory}, {dcc.begin} – {dcc.end}. {say(found.words)}",
         highlight=False, markup=False,
@@ -112,6 +114,8 @@ def check(
         console.print(
             f"  {one.name}: {one.value:.9g} {one.unit}{unc}{word}", highlight=False, markup=False
         )
+    for name in dcc.left_out:
+        console.print(f"{say_word('Left out')}: {name}", highlight=False, markup=False)
     if not found.state.sound:
         raise typer.Exit(1)
 

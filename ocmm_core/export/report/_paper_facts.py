@@ -102,6 +102,7 @@ def _facts(data: ReportData, lengths: PaperLengths) -> Iterator[tuple[Group, str
     yield "item", "", "Revision", given.revision
     yield "item", "7.8.2.1 h", "Received, condition", given.received
     yield "measurement", "7.8.2.1 f", "Method", _method(data)
+    yield "measurement", "", "Plan release", data.release.words
     yield "measurement", "7.8.2.1 c", "Place", given.place or paper.place
     yield "measurement", "7.8.2.1 i", "Begin (UTC)", _moment(head.created_utc)
     yield "measurement", "7.8.2.1 i", "End (UTC)", _moment(data.last_taken_utc)

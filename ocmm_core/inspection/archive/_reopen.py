@@ -31,7 +31,15 @@ from ocmm_core.inspection.evaluation import HoldReason, JobView, SessionOptions,
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession, ReferenceUse
 from ocmm_core.measuring import Climate, MeasuredPoint
-from ocmm_core.storage import ADOPTED, CLOCK, JobEvent, JobFile, JobHead, JobSeal
+from ocmm_core.storage import (
+    ADOPTED,
+    CLOCK,
+    RESCUED,
+    JobEvent,
+    JobFile,
+    JobHead,
+    JobSeal,
+)
 from ocmm_core.tolerances.decisions import not_proven
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
@@ -111,7 +119,7 @@ class ReopenedJob:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Return what a reader should know and what speaks against nothing, in sentences."""
-        told = (event.text for event in self.events if event.kind in (ADOPTED, CLOCK))
+        told = (event.text for event in self.events if event.kind in (ADOPTED, CLOCK, RESCUED))
         return (*told, *([self.cameras.absent] if self.cameras.absent else []))
 
 
