@@ -52,6 +52,12 @@ if TYPE_CHECKING:
         write_certificate,
         write_certificates,
     )
+    from ocmm_core.export.certificate._xml_signature import (
+        XmlSignature,
+        XmlSignatureWord,
+        trust_laboratory,
+        trusted_laboratories,
+    )
 else:
     __getattr__ = door(
         __name__,
@@ -66,6 +72,7 @@ else:
         _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",
         _reader="Dcc DccQuantity read_dcc",
         _seal="check_dcc_seal write_certificate write_certificates",
+        _xml_signature="XmlSignature XmlSignatureWord trust_laboratory trusted_laboratories",
     )
 
 __all__ = [
@@ -78,6 +85,8 @@ __all__ = [
     "Dcc",
     "DccQuantity",
     "Expansion",
+    "XmlSignature",
+    "XmlSignatureWord",
     "air_said",
     "artefact_fields",
     "artefact_text",
@@ -93,6 +102,8 @@ __all__ = [
     "open_certificate_clauses",
     "read_dcc",
     "rule_said",
+    "trust_laboratory",
+    "trusted_laboratories",
     "write_certificate",
     "write_certificates",
 ]
