@@ -107,13 +107,17 @@ def test_no_changed_document_is_valid(content: bytes, keys: KeyFolder, tmp_path:
     rng = np.random.default_rng(20261128)
     changed = 0
     for _ in range(MUTATIONS):
-        made = bytearray(good)
-        at = int(rng.integers(len(made)))
-        made[at] = int(rng.integers(32, 127))
-        if same_content(bytes(made), good):
+        root = etree.fromstring(good)
+        texts = [one for one in root.iter() if one.text and "xmldsig" not in str(one.tag)]
+        chosen = texts[int(rng.integers(len(texts)))]
+        word = str(chosen.text)
+        at = int(rng.integers(len(word)))
+        chosen.text = word[:at] + str(rng.integers(10)) + word[at + 1 :]
+        made = bytes(etree.tostring(root))
+        if same_content(made, good):
             continue
         try:
-            dcc = read_dcc(bytes(made), trusted)
+            dcc = read_dcc(made, trusted)
         except InputError:
             continue
         changed += 1
@@ -121,7 +125,7 @@ def test_no_changed_document_is_valid(content: bytes, keys: KeyFolder, tmp_path:
         if dcc.signature.word is XmlSignatureWord.INVALID:
             with pytest.raises(InputError, match=r"XML signature INVALID|states no"):
                 artefact_text(dcc, "sphere", "2027-01-01", expansion=Expansion(1e-5, 1e-6))
-    assert changed > MUTATIONS // 8
+    assert changed > MUTATIONS // 2
 
 
 def same_content(first: bytes, second: bytes) -> bool:
