@@ -29,6 +29,10 @@ class Signed(StrEnum):
     JOB = "job"
     REPORT = "report"
     CERTIFICATE = "certificate"
+    STATION = "station"
+    """That a key is its own, to an archive."""
+    DELIVERY = "delivery"
+    """A job under its number of an outbox."""
     ACCEPTANCE = "acceptance"
     """The record of an acceptance test."""
     TEST = "acceptance session"
@@ -44,6 +48,8 @@ class Signed(StrEnum):
     DOCUMENT = "document"
     """Any other one: of an artefact, a procedure, a rig."""
     SETTINGS = "settings"
+    MEMORY = "memory"
+    """The start of the memory of the station."""
 
 
 NOT_SIGNED = "Not signed: written before signatures, or the signature was removed."

@@ -41,6 +41,7 @@ class Settings:
     instrument_check_after_h: float
     instrument_bus_processor: int | None
     job_folder: Path
+    job_rescue: Path | None
     job_plans: Path | None
     job_released_only: bool
     job_operator: str

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.inspection.causes import Explanation
 from ocmm_core.inspection.evaluation import JobView, StatusWord
 from ocmm_core.inspection.plan import Plan
@@ -99,6 +99,11 @@ class StationJob:
     def explanations(self) -> tuple[Explanation, ...]:
         """Return why results are not CONFORM, and what to do; see `InspectionSession`."""
         return self._current.now.session.explanations()
+
+    @property
+    def lost(self) -> StorageError | None:
+        """Return why the job is not on the disk under its name; also after the station closed."""
+        return self._current.now.file.check_name()
 
     def stored(self) -> tuple[str, list[MeasuredPoint]]:
         """Return the name of the job that is measured, and its durable points that count."""

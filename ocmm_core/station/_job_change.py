@@ -129,6 +129,10 @@ class JobChange:
         file is closed, and removed where it was ``made`` for this and holds no point.
         """
         before, words = self._current.now, ""
+        lost = before.file.check_name()
+        if lost is not None:
+            give_back(job, made=made)
+            raise lost
         self._parts.close()
         was_paused = before.session.pausing.paused
         try:

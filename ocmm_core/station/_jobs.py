@@ -79,7 +79,8 @@ def drop_if_empty(job: JobFile) -> None:
     """
     empty = job.next_number() == 1
     job.close()
-    if empty:
+    # The name of a lost job may mean another one.
+    if empty and job.given_up is None:
         try:
             job.path.unlink(missing_ok=True)
         except OSError as error:
@@ -119,7 +120,8 @@ def free_path(folder: Path, plan: Plan) -> Path:
     stem = plan.name.replace(" ", "_")
     for number in range(1, 100_000):
         path = folder / f"{stem}-{number:03d}{SUFFIX}"
-        if not path.exists():
+        # A log without its file would be taken for that of the new one.
+        if not path.exists() and not path.with_name(f"{path.name}-wal").exists():
             return path
     raise StorageError(
         "job.names", f"{folder}: no free name for a new job.", "Choose another folder."

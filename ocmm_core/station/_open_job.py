@@ -17,7 +17,7 @@ from ocmm_core.seals import NO_RELEASE, ReleaseState
 from ocmm_core.station._drift_watch import ChangeWatch
 from ocmm_core.station._faults import StationEvents, StationFaults
 from ocmm_core.station._probe_watch import PAUSE, ProbeWatch
-from ocmm_core.storage import JobFile
+from ocmm_core.storage import JobFile, saved_sentence
 from ocmm_core.tracking import ProbeBody, ReferenceBody
 
 
@@ -34,6 +34,8 @@ class Gear:
     """After so long without a point or a check the tip must be checked."""
     released_only: bool = False
     """Refuse plans that are not released."""
+    rescue: Path | None = None
+    """Folder for a job whose own file is lost; None is that of the user."""
 
     @property
     def rig(self) -> Rig:
@@ -91,6 +93,7 @@ def open_job(file: JobFile, use: PlanInUse, gear: Gear) -> OpenJob:
     InputError
         Its plan does not allow cameras that cannot prove the age of their data.
     """
+    file.rescue_into(gear.rescue)
     device = gear.calibration.device
     if device is not None:
         refuse_unproven(device, allowed=use.plan.cameras == "unproven")
@@ -118,7 +121,7 @@ class CurrentJob:
 
     def what_is_safe(self) -> str:
         """Return the sentence that says what is not lost."""
-        return f"All points taken are saved in {self.now.file.path.absolute()}."
+        return saved_sentence(self.now.file.saved_in)
 
 
 class PartLoader:

@@ -42,8 +42,8 @@ def verify(
 ) -> None:
     """Verify signatures, chains and hashes, and list who did what; nothing is written.
 
-    Exit code 0 where everything is intact, 1 where something speaks against it, 2 where something
-    cannot be read.
+    Exit code 0 if everything is intact, 1 if something is suspect or adopted, 2 if something cannot
+    be read.
     """
     from ocmm_core.export.audits import audit, files_to_audit
 
@@ -86,10 +86,11 @@ def adopt(
     who: Annotated[str, typer.Option("--who", help="Name of the person who answers for them.")],
     reason: Annotated[str, typer.Option("--reason", help="Why.")],
 ) -> None:
-    """Take over jobs that no station signed, or older copies of which no newer one is left.
+    """Take over jobs that no station signed, or older copies if no newer one is left.
 
-    The job keeps who did so and why, and every reader is told. What a stranger signed, or what was
-    changed, cannot be taken over.
+    The job keeps who did so, why, and what was suspect; it is ADOPTED from then on, never INTACT.
+    Jobs of unknown stations, changed jobs, and jobs that contradict the memory of this station are
+    refused.
     """
     from ocmm_core.storage import JobFile
 
@@ -107,9 +108,11 @@ def adopt(
 
 
 def _print(found: Audit, *, everything: bool) -> None:
-    word = say("INTACT") if found.intact else say("NOT INTACT")
-    typer.echo(f"{_plain(str(found.path))}: {word} ({found.kind.value})")
-    typer.echo(say(f"  Signed   {found.signer.word.value}, by {found.signer.signer}"))
+    typer.echo(f"{_plain(str(found.path))}: {say(found.word)} ({found.kind.value})")
+    signed = "ADOPTED" if found.adopted else found.signer.word.value
+    typer.echo(say(f"  Signed   {signed}, by {found.signer.signer}"))
+    for text in found.adopted:
+        typer.echo(f"{lead('  Adopted  ')}{_plain(text)}")
     for fault in found.faults:
         typer.echo(f"{lead('  Fault    ')}{_plain(say(fault))}")
     for proof in found.proofs:

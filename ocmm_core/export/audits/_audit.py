@@ -97,7 +97,9 @@ def _of_job(path: Path, line: str) -> Audit:
             )
             for step in job.audited()
         ]  # fmt: skip
-    return Audit(path, AuditedKind.JOB, seal.state, tuple(faults), tuple(rows), tuple(proofs))
+    return Audit(
+        path, AuditedKind.JOB, seal.state, tuple(faults), tuple(rows), tuple(proofs), seal.adopted
+    )  # fmt: skip
 
 
 class _Words(msgspec.Struct):

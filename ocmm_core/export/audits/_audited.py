@@ -55,7 +55,17 @@ class Audit:
     proofs: tuple[str, ...] = ()
     """Further findings that are no faults, in sentences."""
 
+    adopted: tuple[str, ...] = ()
+    """By whom steps were taken over by name, why, and what was suspect, in sentences."""
+
     @property
     def intact(self) -> bool:
         """Return whether a trusted station wrote it, and it is unchanged."""
-        return not self.faults
+        return not self.faults and not self.adopted
+
+    @property
+    def word(self) -> str:
+        """Return the result in a word."""
+        if self.faults:
+            return "NOT INTACT"
+        return "ADOPTED" if self.adopted else "INTACT"

@@ -54,6 +54,12 @@ if TYPE_CHECKING:
         write_certificate,
         write_certificates,
     )
+    from ocmm_core.export.certificate._xml_signature import (
+        XmlSignature,
+        XmlSignatureWord,
+        trust_laboratory,
+        trusted_laboratories,
+    )
 else:
     __getattr__ = door(
         __name__,
@@ -70,6 +76,7 @@ else:
         _seal=(
             "CERTIFICATE_ENDING SEAL_SUFFIX check_dcc_seal write_certificate write_certificates"
         ),
+        _xml_signature="XmlSignature XmlSignatureWord trust_laboratory trusted_laboratories",
     )
 
 __all__ = [
@@ -84,6 +91,8 @@ __all__ = [
     "Dcc",
     "DccQuantity",
     "Expansion",
+    "XmlSignature",
+    "XmlSignatureWord",
     "air_said",
     "artefact_fields",
     "artefact_text",
@@ -99,6 +108,8 @@ __all__ = [
     "open_certificate_clauses",
     "read_dcc",
     "rule_said",
+    "trust_laboratory",
+    "trusted_laboratories",
     "write_certificate",
     "write_certificates",
 ]
