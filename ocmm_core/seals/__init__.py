@@ -34,9 +34,7 @@ if TYPE_CHECKING:
         RELEASE_ENDING,
         Release,
         ReleaseState,
-        decode_release,
         judge_release,
-        read_release,
         release_file,
         release_path,
         release_state,
@@ -62,8 +60,8 @@ else:
         ),
         _public="public_from_text public_text shown_key",
         _release=(
-            "NO_RELEASE RELEASE_ENDING Release ReleaseState decode_release judge_release "
-            "read_release release_file release_path release_state"
+            "NO_RELEASE RELEASE_ENDING Release ReleaseState judge_release "
+            "release_file release_path release_state"
         ),
         _ring="KnownKey",
         _signature="NOT_SIGNED SealState SealWord Signature Signed judge_signature sign",
@@ -87,7 +85,6 @@ __all__ = [
     "Signed",
     "StationKey",
     "TokenPlace",
-    "decode_release",
     "expect",
     "judge_release",
     "judge_signature",
@@ -95,7 +92,6 @@ __all__ = [
     "memory_loss",
     "public_from_text",
     "public_text",
-    "read_release",
     "recall",
     "release_file",
     "release_path",
