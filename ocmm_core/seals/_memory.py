@@ -13,7 +13,8 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-from datetime import datetime
+from collections.abc import Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 
 import msgspec
@@ -25,7 +26,7 @@ from ocmm_core.host import HOST
 from ocmm_core.leftovers import temporary_file
 from ocmm_core.seals._key import THIS_STATION, KeyFolder
 from ocmm_core.seals._private_file import guarded_content
-from ocmm_core.seals._ring import check_names, in_utc
+from ocmm_core.seals._ring import check_names
 from ocmm_core.seals._signature import Signature, Signed, judge_signature, sign
 
 _WHAT = "memory of the station"
@@ -54,6 +55,10 @@ class Seen(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     """Name under which the thing of this history is kept; only for histories."""
     replaced_by: str = ""
     """Path of the history that replaced this one; only from memories of version 0.1."""
+
+    def holds_in(self, links: Sequence[str]) -> bool:
+        """Return whether a chain still has the line that was its last one."""
+        return not self.count or (len(links) >= self.count and links[self.count - 1] == self.link)
 
 
 class _Start(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -134,10 +139,10 @@ def memory_loss(name: str, last_utc: str, keys: KeyFolder) -> StorageError | Non
     name
         Of the chain; `recall` returns None for it.
     last_utc
-        Time of its last line, ISO 8601 text.
+        Time of its last line, ISO 8601 text; empty if unknown.
     """
     start = _read_start(keys)
-    if start is not None and datetime.fromisoformat(last_utc) <= datetime.fromisoformat(start.utc):
+    if start is not None and _order(last_utc) <= _order(start.utc):
         return None
     return StorageError(
         "memory.missing",
@@ -163,7 +168,8 @@ def start_memory(keys: KeyFolder, who: str, reason: str, now: datetime) -> str:
     check_names(THIS_STATION, who)
     if not reason.strip():
         raise InputError("memory.reason", "The reason is missing.", "Give it.")
-    start = _Start(utc=in_utc(now), who=who.strip(), reason=reason)
+    utc = now.astimezone(UTC).isoformat(timespec="microseconds")
+    start = _Start(utc=utc, who=who.strip(), reason=reason)
     signed = _SignedStart(start, sign(keys.station_key(), Signed.MEMORY, _content(start)))
     path = _start_path()
     try:

@@ -166,7 +166,7 @@ class EventFolder(ABC, Generic[T]):
                 return lost
         if seen is not None and seen.replaced_by:
             return self._older("another one took its place", seen.replaced_by)
-        if seen is not None and not _contains(links, seen):
+        if seen is not None and not seen.holds_in(links):
             return self._older(_missing(seen.count), seen.place)
         if (
             latest is not None
@@ -366,10 +366,6 @@ def _identity(links: Sequence[str]) -> str:
 
 def _missing(event: int) -> str:
     return f"event {event} of it is missing"
-
-
-def _contains(links: Sequence[str], seen: Seen) -> bool:
-    return not seen.count or (len(links) >= seen.count and links[seen.count - 1] == seen.link)
 
 
 def _time(utc: str) -> float:
