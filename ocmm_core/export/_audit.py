@@ -1,7 +1,7 @@
-"""The audit of what a station wrote: who, when, what, and whether it is as it was written.
+"""The audit of files of a station: person, time, step, and whether they are unchanged.
 
 For an auditor who has a file and nothing else: a job, a folder of records, or the seal of a
-report. Nothing is written and nothing is computed anew; `inspection.archive` does that for jobs.
+report. Nothing is written and nothing recalculated; `inspection.archive` does that for jobs.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ _STEPS = {
     "reference": "reference body stored",
     "reference_observation": "reference body beside point {}",
 }
-"""What a row of the audit is called, by its table."""
+"""Names of the rows of the audit, by table."""
 
 
 class AuditedKind(StrEnum):
-    """What can be audited."""
+    """Kinds of audited files."""
 
     JOB = "job"
     CAMERAS = "calibrations of cameras"
@@ -50,21 +50,21 @@ class AuditRow:
 
 @dataclass(frozen=True, slots=True)
 class Audit:
-    """What was found."""
+    """Result of an audit."""
 
     path: Path
     kind: AuditedKind
-    """`path`, `kind`: What was looked at."""
+    """`path`, `kind`: The audited file or folder."""
     signer: SealState
-    """Of the signature on it."""
+    """State of its signature."""
     faults: tuple[str, ...]
-    """Everything that speaks against it, in sentences."""
+    """Everything suspect about it, in sentences."""
     rows: tuple[AuditRow, ...]
     """What was stored, oldest first."""
     proofs: tuple[str, ...] = ()
     """What speaks for it beyond that, in sentences."""
     adopted: tuple[str, ...] = ()
-    """By whom steps were taken over by name, why, and what was suspect, in sentences."""
+    """Adoptions by name: person, reason, and everything that was suspect."""
 
     @property
     def intact(self) -> bool:
