@@ -123,6 +123,17 @@ def read_seal(db: sqlite3.Connection, path: Path, job_uuid: str, keys: KeyFolder
     )  # fmt: skip
 
 
+def judge_head(keys: KeyFolder, steps: int, head: str, signature: Signature | None) -> SealState:
+    """Return the state of a signature on the head of a job, without the job file.
+
+    Raises
+    ------
+    StorageError
+        The ring of known keys cannot be read.
+    """
+    return judge_signature(keys, Signed.JOB, _content(steps, head), signature)
+
+
 def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder) -> str:
     """Return in a sentence how a line from paper proves the job.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,12 +12,11 @@ from ocmm_core.cli.terminal import lead, say, told
 from ocmm_core.errors import OcmmError
 
 if TYPE_CHECKING:
-    from ocmm_core.export import Audit
+    from ocmm_core.export.audits import Audit
 
 audit_app = typer.Typer(
     no_args_is_help=True,
-    help="Say who wrote jobs, records and reports, when, and whether they are as they were "
-    "written.",
+    help="List who wrote files of this program, when, and whether they are unchanged.",
 )
 
 _SHOWN = 10
@@ -28,8 +28,9 @@ def verify(
     paths: Annotated[
         list[Path],
         typer.Argument(
-            help="Job files, folders of calibrations (of one rig or probe), or seals of reports "
-            "(.seal.json)."
+            help="Any file or folder of this program: jobs, histories of calibrations, acceptance "
+            "records, studies, the register of artefacts, plans, templates, settings, reports, "
+            "certificates."
         ),
     ],
     line: Annotated[
@@ -44,10 +45,10 @@ def verify(
     Exit code 0 if everything is intact, 1 if something is suspect or adopted, 2 if something cannot
     be read.
     """
-    from ocmm_core.export import audit
+    from ocmm_core.export.audits import audit, files_to_audit
 
     worst = 0
-    for path in paths:
+    for path in chain.from_iterable(map(files_to_audit, paths)):
         try:
             found = audit(path, line)
         except OcmmError as error:
@@ -57,6 +58,25 @@ def verify(
         _print(found, everything=everything)
         worst = max(worst, 0 if found.intact else 1)
     raise typer.Exit(worst)
+
+
+@audit_app.command()
+def release(
+    *,
+    files: Annotated[list[Path], typer.Argument(help="Templates or other documents (TOML).")],
+    who: Annotated[str, typer.Option("--by", help="Name of the person who answers for them.")],
+    reason: Annotated[str, typer.Option("--reason", help="Why.")] = "",
+) -> None:
+    """Release documents by name: templates, artefacts, procedures, rigs; plans: ocmm plan release.
+
+    The release is signed and kept next to the document (.release.json).
+    """
+    from ocmm_core.export.audits import document_kind
+    from ocmm_core.seals import release_file
+
+    for path in files:
+        release_file(path, document_kind(path), who, reason)
+        typer.echo(say(f"{path}: released by {who}."))
 
 
 @audit_app.command()
@@ -88,7 +108,7 @@ def adopt(
 
 
 def _print(found: Audit, *, everything: bool) -> None:
-    typer.echo(f"{found.path}: {say(found.word)} ({found.kind.value})")
+    typer.echo(f"{_plain(str(found.path))}: {say(found.word)} ({found.kind.value})")
     signed = "ADOPTED" if found.adopted else found.signer.word.value
     typer.echo(say(f"  Signed   {signed}, by {found.signer.signer}"))
     for text in found.adopted:

@@ -31,7 +31,7 @@ def listening(thing: int) -> list[str]:
     found = set()
     for fd in Path("/proc/self/fd").iterdir():
         try:
-            found.add(os.readlink(fd).removeprefix("socket:[").removesuffix("]"))
+            found.add(str(fd.readlink()).removeprefix("socket:[").removesuffix("]"))
         except OSError:
             continue
     lines = [
