@@ -5,8 +5,8 @@ a chain went when this station last saw it.
 
 Read `_key` (the key of the station, in a file or in one of `_tokens`, and the `_ring` of trusted
 keys), `_public` (verification), `_signature` (kinds of signed content, and states), `_release` (a
-file released by name) and `_memory` (detects older copies). It must not know the content of chains
-and files.
+file released by name), `_memory` (detects older copies) and `_anchor` (keeps its ends elsewhere).
+It must not know the content of chains and files.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.seals._anchor import learn_heads, signed_heads
     from ocmm_core.seals._key import THIS_STATION, KeptKeys, KeyFolder, StationKey
     from ocmm_core.seals._memory import (
         Seen,
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
+        _anchor="learn_heads signed_heads",
         _key="KeptKeys KeyFolder StationKey THIS_STATION",
         _memory=(
             "Seen expect memory_folder memory_loss recall remember set_station_clock start_memory "
@@ -91,6 +93,7 @@ __all__ = [
     "expect",
     "judge_release",
     "judge_signature",
+    "learn_heads",
     "memory_folder",
     "memory_loss",
     "public_from_text",
@@ -104,6 +107,7 @@ __all__ = [
     "set_station_clock",
     "shown_key",
     "sign",
+    "signed_heads",
     "start_memory",
     "station_clock",
 ]
