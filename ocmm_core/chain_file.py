@@ -28,9 +28,9 @@ from ocmm_core.host import HOST
 from ocmm_core.seals import (
     THIS_STATION,
     KeyFolder,
+    KnownEnd,
     SealState,
     SealWord,
-    Seen,
     Signature,
     Signed,
     StationKey,
@@ -267,7 +267,7 @@ class ChainFile(Generic[T]):
             self.signer = SealState(SealWord.SEALED, THIS_STATION, self._key.fingerprint)
         if self._remembered:
             name, place = _name(self.links), str(self.path.resolve())
-            remember(Seen(name=name, count=len(self.links), link=link, place=place), sync=False)
+            remember(KnownEnd(name=name, count=len(self.links), link=link, place=place), sync=False)
 
 
 def _line(number: int, previous: str, item: bytes, signature: Signature | None) -> _Line:

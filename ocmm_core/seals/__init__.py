@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ocmm_core.seals._anchor import learn_heads, signed_heads
     from ocmm_core.seals._key import THIS_STATION, KeptKeys, KeyFolder, StationKey
     from ocmm_core.seals._memory import (
-        Seen,
+        KnownEnd,
         expect,
         memory_folder,
         memory_loss,
@@ -59,8 +59,8 @@ else:
         _anchor="learn_heads signed_heads",
         _key="KeptKeys KeyFolder StationKey THIS_STATION",
         _memory=(
-            "Seen expect memory_folder memory_loss recall remember set_station_clock start_memory "
-            "station_clock"
+            "KnownEnd expect memory_folder memory_loss recall remember set_station_clock "
+            "start_memory station_clock"
         ),
         _public="public_from_text public_text shown_key",
         _release=(
@@ -79,12 +79,12 @@ __all__ = [
     "THIS_STATION",
     "KeptKeys",
     "KeyFolder",
+    "KnownEnd",
     "KnownKey",
     "Release",
     "ReleaseState",
     "SealState",
     "SealWord",
-    "Seen",
     "Signature",
     "Signed",
     "StationKey",

@@ -14,7 +14,7 @@ import msgspec
 
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.seals._key import KeyFolder
-from ocmm_core.seals._memory import Seen, memory_folder, recall, remember
+from ocmm_core.seals._memory import KnownEnd, memory_folder, recall, remember
 from ocmm_core.seals._public import public_text
 from ocmm_core.seals._signature import Signature, Signed, judge_signature, sign
 
@@ -23,7 +23,7 @@ _MOST = 1000
 
 
 class _Heads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    heads: tuple[Seen, ...]
+    heads: tuple[KnownEnd, ...]
 
 
 class _SignedHeads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -92,7 +92,7 @@ def learn_heads(text: str, place: str, keys: KeyFolder) -> int:
     return learned
 
 
-def _learn(seen: Seen) -> bool:
+def _learn(seen: KnownEnd) -> bool:
     known = recall(seen.name)
     if known is not None and not _is_later(seen, known):
         return False
@@ -100,17 +100,17 @@ def _learn(seen: Seen) -> bool:
     return True
 
 
-def _is_later(seen: Seen, known: Seen) -> bool:
+def _is_later(seen: KnownEnd, known: KnownEnd) -> bool:
     if seen.moment and known.moment:
         return datetime.fromisoformat(seen.moment) > datetime.fromisoformat(known.moment)
     return seen.count > known.count
 
 
-def _histories() -> Iterator[Seen]:
+def _histories() -> Iterator[KnownEnd]:
     """Return the ends of histories, and of the things that they are about."""
     for path in memory_folder().glob("*.json"):
         with contextlib.suppress(OSError, ValueError, OcmmError, RecursionError):
-            seen = recall(msgspec.json.decode(path.read_bytes(), type=Seen).name)
+            seen = recall(msgspec.json.decode(path.read_bytes(), type=KnownEnd).name)
             if seen is not None and seen.count and (seen.thing or seen.first):
                 yield seen
 

@@ -35,7 +35,7 @@ _PLACE = "folder "
 _HISTORY = "history "
 
 
-class Seen(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class KnownEnd(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The last known end of a chain."""
 
     name: str
@@ -72,7 +72,7 @@ class _SignedStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     signature: Signature
 
 
-def recall(name: str) -> Seen | None:
+def recall(name: str) -> KnownEnd | None:
     """Return the last known end of a chain; None if the station has never seen it.
 
     Raises
@@ -85,7 +85,7 @@ def recall(name: str) -> Seen | None:
     return _read(folder / _file_name(name), name)
 
 
-def remember(seen: Seen, *, sync: bool = True) -> None:
+def remember(seen: KnownEnd, *, sync: bool = True) -> None:
     """Store the end of a chain. Failures are ignored: the missing memory is reported later.
 
     Parameters
@@ -111,7 +111,7 @@ def expect(name: str, place: Path) -> None:
     """Open the memory of a chain that is about to get its first line."""
     with contextlib.suppress(StorageError):
         if recall(name) is None:
-            remember(Seen(name=name, count=0, link="", place=str(place)))
+            remember(KnownEnd(name=name, count=0, link="", place=str(place)))
 
 
 def station_clock() -> str:
@@ -128,7 +128,7 @@ def station_clock() -> str:
 
 def set_station_clock(utc: str) -> None:
     """Store the latest time at which this station checked any history."""
-    remember(Seen(name=_CLOCK, count=0, link="", utc=utc))
+    remember(KnownEnd(name=_CLOCK, count=0, link="", utc=utc))
 
 
 def memory_loss(name: str, last_utc: str, keys: KeyFolder) -> StorageError | None:
@@ -211,12 +211,12 @@ def _read_start(keys: KeyFolder) -> _Start | None:
     return found.start if state.sound and state.station == THIS_STATION else None
 
 
-def _read(path: Path, name: str) -> Seen | None:
+def _read(path: Path, name: str) -> KnownEnd | None:
     content = guarded_content(path, _WHAT)
     if content is None:
         return None
     try:
-        seen = msgspec.json.decode(content, type=Seen)
+        seen = msgspec.json.decode(content, type=KnownEnd)
         if seen.name != name or seen.count < 0 or (seen.utc and not _is_time(seen.utc)):
             raise ValueError("it is about something else")
     except (ValueError, RecursionError) as error:
@@ -258,10 +258,10 @@ def _migrate(folder: Path) -> None:
     clock = folder / _file_name(_CLOCK)
     if clock.exists() or not folder.is_dir():
         return
-    known: dict[Path, Seen] = {}
+    known: dict[Path, KnownEnd] = {}
     for path in sorted(folder.glob("*.json")):
         with contextlib.suppress(OcmmError, ValueError, RecursionError):
-            seen = msgspec.json.decode(guarded_content(path, _WHAT) or b"", type=Seen)
+            seen = msgspec.json.decode(guarded_content(path, _WHAT) or b"", type=KnownEnd)
             if path.name == _file_name(seen.name):
                 known[path] = seen
     places = {seen.place: seen for seen in known.values() if seen.name.startswith(_PLACE)}
@@ -273,7 +273,9 @@ def _migrate(folder: Path) -> None:
                 _write(path, msgspec.json.encode(late), sync=True)
         latest = max((seen.utc for seen in known.values()), default="", key=_order)
         _write(
-            clock, msgspec.json.encode(Seen(name=_CLOCK, count=0, link="", utc=latest)), sync=True
+            clock,
+            msgspec.json.encode(KnownEnd(name=_CLOCK, count=0, link="", utc=latest)),
+            sync=True,
         )
         for path, seen in known.items():
             if seen.name.startswith(_PLACE):

@@ -17,9 +17,9 @@ from ocmm_core.errors import InputError, StorageError
 from ocmm_core.seals import (
     THIS_STATION,
     KeyFolder,
+    KnownEnd,
     SealState,
     SealWord,
-    Seen,
     Signature,
     Signed,
     StationKey,
@@ -178,7 +178,7 @@ def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder
 
 def remember_job(job_uuid: str, steps: int, head: str, place: Path) -> None:
     """Store the end of a job in the memory of the station."""
-    seen = Seen(name=_name(job_uuid), count=steps, link=head, place=str(place))
+    seen = KnownEnd(name=_name(job_uuid), count=steps, link=head, place=str(place))
     remember(seen, sync=False)
 
 

@@ -39,9 +39,9 @@ from ocmm_core.host import HOST
 from ocmm_core.seals import (
     THIS_STATION,
     KeyFolder,
+    KnownEnd,
     SealState,
     SealWord,
-    Seen,
     expect,
     memory_loss,
     recall,
@@ -103,7 +103,7 @@ class EventFolder(ABC, Generic[T]):
         self._fault: StorageError | None = None
         self._keys = KeyFolder()
         self._signer = SealState(SealWord.NOT_SIGNED)
-        self._seen: Seen | None = None
+        self._seen: KnownEnd | None = None
         self._chain: ChainFile[T]
         self._known: ChainFile[T] | None = None
         self._read_at = -float("inf")
@@ -188,7 +188,7 @@ class EventFolder(ABC, Generic[T]):
     def _identity_of_thing(self) -> str:
         """Return the identity of the cameras or probe; empty if unknown."""
 
-    def _thing(self, seen: Seen | None) -> str:
+    def _thing(self, seen: KnownEnd | None) -> str:
         """Return the name of the thing in the memory.
 
         Virtual probes share the documents of real ones. The folder of a new history distinguishes
@@ -332,7 +332,7 @@ class EventFolder(ABC, Generic[T]):
         with contextlib.suppress(StorageError):
             known = recall(_identity(links))
             thing, place = self._thing(known), str(self._folder.resolve())
-            seen = Seen(
+            seen = KnownEnd(
                 name=_identity(links), count=len(links), link=links[-1], place=place, thing=thing,
                 utc=utc or ("" if known is None else known.utc),
             )  # fmt: skip

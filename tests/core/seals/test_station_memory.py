@@ -15,7 +15,7 @@ from benchmarks.station_memory import MEMORIES, old_memory
 from ocmm_core.calibration.records import CalibrationStore, State
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
-from ocmm_core.seals import KeyFolder, Seen, memory_folder, recall, remember, start_memory
+from ocmm_core.seals import KeyFolder, KnownEnd, memory_folder, recall, remember, start_memory
 from ocmm_core.storage import JobFile, JobHead
 from tests.core.calibration.made_records import MADE, make_record, make_verification
 from tests.core.storage.conftest import head as head
@@ -136,12 +136,12 @@ def _golden(former: Path, there: Path) -> set[str]:
 
 
 def test_a_memory_says_what_it_was_told_last() -> None:
-    seen = Seen(name="job x", count=3, link="a" * 64, place="/jobs/x.ocmm")
+    seen = KnownEnd(name="job x", count=3, link="a" * 64, place="/jobs/x.ocmm")
     assert recall("job x") is None
     remember(seen)
     assert recall("job x") == seen
-    remember(Seen(name="job x", count=4, link="b" * 64))
-    assert recall("job x") == Seen(name="job x", count=4, link="b" * 64)
+    remember(KnownEnd(name="job x", count=4, link="b" * 64))
+    assert recall("job x") == KnownEnd(name="job x", count=4, link="b" * 64)
 
 
 def test_a_key_without_its_memory_is_accepted_by_name_for_the_past_only(
@@ -194,3 +194,12 @@ def test_the_clock_is_one_for_the_station(store: CalibrationStore, tmp_path: Pat
     again.verify(make_verification(other), NOW)
     assert again.status(NOW).state is State.VALID
     assert CalibrationStore(moved).status(NOW).state is State.EXPIRED
+
+
+@on_linux_only
+def test_a_key_that_is_a_pipe_is_not_waited_for() -> None:
+    keys = KeyFolder()
+    keys.folder.mkdir(parents=True)
+    os.mkfifo(keys.folder / "station.key", 0o600)
+    with pytest.raises(StorageError, match="is damaged"):
+        keys.station_key()
