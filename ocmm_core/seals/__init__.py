@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         expect,
         memory_folder,
         memory_loss,
+        memory_start,
         recall,
         remember,
         set_station_clock,
@@ -59,8 +60,8 @@ else:
         _anchor="learn_heads signed_heads",
         _key="KeptKeys KeyFolder StationKey THIS_STATION",
         _memory=(
-            "KnownEnd expect memory_folder memory_loss recall remember set_station_clock "
-            "start_memory station_clock"
+            "KnownEnd expect memory_folder memory_loss memory_start recall remember "
+            "set_station_clock start_memory station_clock"
         ),
         _public="public_from_text public_text shown_key",
         _release=(
@@ -96,6 +97,7 @@ __all__ = [
     "learn_heads",
     "memory_folder",
     "memory_loss",
+    "memory_start",
     "public_from_text",
     "public_text",
     "read_release",

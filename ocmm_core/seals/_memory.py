@@ -153,6 +153,19 @@ def memory_loss(name: str, last_utc: str, keys: KeyFolder) -> StorageError | Non
     )
 
 
+def memory_start(keys: KeyFolder) -> str:
+    """Return who accepted that files are not in the memory, as a sentence; empty if nobody did."""
+    start = _read_start(keys)
+    return (
+        ""
+        if start is None
+        else (
+            f"The memory of this station starts at {start.utc[:19]} UTC, by {start.who}: "
+            f"{start.reason}. An end that was removed before is not noticed."
+        )
+    )
+
+
 def start_memory(keys: KeyFolder, who: str, reason: str, now: datetime) -> str:
     """Accept everything signed up to now without memory, by name; return the time as stored.
 

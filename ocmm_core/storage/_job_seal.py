@@ -26,6 +26,7 @@ from ocmm_core.seals import (
     expect,
     judge_signature,
     memory_loss,
+    memory_start,
     recall,
     remember,
     shown_key,
@@ -59,6 +60,8 @@ class JobSeal:
     """Contradiction with the memory of the station, as a sentence; empty if none."""
     older: bool = False
     """The contradiction is only that later steps, or the memory itself, are missing."""
+    forgotten: str = ""
+    """Why the memory of the station has nothing of the job, although it should; empty if it has."""
     adopted: tuple[str, ...] = ()
     """Texts of adoptions: person, reason, and everything that was suspect."""
 
@@ -116,9 +119,11 @@ def read_seal(db: sqlite3.Connection, path: Path, job_uuid: str, keys: KeyFolder
     state = judge_signature(keys, Signed.JOB, _content(steps, head), signature)
     (first,) = db.execute("SELECT coalesce(min(sequence), 0) FROM seal").fetchone()
     missing, older = _missing(db, job_uuid, steps, state, keys)
+    forgotten = memory_start(keys) if not missing and _is_forgotten(job_uuid, state) else ""
     adopted = db.execute("SELECT text FROM event WHERE kind = ? ORDER BY rowid", (ADOPTED,))
     return JobSeal(
         job_uuid, steps, head, state, signature, max(first - 1, 0), missing, older,
+        forgotten,
         tuple(str(text) for (text,) in adopted),
     )  # fmt: skip
 
@@ -265,6 +270,10 @@ def _missing(
         f"Step {seen.count} is not the one that this computer has seen: the job was replaced.",
         False,
     )
+
+
+def _is_forgotten(job_uuid: str, state: SealState) -> bool:
+    return state.station == THIS_STATION and recall(_name(job_uuid)) is None
 
 
 def _last(db: sqlite3.Connection) -> tuple[int, str]:

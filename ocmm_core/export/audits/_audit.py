@@ -79,7 +79,8 @@ def files_to_audit(path: Path) -> tuple[Path, ...]:
 
 def _of_job(path: Path, line: str) -> Audit:
     with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
-        seal, faults, proofs = job.seal(), job.verify(), []
+        seal, faults = job.seal(), job.verify()
+        proofs = [seal.forgotten] if seal.forgotten else []
         if line:
             try:
                 proofs.append(job.check_line(line))

@@ -14,6 +14,7 @@ import pytest
 from benchmarks.station_memory import MEMORIES, old_memory
 from ocmm_core.calibration.records import CalibrationStore, State
 from ocmm_core.errors import StorageError
+from ocmm_core.export.audits import audit
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.seals import KeyFolder, KnownEnd, memory_folder, recall, remember, start_memory
 from ocmm_core.storage import JobFile, JobHead
@@ -154,6 +155,8 @@ def test_a_key_without_its_memory_is_accepted_by_name_for_the_past_only(
     assert "ocmm key restored" in doubts(path)
     start_memory(KeyFolder(), "Ada", "new computer", datetime.now(UTC))
     assert doubts(path) == ""
+    assert "starts at" in audit(path).proofs[0]
+    assert "by Ada: new computer." in audit(path).proofs[0]
     assert CalibrationStore(store.folder).status(NOW).state is State.VALID
     with JobFile.open(path) as job:
         job.append_point(make_point(1))
