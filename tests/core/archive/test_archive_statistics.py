@@ -8,21 +8,19 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from rich.console import Console
+from typer.testing import CliRunner
 
 from ocmm_core.archive.checks import verify_archive
 from ocmm_core.archive.questions import (
-    QUESTIONS,
     Asked,
     cpk_by_month,
-    export_answer,
     passed,
     today,
     trend,
 )
 from ocmm_core.archive.records import Delivery, shown_text
 from ocmm_core.archive.stores import Archive
-from ocmm_core.cli.archive._shown import print_answer
+from ocmm_core.cli import app
 from tests.core.archive.conftest import Place, by_hand
 from tests.core.archive.made_jobs import START, made_delivery, made_sender
 
@@ -110,7 +108,13 @@ def test_only_simulated_jobs_are_said_to_be_simulated(place: Place) -> None:
 HOSTILE = "\x1b[2J\x1b]0;owned\x07\u202eevil\u200b\x9b1m"
 
 
-@pytest.mark.parametrize("question", [one.name for one in QUESTIONS if one.name != "rr"])
+OF_PART = ("--part", "FLANGE", "--characteristic", "D1")
+COMMANDS = {
+    "today": ("--from", DAY.isoformat()), "trend": OF_PART, "passed": (), "used": ("tip", "T1"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("question", sorted(COMMANDS))
 def test_text_of_a_row_reaches_no_terminal_and_no_file(
     place: Place, tmp_path: Path, question: str
 ) -> None:
@@ -122,17 +126,15 @@ def test_text_of_a_row_reaches_no_terminal_and_no_file(
         for column, text in (("serial", HOSTILE), ("operator", f"=HYPERLINK({HOSTILE})")):
             quoted = "'" + text.replace("'", "''") + "'"
             by_hand(archive, sql.format(column).replace(":c", "") + quoted)
-        asked = Asked(part="FLANGE", characteristic="D1", what="T1", kind="tip", first=DAY)
-        answer = next(one for one in QUESTIONS if one.name == question).ask(archive, asked)
-        assert answer.rows
-        shown = io.StringIO()
-        print_answer(Console(file=shown, force_terminal=False, width=300), answer)
-        export_answer(answer, tmp_path / "t.csv")
-        written = (tmp_path / "t.csv").read_text("utf-8")
-        for where in (shown.getvalue(), written, repr(answer.notes)):
-            assert shown_text(where.replace("\n", "").replace("\r", "")) == where.replace(
-                "\n", ""
-            ).replace("\r", "")
+        file = tmp_path / "t.csv"
+        words = [question, *COMMANDS[question], "--archive", place.address, "--export", str(file)]
+        done = CliRunner().invoke(app, ["archive", *words], env={"COLUMNS": "300"})
+        assert done.exit_code == 0, done.output
+        written = file.read_text("utf-8")
+        assert "evil" in written
+        for where in (done.output, written):
+            lines = where.replace("\r", "").split("\n")
+            assert [line for line in lines if not line.isprintable()] == []
         for row in csv.reader(io.StringIO(written)):
             assert not any(cell.startswith(("=", "+", "@")) for cell in row)
         for _, why in verify_archive(archive).faults:
