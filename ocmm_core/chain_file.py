@@ -143,7 +143,9 @@ class ChainFile(Generic[T]):
     def require_signed(self, remedy: str) -> None:
         """Raise StorageError if no trusted station signed all lines; an empty chain passes."""
         if self.items and not self.signer.sound:
-            raise StorageError("chain.signer", f"{self.path}: {self.signer.fault}", remedy)
+            raise StorageError(
+                "chain.signer", f"{self.path} cannot be trusted. {self.signer.fault}", remedy
+            )
 
     def signers(self) -> tuple[SealState, ...]:
         """Return the state of the signature of each line, oldest first.

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.acceptance._chains import chain_history
     from ocmm_core.acceptance._events import AcceptanceView
     from ocmm_core.acceptance._guards import (
         artefact_findings,
@@ -132,6 +133,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
+        _chains="chain_history",
         _events="AcceptanceView",
         _guards="artefact_findings begin_findings climate_reasons reserved_spots spots_hash",
         _guided="AcceptanceProcedure",
@@ -226,6 +228,7 @@ __all__ = [
     "begin_findings",
     "block_length",
     "certified_at",
+    "chain_history",
     "check_entry",
     "check_of",
     "climate_reasons",

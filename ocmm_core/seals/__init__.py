@@ -17,7 +17,17 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.seals._key import THIS_STATION, KeptKeys, KeyFolder, StationKey
-    from ocmm_core.seals._memory import Seen, memory_folder, recall, remember
+    from ocmm_core.seals._memory import (
+        Seen,
+        expect,
+        memory_folder,
+        memory_loss,
+        recall,
+        remember,
+        set_station_clock,
+        start_memory,
+        station_clock,
+    )
     from ocmm_core.seals._public import public_from_text, public_text, shown_key
     from ocmm_core.seals._release import (
         NO_RELEASE,
@@ -46,7 +56,10 @@ else:
     __getattr__ = door(
         __name__,
         _key="KeptKeys KeyFolder StationKey THIS_STATION",
-        _memory="Seen memory_folder recall remember",
+        _memory=(
+            "Seen expect memory_folder memory_loss recall remember set_station_clock start_memory "
+            "station_clock"
+        ),
         _public="public_from_text public_text shown_key",
         _release=(
             "NO_RELEASE RELEASE_ENDING Release ReleaseState decode_release judge_release "
@@ -75,9 +88,11 @@ __all__ = [
     "StationKey",
     "TokenPlace",
     "decode_release",
+    "expect",
     "judge_release",
     "judge_signature",
     "memory_folder",
+    "memory_loss",
     "public_from_text",
     "public_text",
     "read_release",
@@ -86,6 +101,9 @@ __all__ = [
     "release_path",
     "release_state",
     "remember",
+    "set_station_clock",
     "shown_key",
     "sign",
+    "start_memory",
+    "station_clock",
 ]

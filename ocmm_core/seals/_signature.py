@@ -45,11 +45,11 @@ class Signed(StrEnum):
     RECALL = "recall"
     PLAN = "plan"
     TEMPLATE = "template"
-    ARTEFACT = "artefact"
-    """The document of one artefact."""
-    PROCEDURE = "procedure"
-    STUDY_PLAN = "study plan"
+    DOCUMENT = "document"
+    """Any other one: of an artefact, a procedure, a rig."""
     SETTINGS = "settings"
+    MEMORY = "memory"
+    """The start of the memory of the station."""
 
 
 NOT_SIGNED = "Not signed: written before signatures, or the signature was removed."

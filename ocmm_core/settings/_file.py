@@ -15,7 +15,7 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ocmm_core.documents import LARGEST_DOCUMENT, read_text, shortened, write_atomic
 from ocmm_core.errors import InputError, OcmmError, StorageError
@@ -31,6 +31,9 @@ from ocmm_core.settings._settings_seal import (
 from ocmm_core.settings._specs import SETTINGS, Value, spec_of
 from ocmm_core.settings._toml import toml_text
 from ocmm_core.settings._values import checked, plain
+
+if TYPE_CHECKING:
+    from ocmm_core.seals import SealState
 
 SETTINGS_SCHEMA = "ocmm.settings/1"
 _FAMILY = "ocmm.settings/"
@@ -185,6 +188,23 @@ class SettingsFile:
         write_atomic(self.path, toml_text(entries).encode("utf-8"))
         return notes
 
+    def signer(self) -> SealState:
+        """Return the state of the signature on the settings that change a verdict.
+
+        Raises
+        ------
+        InputError
+            The document cannot be used.
+        """
+        now = self.read()
+        if now.state != "good":
+            raise InputError(
+                "settings.unusable",
+                f"{self.path}: the settings cannot be used ({now.state}).",
+                "Correct the file, or change a setting.",
+            )
+        return signer_of(now.entries)
+
     def confirm(self, who: str) -> None:
         """Sign the settings that change a verdict by name, as they are now.
 
@@ -196,13 +216,8 @@ class SettingsFile:
             It cannot be written, or the key of this station cannot be used.
         """
         with _held(self.path.parent):
+            self.signer()
             now = self.read()
-            if now.state != "good":
-                raise InputError(
-                    "settings.unusable",
-                    f"{self.path}: there are no settings to confirm ({now.state}).",
-                    "Correct the file, or change a setting.",
-                )
             entries = {**now.entries, SEAL: sealed_table(now.entries, who)}
             write_atomic(self.path, toml_text(entries).encode("utf-8"))
 

@@ -13,7 +13,6 @@ from ocmm_core.inspection.evaluation import JobHeader
 from ocmm_core.inspection.plan import (
     load_plan,
     plan_release,
-    release_in_job,
     require_released,
     stored_plan,
 )
@@ -73,10 +72,9 @@ class JobChange:
             As `job_for`, or this station measures released plans only, and this one is not.
         """
         now = self._current.now
-        release = release_in_job(now.file.head, now.file.events())
         if self._gear.released_only:
-            require_released(now.file.path, release)
-        job = job_for(header, now.file.head, now.use.plan, now.file.path.parent, release)
+            require_released(now.file.path, now.release)
+        job = job_for(header, now.file.head, now.use.plan, now.file.path.parent, now.release)
         self._begin(job, lambda: self._current.now.use)
 
     def change_plan(self, path: Path, header: JobHeader) -> str:

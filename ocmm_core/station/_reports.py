@@ -11,7 +11,6 @@ from ocmm_core.export import DEFAULT_FORMAT, write_report
 from ocmm_core.export.report import Instrument, Profile, ReportData, report_data
 from ocmm_core.export.template import paper_of
 from ocmm_core.inspection.evaluation import JobView
-from ocmm_core.inspection.plan import release_in_job
 from ocmm_core.station._instruments import Instruments
 from ocmm_core.station._open_job import CurrentJob, OpenJob
 
@@ -99,5 +98,5 @@ class Reports:
             taken_back=back,
             explained=job.session.explanations(),
             seal=job.file.seal(),
-            release=release_in_job(job.file.head, job.file.events()),
+            release=job.release,
         )

@@ -47,7 +47,7 @@ class MeasureUnit:
     symbol: str
     dimension: Dimension
     factor: float
-    """Size of one in mm, degrees or kelvin."""
+    """Size of one in mm, degrees or kelvin; `si` converts to metre, radian and kelvin."""
     offset: float = 0.0
     """Zero of a temperature scale, degrees Celsius."""
 

@@ -60,6 +60,22 @@ def test_a_termination_signal_closes_the_window_within_two_seconds(tmp_path: Pat
     assert not any(ring.exists() for ring in rings)
 
 
+def test_a_termination_signal_during_the_start_is_not_lost() -> None:
+    """Events are handled while a window starts, and no loop runs then that could end."""
+    program = (
+        "import signal, sys\n"
+        "from PySide6.QtWidgets import QApplication\n"
+        "from ocmm_gui._showing import end_on_signals, splash\n"
+        "app = QApplication(sys.argv)\n"
+        "end_on_signals(app)\n"
+        "signal.raise_signal(signal.SIGTERM)\n"
+        "shown = splash(app, 'a source', 'light')\n"
+        "sys.exit(app.exec())\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], cwd=_ROOT, timeout=HANG_S, check=False)
+    assert done.returncode == 0
+
+
 def test_who_looks_at_a_job_has_nothing_measured_behind_it(tmp_path: Path) -> None:
     """A double click on a job opened a window in which the robot measured a demo part."""
     request = StationRequest(plan=resource("plans", "quick.toml"), out=tmp_path / "jobs")

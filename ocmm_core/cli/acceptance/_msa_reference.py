@@ -214,7 +214,7 @@ def part_use(
     kept = loaded.record
     if not loaded.signer.sound:
         raise InputError(
-            "msa.not_signed", f"{study}: {loaded.signer.fault} Its U may not be used.",
+            "msa.not_signed", f"{study}: the U of this study may not be used. {loaded.signer.fault}",
             "Make the study again from its jobs (ocmm msa part), or trust its key: ocmm key trust.",
         )  # fmt: skip
     found = uncertainty_for(kept, load_task(task), temperature)

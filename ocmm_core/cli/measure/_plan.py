@@ -9,8 +9,18 @@ import msgspec
 import typer
 
 from ocmm_core.cli.measure import _offers as offers
-from ocmm_core.cli.terminal import make_console, say, say_word
+from ocmm_core.cli.terminal import (
+    ColumnsOption,
+    DecimalOption,
+    SkipOption,
+    TableUnitOption,
+    make_console,
+    print_table_account,
+    say,
+    say_word,
+)
 from ocmm_core.errors import InputError
+from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
     from ocmm_core.features.shapes import NominalFeature
@@ -142,11 +152,15 @@ def import_(
     as_json: Annotated[
         bool, typer.Option("--json", help="Of a model: what became of it as JSON.")
     ] = False,
+    unit: TableUnitOption = "",
+    columns: ColumnsOption = "",
+    decimal: DecimalOption = "",
+    skip: SkipOption = "",
 ) -> None:
     """Make a plan of the features of a table or of the surfaces of a model.
 
     Columns of a table: name, shape, x, y, z; and if wanted i, j, k, diameter, length, width, angle,
-    side, points, text. A decimal comma needs semicolons between the columns. The features of a
+    side, points, text. Headings may state units ("x [inch]"). The features of a
     model get targets on its trimmed faces, where the probe reaches and the cameras see it while the
     part stands in the middle of the measuring volume; what is left out is told with the reason.
     --list shows what can be chosen. Free forms come with --profile: each as points and the profile
@@ -155,7 +169,7 @@ def import_(
     """
     from ocmm_core.cli.measure._account import account_json, print_account
     from ocmm_core.inspection.drawing import Account, general_of, plan_with_tolerances
-    from ocmm_core.inspection.plan import features_from_csv, with_model, with_profiles
+    from ocmm_core.inspection.plan import feature_table, with_model, with_profiles
     from ocmm_core.inspection.step import (
         STEP_ENDINGS,
         Choice,
@@ -180,7 +194,9 @@ def import_(
             raise InputError(
                 "plan.list", f"{file}: only a model offers surfaces.", "Give a STEP file."
             )
-        _write(_plan(features_from_csv(file), output, name, part), output, overwrite=overwrite)
+        table = feature_table(file, TableOptions(unit, columns, decimal, skip))
+        print_table_account(table.account)
+        _write(_plan(table.features, output, name, part), output, overwrite=overwrite)
         return
     general_of(general)
     if output is not None and not as_list:

@@ -16,6 +16,7 @@ from typing import Literal
 from ocmm_core.errors import InputError
 from ocmm_core.export.certificate._content import K
 from ocmm_core.export.certificate._reader import Dcc, DccQuantity
+from ocmm_core.export.certificate._xml_signature import XmlSignatureWord
 
 _MM_PER = {
     "\\metre": 1e3, "\\milli\\metre": 1.0, "\\micro\\metre": 1e-3, "\\nano\\metre": 1e-6,
@@ -101,7 +102,7 @@ def artefact_text(
     return "\n".join(
         (
             f"# From certificate {_quoted(dcc.number)}: {_quoted(length.name)}"
-            f"{' (radius, doubled)' if factor == 2.0 else ''}.",
+            f"{' (radius, doubled)' if factor == 2.0 else ''}. {_quoted(dcc.signature.words)}.",
             f"schema = {_quoted(_SCHEMAS[kind])}",
             'unit = "mm"',
             f"name = {_quoted(name or kind)}",
@@ -136,7 +137,8 @@ def artefact_fields(
         "kind": kind, "name": name or kind, "serial": marks[0] if marks else "",
         "laboratory": dcc.laboratory, "certificate": dcc.number,
         "certificate_sha256": dcc.sha256,
-        "source": f"DCC {dcc.number}" + (", radius doubled" if factor == 2.0 else ""),
+        "source": f"DCC {dcc.number}" + (", radius doubled" if factor == 2.0 else "")
+        + f", XML signature {dcc.signature.word.value}",
         "sizes": repr(value) if kind == "sphere" else f"0.0 {value!r}",
         "expanded": repr(scale * _at_k2(length)),
     }  # fmt: skip
@@ -147,6 +149,12 @@ def artefact_fields(
 
 def _the_length(dcc: Dcc, kind: Literal["bar", "sphere"], asked: str) -> tuple[DccQuantity, float]:
     """Return the size of the artefact, and 2 for a radius."""
+    if dcc.signature.word is XmlSignatureWord.INVALID:
+        raise InputError(
+            "dcc.signature",
+            f"Certificate {dcc.number}: {dcc.signature.words}.",
+            "Ask the laboratory for the certificate again.",
+        )
     lengths = [
         one
         for one in dcc.quantities

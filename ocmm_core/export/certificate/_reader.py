@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from cryptography import x509
 from lxml import etree
 
 from ocmm_core.errors import InputError
 from ocmm_core.export.certificate._dcc import DCC, SI
+from ocmm_core.export.certificate._xml_signature import XmlSignature, xml_signature
 
 LARGEST = 20_000_000
 _DEEPEST = 64
@@ -75,12 +77,19 @@ class Dcc:
     """Names of quantities that are no real numbers or lists of them."""
     sha256: str
     """Of the file."""
+    signature: XmlSignature
+    """State of the XML signature in it."""
     canonical: bytes
     """Canonical form (C14N) of the whole document, which is what is signed."""
 
 
-def read_dcc(content: bytes) -> Dcc:
-    """Return what a certificate says.
+def read_dcc(content: bytes, trusted: Sequence[x509.Certificate] = ()) -> Dcc:
+    """Return the content of a certificate.
+
+    Parameters
+    ----------
+    trusted
+        Certificates of the laboratories whose XML signatures are trusted.
 
     Raises
     ------
@@ -110,8 +119,16 @@ def read_dcc(content: bytes) -> Dcc:
         quantities=tuple(found),
         left_out=tuple(left_out),
         sha256=hashlib.sha256(content).hexdigest(),
-        canonical=etree.tostring(root.getroottree(), method="c14n", with_comments=True),
+        signature=xml_signature(root, content, trusted),
+        canonical=_canonical(root),
     )
+
+
+def _canonical(root: etree._Element) -> bytes:
+    try:
+        return bytes(etree.tostring(root.getroottree(), method="c14n", with_comments=True))
+    except etree.LxmlError as error:
+        raise _refused(f"it has no canonical form ({str(error)[:80]})") from error
 
 
 def _root(content: bytes) -> etree._Element:

@@ -55,7 +55,7 @@ def require_vouched(path: Path, signer: SealState, exchanged: OcmmError | None =
         return
     raise InputError(
         "certificate.not_signed",
-        f"{path}: {signer.fault} A certificate would vouch for it.",
+        f"{path}: a certificate would vouch for this. {signer.fault}",
         "Measure again with this version. For records of another station of yours, compare its "
         "key and trust it: ocmm key trust.",
     )

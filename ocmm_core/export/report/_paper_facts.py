@@ -93,6 +93,8 @@ def _facts(data: ReportData, lengths: PaperLengths) -> Iterator[tuple[Group, str
         yield "laboratory", "", "Accreditation", house.accreditation
     yield "laboratory", "7.8.2.1 d", "Report number", report_number(data)
     yield "laboratory", "7.8.2.1 j", "Issued", "dated beside the authorising signature"
+    if data.paper.words:
+        yield "laboratory", "", "Template", data.paper.words
     yield "customer", "7.8.2.1 e", "Customer", _joined(given.customer, given.customer_address)
     yield "customer", "", "Order", given.order or data.view.header.order
     yield "item", "7.8.2.1 g", "Part", head.part

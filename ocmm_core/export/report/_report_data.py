@@ -197,14 +197,17 @@ class ReportData:
     def states(self) -> tuple[str, ...]:
         """Return what stands on every page, sheet and file; empty where nothing has to.
 
-        SIMULATED, CAMERAS UNPROVEN and INCOMPLETE (`job_states`), and why nothing is proven: IN
-        DOUBT where something speaks against the file, else UNCALIBRATED.
+        SIMULATED, CAMERAS UNPROVEN and INCOMPLETE (`job_states`), PLAN NOT RELEASED if a release
+        does not fit the plan, and why nothing is proven: IN DOUBT if something speaks against the
+        file, else UNCALIBRATED.
         """
+        void = self.release.release is not None and not self.release.released
+        states = (*job_states(self.view), *(("PLAN NOT RELEASED",) if void else ()))
         if self.notes:
-            return (*job_states(self.view), "IN DOUBT")
+            return (*states, "IN DOUBT")
         # What the room leaves unproven is no fault of the calibration.
         uncalibrated = self.view.unproven not in ("", self.view.room_doubt)
-        return (*job_states(self.view), *(("UNCALIBRATED",) if uncalibrated else ()))
+        return (*states, *(("UNCALIBRATED",) if uncalibrated else ()))
 
     @property
     def state_words(self) -> str:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         without_model,
     )
     from ocmm_core.inspection.plan._climate import climate_for, material_expansion
-    from ocmm_core.inspection.plan._csv import features_from_csv, number
+    from ocmm_core.inspection.plan._csv import FeatureTable, feature_table, features_from_csv
     from ocmm_core.inspection.plan._doubts import nominal_doubts
     from ocmm_core.inspection.plan._edit import (
         EDITED,
@@ -86,7 +86,7 @@ else:
         __name__,
         _cad_model="PartOfPlan carry_model part_of_plan with_model without_model",
         _climate="climate_for material_expansion",
-        _csv="features_from_csv number",
+        _csv="FeatureTable feature_table features_from_csv",
         _doubts="nominal_doubts",
         _edit=(
             "EDITED HEAD_FIELDS add_characteristic add_construction add_feature move_item "
@@ -119,6 +119,7 @@ __all__ = [
     "USUAL_BALL_RADIUS",
     "CadModel",
     "EnvironmentLimits",
+    "FeatureTable",
     "Material",
     "NotedRoom",
     "PartOfPlan",
@@ -133,6 +134,7 @@ __all__ = [
     "climate_for",
     "environment_doubt",
     "environment_words",
+    "feature_table",
     "features_from_csv",
     "list_plans",
     "load_plan",
@@ -143,7 +145,6 @@ __all__ = [
     "note_release",
     "note_room_in",
     "noted_rooms",
-    "number",
     "part_of_plan",
     "plan_card",
     "plan_release",
