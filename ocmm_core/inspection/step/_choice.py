@@ -12,7 +12,6 @@ from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.step._model import StepModel
 from ocmm_core.inspection.step._profiled import FreeForm
 
-_REASONS = 3
 FREE_FORM = "free form"
 """Kind of what is measured as a profile against the model."""
 
@@ -106,9 +105,9 @@ def _why_none(offers: Sequence[Offer], choice: Choice) -> str:
         else:
             whys["it is among those to leave out"] += 1
     if not whys:
-        return "nothing can be measured: it offers no surface"
-    listed = "; ".join(f"{why} ({count})" for why, count in whys.most_common(_REASONS))
-    return f"no surface fits the choice: {listed}"
+        return "no surface can be measured"
+    (why, often), *_ = whys.most_common(1)
+    return f"no surface fits the choice; most often ({often} of {whys.total()}), {why}"
 
 
 def _fits(offer: Offer, choice: Choice) -> bool:

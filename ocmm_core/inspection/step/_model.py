@@ -216,7 +216,10 @@ def _fault(feature: NominalFeature, surface: StepSurface) -> str:
     if not np.isfinite(sizes).all() or np.abs(sizes).max() > FARTHEST_MM:
         return "its size or place is not that of a part"
     wrong = shape_fault(feature)
-    return "" if wrong is None else f"no plan can hold it: its {wrong[0]} {wrong[1]}"
+    if wrong is None:
+        return ""
+    place, fault = wrong
+    return f"no plan can hold it: its {place} {fault}"
 
 
 def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:
