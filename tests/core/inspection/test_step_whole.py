@@ -27,6 +27,7 @@ from ocmm_core.inspection.step import (
     read_model,
 )
 from ocmm_core.inspection.step.brep import RECOGNISED_MM, read_document
+from tests.core.inspection.step_models import _ball as ball
 from tests.core.inspection.step_models import hill, off_mm, written
 from tests.core.inspection.whole_step_models import (
     GOOD,
@@ -155,9 +156,9 @@ def test_units_of_a_model_are_honoured(unit: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("pattern", "with_", "says"),
     [
-        (r"GLOBAL_UNIT_ASSIGNED_CONTEXT\(\s*\([^)]*\)\)", "", "names no units"),
-        (r"\(25\.4\)", "(25.)", "one of its unit 'INCH' is 25 mm"),
-        (r"GLOBAL_UNIT_ASSIGNED_CONTEXT\(\s*\((#\d+),#\d+,", r"GLOBAL_UNIT_ASSIGNED_CONTEXT((\1,",
+        (r"GLOBAL_UNIT_ASSIGNED_CONTEXT\s*\(\s*\([^)]*\)\)", "", "names no units"),
+        (r"\(25\.4,", "(25.,", "one of its unit 'INCH' is 25 mm"),
+        (r"UNIT_ASSIGNED_CONTEXT\s*\(\s*\((#\d+),#\d+,", r"UNIT_ASSIGNED_CONTEXT((\1,",
          "no unit of angle"),
         (r"LENGTH_UNIT\(\)", "MASS_UNIT()", "no unit of length"),
     ],
@@ -268,14 +269,28 @@ def test_part_files_in_folders_are_read_through_each_other(whole: Path) -> None:
     )
     files = model_files(whole)
     assert sorted(files.parts) == ["sub/part_ball.stp", "sub/part_plate.stp", "sub/top.stp"]
-    try:
-        model = read_model(whole)
-    except InputError as refused:
-        assert "part files" in refused.what
-    else:
-        # A ball was replaced by an assembly of two plates and a ball: four plates in all.
-        assert sum(one.shape is Shape.SPHERE for one in model.features) == 1
-        assert sum(one.shape is Shape.CYLINDER for one in model.features) == 12
+    # The ball of the outer assembly is an assembly of two plates and a ball: four plates in all.
+    model = read_model(whole)
+    assert sum(one.shape is Shape.SPHERE for one in model.features) == 1
+    assert sum(one.shape is Shape.CYLINDER for one in model.features) == 12
+
+
+def test_part_files_keep_their_own_units(whole: Path) -> None:
+    written(whole.parent / "part_ball.stp", ball(), "INCH")
+    model = read_model(whole)
+    assert [one.diameter for one in model.features if one.shape is Shape.SPHERE] == [50.0]
+
+
+def test_parts_of_one_file_keep_their_own_units(tmp_path: Path) -> None:
+    """The last part of the assembly is in centimetres, the assembly in millimetres."""
+    needs_package("OCP", "the extra 'step'")
+    path = assembly(tmp_path / "one.stp", rng_of("mixed"), "")
+    head, mark, tail = path.read_text().rpartition("LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.")
+    path.write_text(head + mark.replace("MILLI", "CENTI") + tail)
+    model = read_model(path)
+    (sphere,) = [one for one in model.features if one.shape is Shape.SPHERE]
+    assert sphere.diameter == 500.0
+    check(path, model)
 
 
 def test_a_file_name_that_is_no_utf8_is_read(whole: Path) -> None:

@@ -218,8 +218,8 @@ def in_unit(make: Callable[[Generator], Any]) -> Write:
     return write
 
 
-def assembly(path: Path, rng: Generator) -> Path:
-    """Write an assembly whose two parts are files of their own; one stands there twice."""
+def assembly(path: Path, rng: Generator, prefix: str = "part_") -> Path:
+    """Write an assembly of two parts, one of them twice; with a prefix each part is a file."""
     from OCP.gp import gp_Trsf, gp_Vec
     from OCP.STEPCAFControl import STEPCAFControl_Writer
     from OCP.STEPControl import STEPControl_AsIs
@@ -244,7 +244,10 @@ def assembly(path: Path, rng: Generator) -> Path:
     shapes.UpdateAssemblies()
     writer = STEPCAFControl_Writer()
     writer.SetNameMode(True)
-    writer.Transfer(document, STEPControl_AsIs, "part_")
+    if prefix:
+        writer.Transfer(document, STEPControl_AsIs, prefix)
+    else:
+        writer.Transfer(document, STEPControl_AsIs)
     writer.Write(str(path))
     return path
 
