@@ -9,8 +9,18 @@ import msgspec
 import typer
 
 from ocmm_core.cli.measure import _offers as offers
-from ocmm_core.cli.terminal import make_console, say, say_word
+from ocmm_core.cli.terminal import (
+    ColumnsOption,
+    DecimalOption,
+    SkipOption,
+    TableUnitOption,
+    make_console,
+    print_table_account,
+    say,
+    say_word,
+)
 from ocmm_core.errors import InputError
+from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
     from ocmm_core.features.shapes import NominalFeature
@@ -33,8 +43,8 @@ OverwriteOption = Annotated[
 def check(
     plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
 ) -> None:
-    """Check a plan, and say what is not wrong but missing: pictures, sizes for the guidance."""
-    from ocmm_core.inspection.plan import load_plan
+    """Check a plan and its release, and list missing pictures and sizes for the guidance."""
+    from ocmm_core.inspection.plan import load_plan, plan_release
 
     loaded = load_plan(plan)
     console = make_console()
@@ -49,8 +59,32 @@ def check(
         say(f"{plan}: good. {features} with {points}, {constructions}, {characteristics}."),
         highlight=False,
     )
+    console.print(
+        say(f"Plan release: {say(plan_release(plan).words)}."), highlight=False, markup=False
+    )
     for warning in warnings_of(loaded, plan.parent):
         console.print(say(warning), style="yellow", highlight=False)
+
+
+@plan_app.command()
+def release(
+    plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
+    who: Annotated[
+        str, typer.Option("--by", help="Name of the person who answers for the limits.")
+    ],
+    reason: Annotated[str, typer.Option("--reason", help="E.g. the revision of the drawing.")] = "",
+) -> None:
+    """Release a plan by name: its release is signed and kept next to it (.release.json).
+
+    Any later change of the plan, e.g. of a limit, voids the release. Jobs contain the release of
+    the plan that they were measured by.
+    """
+    from ocmm_core.inspection.plan import plan_release, release_plan
+
+    release_plan(plan, who, reason)
+    make_console(soft_wrap=True).print(
+        f"{plan}: {say(plan_release(plan).words)}.", highlight=False, markup=False
+    )
 
 
 @plan_app.command()
@@ -118,11 +152,15 @@ def import_(
     as_json: Annotated[
         bool, typer.Option("--json", help="Of a model: what became of it as JSON.")
     ] = False,
+    unit: TableUnitOption = "",
+    columns: ColumnsOption = "",
+    decimal: DecimalOption = "",
+    skip: SkipOption = "",
 ) -> None:
     """Make a plan of the features of a table or of the surfaces of a model.
 
     Columns of a table: name, shape, x, y, z; and if wanted i, j, k, diameter, length, width, angle,
-    side, points, text. A decimal comma needs semicolons between the columns. The features of a
+    side, points, text. Headings may state units ("x [inch]"). The features of a
     model get targets on its trimmed faces, where the probe reaches and the cameras see it while the
     part stands in the middle of the measuring volume; what is left out is told with the reason.
     --list shows what can be chosen. Free forms come with --profile: each as points and the profile
@@ -131,7 +169,7 @@ def import_(
     """
     from ocmm_core.cli.measure._account import account_json, print_account
     from ocmm_core.inspection.drawing import Account, general_of, plan_with_tolerances
-    from ocmm_core.inspection.plan import features_from_csv, with_model, with_profiles
+    from ocmm_core.inspection.plan import feature_table, with_model, with_profiles
     from ocmm_core.inspection.step import (
         STEP_ENDINGS,
         Choice,
@@ -156,7 +194,9 @@ def import_(
             raise InputError(
                 "plan.list", f"{file}: only a model offers surfaces.", "Give a STEP file."
             )
-        _write(_plan(features_from_csv(file), output, name, part), output, overwrite=overwrite)
+        table = feature_table(file, TableOptions(unit, columns, decimal, skip))
+        print_table_account(table.account)
+        _write(_plan(table.features, output, name, part), output, overwrite=overwrite)
         return
     general_of(general)
     if output is not None and not as_list:
