@@ -53,6 +53,8 @@ class JobKeeper:
         self._file = NamedFile(path)
         self._log_path = path.resolve().with_name(f"{path.resolve().name}-wal")
         self._log: NamedFile | None = None
+        # Some files that other programs have made write into the file itself.
+        self._has_log = db.execute("PRAGMA journal_mode").fetchone()[0] == "wal"
         self._lock = threading.Lock()
         self._base, self._steps = b"", list[Sequence[Insert]]()
         self._last: tuple[int, str] | None = None
@@ -88,12 +90,16 @@ class JobKeeper:
         if not whole:
             self._file.forget_content()
             return
-        self._base = db.serialize()
-        self._steps.clear()
+        if self._has_log or not self._base:
+            self._base = db.serialize()
+            self._steps.clear()
         self._file.note_content()
 
     def note_log(self) -> None:
         """Remember the log as the program itself has left it."""
+        if not self._has_log:
+            self._file.note_content()
+            return
         if self._log is None:
             with contextlib.suppress(OSError):
                 self._log = NamedFile(self._log_path)
@@ -126,7 +132,7 @@ class JobKeeper:
     def name_loss(self) -> NameLoss | None:
         """Return why the names of file and log do not mean them any more; None while they do."""
         loss = self._file.loss()
-        if loss is None and self._log is None:
+        if loss is None and self._log is None and self._has_log:
             return NameLoss(f"its log {self._log_path.name} cannot be found")
         if loss is None and self._log is not None:
             loss = self._log.loss()
