@@ -164,6 +164,10 @@ SETTINGS: tuple[SettingSpec, ...] = (
         later("Where plans are looked for; empty: recent places only"),
     ),
     _spec(
+        "job.released_only", Kind.SWITCH, False, _S, _LATER, later("Released plans only"),
+        later("Refuse plans that are not released, or were changed after the release"),
+    ),
+    _spec(
         "job.operator", Kind.TEXT, "", _U, _NOW, later("Operator"), later("Proposed for a new job"),
         option="--operator",
     ),

@@ -11,6 +11,7 @@ from ocmm_core.inspection.evaluation import JobView, StatusWord
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
+from ocmm_core.seals import ReleaseState
 from ocmm_core.station._faults import StationEvents, StationFaults
 from ocmm_core.station._frame_loop import FrameLoop
 from ocmm_core.station._looks import Looks
@@ -61,6 +62,11 @@ class StationJob:
     def plan_identity(self) -> str:
         """Return the SHA-256 of the document that is measured by now."""
         return self._current.now.file.head.plan_identity
+
+    @property
+    def release(self) -> ReleaseState:
+        """Return the state of the release of the plan, when the job was started."""
+        return self._current.now.release
 
     @property
     def plan_file(self) -> Path | None:

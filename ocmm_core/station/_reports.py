@@ -104,4 +104,5 @@ class Reports:
             taken_back=back,
             explained=job.session.explanations(),
             seal=job.file.seal(),
+            release=job.release,
         )

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.storage._job_file import JobFile
     from ocmm_core.storage._job_keeper import RESCUED
-    from ocmm_core.storage._job_seal import ADOPTED, JobSeal
+    from ocmm_core.storage._job_seal import ADOPTED, JobSeal, judge_head
     from ocmm_core.storage._job_steps import JobStep
     from ocmm_core.storage._rows import JobEvent, JobHead, JobReference, make_head
     from ocmm_core.storage._tables import CLOCK, Observed
@@ -50,7 +50,7 @@ else:
         _held_jobs="HeldJobs held_jobs_file held_sentences read_held_jobs write_held_jobs",
         _job_file="JobFile",
         _job_keeper="RESCUED",
-        _job_seal="ADOPTED JobSeal",
+        _job_seal="ADOPTED JobSeal judge_head",
         _job_steps="JobStep",
         _rows="JobEvent JobHead JobReference make_head",
         _tables="CLOCK Observed",
@@ -80,6 +80,7 @@ __all__ = [
     "held_jobs_file",
     "held_sentences",
     "is_current",
+    "judge_head",
     "make_head",
     "no_job",
     "not_writable",

@@ -20,7 +20,7 @@ from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.named_file import NameLoss
 from ocmm_core.part_model import PartModel
-from ocmm_core.seals import KeyFolder, SealWord, StationKey
+from ocmm_core.seals import KeyFolder, StationKey
 from ocmm_core.storage._audit import (
     AuditedStep,
     find_faults,
@@ -36,9 +36,11 @@ from ocmm_core.storage._job_seal import (
     ADOPTED,
     JobSeal,
     check_line,
+    expect_job,
     insert_seal,
     read_seal,
     remember_job,
+    require_adoptable,
     require_sealed,
 )
 from ocmm_core.storage._job_steps import JobStep, read_steps
@@ -64,8 +66,6 @@ from ocmm_core.storage._tables import (
 
 _LOCK_S = 0.4
 """Longest wait for a step in progress, when the name of the file is lost."""
-
-_NEVER_ADOPTED = (SealWord.UNKNOWN_KEY, SealWord.FORGED)
 
 
 class JobFile:
@@ -171,6 +171,7 @@ class JobFile:
             insert_audited(db, "head", row_from_head(head))
             insert_seal(db, key)
 
+        expect_job(head.job_uuid, path)
         make_file(path, fill)
         made = cls.open(path)
         seal = made.seal()
@@ -410,29 +411,22 @@ class JobFile:
             remember_job(seal.job_uuid, seal.steps, seal.head, place)
 
     def adopt(self, who: str, reason: str) -> None:
-        """Answer from now on for what this station did not sign; a reader sees who did and why.
+        """Take over what this station did not sign; every reader sees who did so, why, and of what.
 
-        Only for a job of a version that did not sign, or for an older copy where no newer one is
-        left: never for one that a stranger signed, nor for one that was changed.
+        Only for a job of a version that did not sign, for an older copy if no newer one is left,
+        or for a job that this station signed and has no memory of.
 
         Raises
         ------
         StorageError
-            The job is sealed as it is, or its content speaks against it.
+            As `require_adoptable`.
         """
         with self._reading() as db:
             seal = self._sealed(db)
-            faults = find_faults(db) or [
-                doubt for doubt in seal.doubts if seal.state.word in _NEVER_ADOPTED
-            ]
-        if faults or not seal.doubts:
-            raise StorageError(
-                "job.not_adopted",
-                f"{self.path}: {faults[0] if faults else 'the job is sealed already.'}",
-                "It cannot be taken over: restore a good copy." if faults else "Nothing is needed.",
-            )
+            require_adoptable(seal, self.path, find_faults(db))
         self._key = KeyFolder().station_key()
-        text = f"Steps 1 to {seal.steps} were taken over by {who}: {reason}. {seal.doubts[0]}"
+        suspect = " ".join(seal.doubts)
+        text = f"Steps 1 to {seal.steps} were taken over by {who}: {reason}. {suspect}"
         self.append_event(ADOPTED, text)
 
     def backup(self, path: Path | str) -> None:
