@@ -15,7 +15,7 @@ from pathlib import Path
 
 from ocmm_core.errors import StorageError
 from ocmm_core.host import HOST
-from ocmm_core.named_file import NamedFile, NameLoss, rescue_folders, write_rescued
+from ocmm_core.named_file import NamedFile, NameLoss, write_rescued
 from ocmm_core.seals import StationKey
 from ocmm_core.storage._connection import checkpoint, job_bytes, opened_bytes
 from ocmm_core.storage._faults import FAULTS, disk_failed, lost_name
@@ -60,8 +60,6 @@ class JobKeeper:
         self._last: tuple[int, str] | None = None
         self._loss: NameLoss | None = None
         self._disk = False
-        self.second: Path | None = None
-        """The folder for rescued jobs in the settings; None if not set."""
         self.key: StationKey | None = None
         """Signs the rescued job; None before the first step."""
         self.saved_in: Path | None = self._path
@@ -187,9 +185,7 @@ class JobKeeper:
                 self._loss, self._disk, self.saved_in = loss, disk, None
             if self.saved_in is None:
                 with contextlib.suppress(sqlite3.Error, StorageError):
-                    self.saved_in = write_rescued(
-                        self._path.name, self._content, rescue_folders(self.second)
-                    )
+                    self.saved_in = write_rescued(self._path.name, self._content)
 
     def complete_moved(self, db: sqlite3.Connection) -> None:
         """Write the log into a file that was moved, so that it is whole without its log."""
