@@ -221,7 +221,10 @@ class EventFolder(ABC, Generic[T]):
         """
         with self._lock, self._locked():
             # The lines of another process must not be written over.
+            before = self._chain
             self._refresh(writing=True)
+            if len(self._chain.links) < len(before.links):
+                raise before.lost("it was removed or replaced by an older one")
             exchanged = self.exchanged
             if exchanged is not None and self.events:
                 # From here on the history itself holds it, not only the memory of this station.
