@@ -95,6 +95,8 @@ class StationRequest:
     """Temperatures of probe and part, and what is to be compensated for them."""
     reference: Path | None = None
     """Document of the reference body to which everything is given; None without one."""
+    released_only: bool = False
+    """Refuse plans that are not released, also if no settings of this computer say so."""
     stream: StreamOptions | None = None
     """How points and poses are given to other programs; None where they are not."""
     room: TypedRoom = field(default_factory=TypedRoom)

@@ -31,5 +31,7 @@ class StationOptions:
     """How points and poses are given to other programs; None where they are not."""
     plan_file: Path | None = None
     """Where the plan is, with its pictures beside it; None where that is not known."""
+    released_only: bool = False
+    """Refuse plans that are not released."""
     simulated: bool = False
     """The frames come from a virtual rig; the job says so, for good."""

@@ -41,10 +41,11 @@ class Reports:
         MeasuringError
             The job changes faster than it can be reported.
         OcmmError
-            The job file cannot be read.
+            The job file cannot be read, or is not on the disk under its name.
         """
         for _ in range(_TRIES):
             job = self._current.now
+            job.file.require_name()
             view = job.session.view
             found = self._data_of(job, view)
             # A point that came meanwhile would be in one half of the report only.
@@ -70,7 +71,13 @@ class Reports:
         template cannot be used.
         """
         data = replace(self.data(), paper=paper_of(self._current.now.file.path))
-        return write_report(data, formats, directory, profile, incomplete=incomplete)
+        files = write_report(data, formats, directory, profile, incomplete=incomplete)
+        lost = self._current.now.file.check_name()
+        if lost is not None:
+            for file in files:
+                file.unlink(missing_ok=True)
+            raise lost
+        return files
 
     def _data_of(self, job: OpenJob, view: JobView) -> ReportData:
         instruments = self._instruments
@@ -97,4 +104,5 @@ class Reports:
             taken_back=back,
             explained=job.session.explanations(),
             seal=job.file.seal(),
+            release=job.release,
         )

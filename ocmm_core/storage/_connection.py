@@ -70,6 +70,20 @@ def make_file(path: Path, fill: Callable[[sqlite3.Connection], None]) -> None:
         raise not_writable(path, error.strerror or str(error)) from error
 
 
+def job_bytes(db: sqlite3.Connection) -> bytes:
+    """Return the bytes of a job file with what a connection in memory holds."""
+    return with_log(db.serialize())
+
+
+def opened_bytes(content: bytes) -> sqlite3.Connection:
+    """Return a connection in memory to the bytes of a job file that this program has written."""
+    held = bytearray(content)
+    held[_FORMAT_VERSIONS] = b"\1\1"
+    db = sqlite3.connect(":memory:", isolation_level=None)
+    db.deserialize(held)
+    return db
+
+
 @contextlib.contextmanager
 def connection_to(path: Path) -> Iterator[GuardedConnection]:
     """Give the connection to a job file to add to it, closed again where the body fails.
@@ -159,8 +173,13 @@ def _require_job(db: sqlite3.Connection, path: Path, *, whole: bool = True) -> N
         raise damaged(path, " ".join(fault.split()))
 
 
-def checkpoint(db: sqlite3.Connection) -> None:
-    """Take the write-ahead log into the file; where there is no room for it, it stays as it is.
+def checkpoint(db: sqlite3.Connection) -> bool:
+    """Write the write-ahead log into the file; without room for it, the log stays as it is.
+
+    Returns
+    -------
+    done
+        The log is empty.
 
     Raises
     ------
@@ -168,10 +187,11 @@ def checkpoint(db: sqlite3.Connection) -> None:
         The disk failed: the connection must be given up.
     """
     try:
-        db.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchall()
+        return bool(db.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0] == 0)
     except sqlite3.Error as error:
         if primary_code(error) != sqlite3.SQLITE_FULL:
             raise
+    return False
 
 
 def give_up(db: sqlite3.Connection) -> None:

@@ -1,28 +1,32 @@
-"""The signature of the station on a job: a row beside the audit for every transaction.
+"""The signature of the station on a job: a row next to the audit for every transaction.
 
-The hash of the last audit row is that of everything that was ever stored, so a signature on it is
-one on the whole job. Whoever goes on with a job adds to what he believes only: the last signature
-must be a good one of a known station before the next one is written. So a good last one stands for
-all before it, and a job that was written anew shows as one of a stranger, or of nobody. What was
-cut off at the end shows by what this station remembers (`seals`), or by a line on paper.
+The hash of the last audit row covers everything ever stored, so a signature on it covers the whole
+job. A job is continued only if its last signature is valid and of a trusted station. So a valid
+last one vouches for all before it, and a rewritten job has an unknown signature or none. A removed
+end is detected by the memory of the station (`seals`), or by a line on paper.
 """
 
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.seals import (
+    THIS_STATION,
     KeyFolder,
+    KnownEnd,
     SealState,
     SealWord,
-    Seen,
     Signature,
     Signed,
     StationKey,
+    expect,
     judge_signature,
+    memory_loss,
+    memory_start,
     recall,
     remember,
     shown_key,
@@ -34,30 +38,36 @@ from ocmm_core.storage._faults import damaged
 _LINE = "ocmm-job-1"
 
 ADOPTED = "adopted"
-"""Kind of the event by which somebody takes over what this station did not sign."""
+"""Kind of the event by which a person takes over steps that this station did not sign."""
 
 
 @dataclass(frozen=True, slots=True)
 class JobSeal:
-    """How far a job goes, and who says so."""
+    """End of a job, and the state of its signature."""
 
     job_uuid: str
-    """Of the job."""
+    """Identity of the job."""
     steps: int
     head: str
     """`steps`, `head`: Rows of the audit, and the hash of the last one."""
     state: SealState
-    """Of the signature on the last row."""
+    """State of the signature on the last row."""
     signature: Signature | None = None
-    """That one; None where there is none."""
+    """Signature on the last row; None if missing."""
     unsigned: int = 0
-    """Rows at the beginning that nobody signed when they were stored."""
+    """Number of rows at the beginning that were stored without a signature."""
     missing: str = ""
-    """What this station has seen and is no longer there, as a sentence; empty where all is."""
+    """Contradiction with the memory of the station, as a sentence; empty if none."""
+    older: bool = False
+    """The contradiction is only that later steps, or the memory itself, are missing."""
+    forgotten: str = ""
+    """Why the memory of the station has nothing of the job, although it should; empty if it has."""
+    adopted: tuple[str, ...] = ()
+    """Texts of adoptions: person, reason, and everything that was suspect."""
 
     @property
     def line(self) -> str:
-        """Return what proves the job on paper: its head with the signature; empty without one."""
+        """Return the proof on paper: the head with the signature; empty without one."""
         if self.signature is None:
             return ""
         return ":".join(
@@ -67,7 +77,7 @@ class JobSeal:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Return what speaks against the job, in sentences."""
+        """Return why the job is suspect, in sentences."""
         found = {
             SealWord.SEALED: (),
             SealWord.NOT_SIGNED: (
@@ -92,15 +102,15 @@ def insert_seal(db: sqlite3.Connection, key: StationKey) -> tuple[int, str]:
 
 
 def read_seal(db: sqlite3.Connection, path: Path, job_uuid: str, keys: KeyFolder) -> JobSeal:
-    """Return how far a job goes, and who says so.
+    """Return the end of a job, and the state of its signature.
 
     Raises
     ------
     StorageError
-        A row of the signatures is none, or the ring of known keys cannot be read.
+        A signature row is malformed, or the ring of known keys cannot be read.
     """
     steps, head = _last(db)
-    # Also those that nothing is concluded from: what nobody could have stored is damage.
+    # All rows, also those not evaluated: a row that this program never writes is damage.
     fault = seal_fault(db.execute("SELECT sequence, key, signature FROM seal"), steps)
     if fault:
         raise damaged(path, fault)
@@ -108,18 +118,34 @@ def read_seal(db: sqlite3.Connection, path: Path, job_uuid: str, keys: KeyFolder
     signature = None if row is None else Signature(*row)
     state = judge_signature(keys, Signed.JOB, _content(steps, head), signature)
     (first,) = db.execute("SELECT coalesce(min(sequence), 0) FROM seal").fetchone()
+    missing, older = _missing(db, job_uuid, steps, state, keys)
+    forgotten = memory_start(keys) if not missing and _is_forgotten(job_uuid, state) else ""
+    adopted = db.execute("SELECT text FROM event WHERE kind = ? ORDER BY rowid", (ADOPTED,))
     return JobSeal(
-        job_uuid, steps, head, state, signature, max(first - 1, 0), _missing(db, job_uuid, steps)
-    )
+        job_uuid, steps, head, state, signature, max(first - 1, 0), missing, older,
+        forgotten,
+        tuple(str(text) for (text,) in adopted),
+    )  # fmt: skip
 
 
-def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder) -> str:
-    """Return in a sentence what a line from paper proves of the job.
+def judge_head(keys: KeyFolder, steps: int, head: str, signature: Signature | None) -> SealState:
+    """Return the state of a signature on the head of a job, without the job file.
 
     Raises
     ------
     StorageError
-        It is of another job, says something else than the file, or nobody known signed it.
+        The ring of known keys cannot be read.
+    """
+    return judge_signature(keys, Signed.JOB, _content(steps, head), signature)
+
+
+def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder) -> str:
+    """Return in a sentence how a line from paper proves the job.
+
+    Raises
+    ------
+    StorageError
+        It is of another job, contradicts the file, or its signer is unknown.
     """
     parts = line.strip().split(":")
     if len(parts) != 6 or parts[0] != _LINE or not parts[2].isdecimal() or len(parts[2]) > 12:
@@ -156,21 +182,56 @@ def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder
 
 
 def remember_job(job_uuid: str, steps: int, head: str, place: Path) -> None:
-    """Keep how far a job goes."""
-    remember(Seen(name=_name(job_uuid), count=steps, link=head, place=str(place)))
+    """Store the end of a job in the memory of the station."""
+    seen = KnownEnd(name=_name(job_uuid), count=steps, link=head, place=str(place))
+    remember(seen, sync=False)
 
 
-def require_sealed(seal: JobSeal, path: Path) -> None:
-    """Refuse to go on with a job whose steps nobody here answers for.
+def expect_job(job_uuid: str, place: Path) -> None:
+    """Open the memory of a new job, before it is signed for the first time."""
+    expect(_name(job_uuid), place)
+
+
+def require_adoptable(seal: JobSeal, path: Path, faults: Sequence[str]) -> None:
+    """Refuse to take over a job that needs no adoption, or that is proven to be changed.
+
+    Parameters
+    ----------
+    faults
+        Faults of the file against its own chain.
 
     Raises
     ------
     StorageError
-        A stranger signed it, or nobody, or steps of it are missing.
+        The job is sealed, was changed, was signed by an unknown station, or contradicts the memory
+        of this station by more than missing steps at the end.
+    """
+    word, found = seal.state.word, list(faults)
+    if word in (SealWord.UNKNOWN_KEY, SealWord.FORGED) or (seal.missing and not seal.older):
+        found += seal.doubts
+    elif word is SealWord.NOT_SIGNED and seal.missing:
+        # A job enters the memory when it is signed: its signatures were removed since.
+        found += ["This station signed this job, and the signatures were removed.", seal.missing]
+    if found or not seal.doubts:
+        raise StorageError(
+            "job.not_adopted",
+            f"{path}: {' '.join(found) or 'the job is sealed already.'}",
+            "It cannot be taken over: restore a good copy." if found else "Nothing is needed.",
+        )
+
+
+def require_sealed(seal: JobSeal, path: Path) -> None:
+    """Refuse to continue a job that is not sealed.
+
+    Raises
+    ------
+    StorageError
+        Its signer is unknown, it is not signed, or steps of it are missing.
     """
     if not seal.doubts:
         return
-    adopt = seal.state.word is SealWord.NOT_SIGNED or (seal.state.sound and bool(seal.missing))
+    adopt = not seal.missing or seal.older
+    adopt = adopt and (seal.state.sound or seal.state.word is SealWord.NOT_SIGNED)
     raise StorageError(
         "job.not_sealed",
         f"{path}: nothing can be added to this job. {seal.doubts[0]}",
@@ -183,19 +244,36 @@ def require_sealed(seal: JobSeal, path: Path) -> None:
     )
 
 
-def _missing(db: sqlite3.Connection, job_uuid: str, steps: int) -> str:
-    seen = recall(_name(job_uuid))
+def _missing(
+    db: sqlite3.Connection, job_uuid: str, steps: int, state: SealState, keys: KeyFolder
+) -> tuple[str, bool]:
+    """Return how a job contradicts the memory, and whether only its end or the memory is lost."""
+    try:
+        seen = recall(_name(job_uuid))
+    except StorageError as error:
+        return f"{error.what} {error.remedy}", True
     if seen is None:
-        return ""
+        last = db.execute("SELECT max(time_utc) FROM audit").fetchone()[0]
+        own = state.station == THIS_STATION and last
+        lost = memory_loss(_name(job_uuid), last, keys) if own else None
+        return ("", False) if lost is None else (f"{lost.what} {lost.remedy}", True)
     if seen.count > steps:
         return (
             f"{seen.count - steps} of {seen.count} steps that this computer has seen are missing "
-            "at the end: it is an older copy of the job, or its end was removed."
+            "at the end: it is an older copy of the job, or its end was removed.",
+            True,
         )
     row = db.execute("SELECT hash FROM audit WHERE sequence = ?", (seen.count,)).fetchone()
-    if row is not None and row[0] == seen.link:
-        return ""
-    return f"Step {seen.count} is not the one that this computer has seen: the job was replaced."
+    if not seen.count or (row is not None and row[0] == seen.link):
+        return "", False
+    return (
+        f"Step {seen.count} is not the one that this computer has seen: the job was replaced.",
+        False,
+    )
+
+
+def _is_forgotten(job_uuid: str, state: SealState) -> bool:
+    return state.station == THIS_STATION and recall(_name(job_uuid)) is None
 
 
 def _last(db: sqlite3.Connection) -> tuple[int, str]:

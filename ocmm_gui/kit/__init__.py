@@ -79,6 +79,7 @@ if TYPE_CHECKING:
         NumberStyle,
         day_words,
         field_length,
+        is_ambiguous,
         length_number,
         length_of_field,
         length_words,
@@ -89,6 +90,7 @@ if TYPE_CHECKING:
         style_of,
         time_words,
         to_mm,
+        typed_value,
         unit_word,
         use_numbers,
     )
@@ -106,6 +108,7 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._reason_panel import ReasonPanel
     from ocmm_gui.kit._sheet import ChoiceBox, FormField, Sheet, caption, form_field
     from ocmm_gui.kit._shortcuts import (
+        DEBOUNCE_S,
         SHORT,
         Debounced,
         bind_actions,
@@ -168,9 +171,9 @@ else:
         _narrow="HintField NarrowButton NarrowItems fits is_longer",
         _notify="Banner ErrorHooks Level Notice NoticeCentre",
         _numbers=(
-            "INCH_MM NumberStyle day_words field_length length_number length_of_field "
+            "INCH_MM NumberStyle day_words field_length is_ambiguous length_number length_of_field "
             "length_words localised numbers_in_use plain_number split_unit style_of time_words "
-            "to_mm unit_word use_numbers"
+            "to_mm typed_value unit_word use_numbers"
         ),
         _painted="SCENE_LEAST SCENE_SIZE Painted",
         _parts="ColouredRow DataTable NumberTable panel sentence_label stacked value_label",
@@ -178,8 +181,8 @@ else:
         _reason_panel="ReasonPanel",
         _sheet="ChoiceBox FormField Sheet caption form_field",
         _shortcuts=(
-            "SHORT Debounced bind_actions conflict_of key_words make_actions make_button "
-            "shortcuts_of show_mode usable_keys use_shortcuts"
+            "DEBOUNCE_S SHORT Debounced bind_actions conflict_of key_words make_actions "
+            "make_button shortcuts_of show_mode usable_keys use_shortcuts"
         ),
         _sound="USUAL_VOLUME Approach Sound SoundPlayer verdict_sound",
         _texts="PlainLabel later literal said said_word tr tr_all with_unit",
@@ -195,6 +198,7 @@ __all__ = [
     "ACTIONS",
     "CAP_HEIGHT",
     "DASHES",
+    "DEBOUNCE_S",
     "DEFAULT_THEME",
     "FINISH_KEYS",
     "INCH_MM",
@@ -265,6 +269,7 @@ __all__ = [
     "form_words",
     "has_failed",
     "header_words",
+    "is_ambiguous",
     "is_held",
     "is_longer",
     "key_words",
@@ -319,6 +324,7 @@ __all__ = [
     "tr",
     "tr_all",
     "trouble",
+    "typed_value",
     "unit_word",
     "usable_keys",
     "use_language",

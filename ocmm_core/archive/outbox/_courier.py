@@ -6,22 +6,36 @@ archive has it, and the archive keeps what it knows already only once.
 
 from __future__ import annotations
 
+import contextlib
 import getpass
+import logging
 import random
 import socket
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from ocmm_core.archive.outbox._learn import learn_marks
+from ocmm_core.archive.outbox._learn import exchange_heads, learn_marks
 from ocmm_core.archive.outbox._outbox import Outbox
 from ocmm_core.archive.outbox._outbox_rows import Item, ItemState
-from ocmm_core.archive.records import Delivery, Extract, Sender, extract_job
+from ocmm_core.archive.records import (
+    Delivery,
+    Extract,
+    Sender,
+    delivery_claim,
+    extract_job,
+    shown_text,
+    station_claim,
+)
 from ocmm_core.archive.stores import Remedy, SqlArchive, remedy_of
 from ocmm_core.errors import OcmmError
 from ocmm_core.failure import contained
+from ocmm_core.seals import KeyFolder, Signature, Signed, sign
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 300.0
+_EXCHANGE_S = 600.0
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,10 +58,19 @@ def sender_of(outbox: Outbox, station: str) -> Sender:
         user = _shown(getpass.getuser())
     except (KeyError, OSError):
         user = ""
+    name = station or host
+    proof = _signature(Signed.STATION, station_claim(name))
     return Sender(
-        outbox=outbox.identity, station=station or host, machine=outbox.machine, host=host,
-        user=user,
+        outbox=outbox.identity, station=name, machine=outbox.machine, host=host, user=user,
+        key=proof.key, proof=proof.value,
     )  # fmt: skip
+
+
+def _signature(what: Signed, content: bytes) -> Signature:
+    """Return the signature of this station; empty if its key cannot be used: the job goes on."""
+    with contextlib.suppress(OcmmError):
+        return sign(KeyFolder().station_key(), what, content)
+    return Signature("", "")
 
 
 class Courier:
@@ -75,6 +98,7 @@ class Courier:
         self._outbox, self._connect, self._extract = outbox, connect, extract
         self._station = station
         self._archive: SqlArchive | None = None
+        self._exchange_at = 0.0
         self._again = 0
 
     def close(self) -> None:
@@ -107,6 +131,7 @@ class Courier:
                     else:
                         aside += 1
             learn_marks(archive)
+            self._exchange_heads(archive, now=sent > 0)
         except Exception as caught:
             # Whatever an archive says, the process that hands over lives on and tries again.
             error = contained(caught, "The hand-over to the archive")
@@ -116,6 +141,17 @@ class Courier:
             self._outbox.note_contact(error)
             return Handed(sent, aside, self._again, error)
         return Handed(sent, aside, self._again)
+
+    def _exchange_heads(self, archive: SqlArchive, *, now: bool) -> None:
+        if not now and time.monotonic() < self._exchange_at:
+            return
+        self._exchange_at = time.monotonic() + _EXCHANGE_S
+        try:
+            exchange_heads(archive, sender_of(self._outbox, self._station).station)
+        except OcmmError as error:
+            # An archive whose owner has not run set-up again; jobs are handed over all the same.
+            _log.warning("The ends of histories are not in the archive: %s", error)
+            self.close()
 
     def _open(self) -> SqlArchive:
         if self._archive is None:
@@ -158,7 +194,8 @@ class Courier:
         content = self._outbox.content(item)
         try:
             made = self._extract(content, item.name, sender.station, None)
-            known = archive.heads(made.record.job.job_uuid)
+            # What other stations have sent of it says nothing of this file: readers judge both.
+            known = archive.heads(made.record.job.job_uuid, sender.station)
             if known:
                 made = self._extract(content, item.name, sender.station, known)
         except OcmmError:
@@ -166,8 +203,10 @@ class Courier:
         except Exception as error:
             # A job that breaks the program must not keep the others from being handed over.
             raise contained(error, f"The reading of {item.name}") from error
+        claim = delivery_claim(sender.outbox, item.sequence, made.record.job.sha256)
         return Delivery(
             sender=sender,
+            signature=_signature(Signed.DELIVERY, claim).value,
             sequence=item.sequence,
             sent_utc=datetime.now(UTC).isoformat(timespec="milliseconds"),
             record=made.record,
@@ -200,4 +239,4 @@ class BackOff:
 
 
 def _shown(text: str) -> str:
-    return "".join(c for c in text if c.isprintable())[:100]
+    return shown_text(text, "")[:100]

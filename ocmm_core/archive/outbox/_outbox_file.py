@@ -19,6 +19,7 @@ from ocmm_core.archive.outbox._outbox_rows import (
 )
 from ocmm_core.documents import write_new
 from ocmm_core.errors import StorageError
+from ocmm_core.named_file import NamedFile
 from ocmm_core.side_files import Trusted
 from ocmm_core.storage import database_content, open_in_place
 
@@ -43,6 +44,7 @@ class OutboxFile:
         self.folder = folder
         self._files = folder / "files"
         self._db: sqlite3.Connection | None = None
+        self._name: NamedFile | None = None
         try:
             self._files.mkdir(parents=True, exist_ok=True)
             path = folder / "outbox.sqlite"
@@ -51,6 +53,7 @@ class OutboxFile:
                     write_new(path, database_content(_fill))
             self._db = open_in_place(path, sqlite3.Connection, Trusted.DATABASE, wait_s=_WAIT_S)
             self._prepare(self._db)
+            self._name = NamedFile(folder / "outbox.sqlite")
         except (sqlite3.Error, OSError) as error:
             self.close()
             raise self._fault(error) from error
@@ -92,6 +95,13 @@ class OutboxFile:
         try:
             yield db
             db.execute("COMMIT")
+            loss = None if self._name is None else self._name.loss()
+            if loss is not None:
+                raise StorageError(
+                    "outbox.lost",
+                    f"{self.folder / 'outbox.sqlite'}: {loss.words}.",
+                    "The job files are safe: put them in again with ocmm archive send FILE.",
+                )
         except BaseException:
             with contextlib.suppress(sqlite3.Error):
                 db.execute("ROLLBACK")

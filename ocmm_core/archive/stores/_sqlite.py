@@ -42,6 +42,8 @@ class SqliteArchive(SqlArchive):
         It is no archive, of a later version, or cannot be read or written.
     """
 
+    _who = "'local'"
+
     def __init__(self, path: Path, *, read_only: bool = False) -> None:
         self.place = str(path)
         self._read_only = read_only
@@ -51,7 +53,7 @@ class SqliteArchive(SqlArchive):
                 path.parent.mkdir(parents=True, exist_ok=True)
                 if not os.path.lexists(path):
                     with contextlib.suppress(FileExistsError):
-                        write_new(path, database_content(_step_up))
+                        write_new(path, database_content(_make_pages))
             self._db = open_in_place(
                 path, sqlite3.Connection, Trusted.DATABASE, wait_s=_WAIT_S, read_only=read_only
             )
@@ -94,6 +96,10 @@ class SqliteArchive(SqlArchive):
             raise newer(self.place, version, VERSION)
         if application == APPLICATION_ID and version == VERSION:
             return
+        if application == APPLICATION_ID and self._read_only:
+            # One of an earlier version; this connection sees the new tables then.
+            SqliteArchive(Path(self.place)).close()
+            return
         empty = not db.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
         if (application != APPLICATION_ID and not (application == 0 and empty)) or self._read_only:
             raise foreign(self.place)
@@ -107,9 +113,23 @@ class SqliteArchive(SqlArchive):
         )
 
     def _bring_up_to_date(self) -> None:
+        db = self._open()
+        # Tables that others refer to are made again.
+        db.execute("PRAGMA foreign_keys = OFF")
         with self._transaction():
             # Another program may have done so while we waited.
-            _step_up(self._open(), self._state()[1])
+            _, version = self._state()
+            for step in range(version, VERSION):
+                for statement in statements(step, SQLITE):
+                    db.execute(statement)
+                db.execute(
+                    "INSERT INTO migration (version, program) VALUES (?, ?)",
+                    (step + 1, __version__),
+                )
+                self._filled(step + 1)
+            db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+            db.execute(f"PRAGMA user_version = {VERSION}")
+        db.execute("PRAGMA foreign_keys = ON")
 
     def _open(self) -> sqlite3.Connection:
         if self._db is None:
@@ -164,13 +184,7 @@ class SqliteArchive(SqlArchive):
         return datetime.now(UTC)
 
 
-def _step_up(db: sqlite3.Connection, version: int = 0) -> None:
-    """Take an archive from a version to that of this program."""
-    for step in range(version, VERSION):
-        for statement in statements(step, SQLITE):
-            db.execute(statement)
-        db.execute(
-            "INSERT INTO migration (version, program) VALUES (?, ?)", (step + 1, __version__)
-        )
-    db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-    db.execute(f"PRAGMA user_version = {VERSION}")
+def _make_pages(db: sqlite3.Connection) -> None:
+    """Give a new database its head; without any table it has none."""
+    db.execute("CREATE TABLE head (id INTEGER)")
+    db.execute("DROP TABLE head")

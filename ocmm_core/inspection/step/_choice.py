@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -85,16 +86,32 @@ def chosen(offers: Sequence[Offer], choice: Choice) -> tuple[Offer, ...]:
             )
     taken = tuple(offer for offer in offers if _fits(offer, choice))
     if not taken:
-        raise _error("no surface fits the choice")
+        raise _error(_why_none(offers, choice))
     return taken
 
 
+def _why_none(offers: Sequence[Offer], choice: Choice) -> str:
+    """Return why no offer is taken: what is against those that were asked for."""
+    whys = Counter(
+        offer.against or "it is a free form, which needs the zone of its profile"
+        for offer in offers
+        if not choice.only and _is_asked_for(offer, choice)
+    )
+    if not whys:
+        return "no surface has the name, kind and size of the choice"
+    (why, often), *_ = whys.most_common(1)
+    return f"no surface fits the choice; most often ({often} of {whys.total()}), {why}"
+
+
 def _fits(offer: Offer, choice: Choice) -> bool:
+    wanted = _named(offer, choice.only) if choice.only else _to_begin_with(offer, choice)
+    return wanted and _is_asked_for(offer, choice)
+
+
+def _is_asked_for(offer: Offer, choice: Choice) -> bool:
     kinds = {kind.lower() for kind in choice.kinds}
-    named = _named(offer, choice.only)
     return (
-        (named if choice.only else _to_begin_with(offer, choice))
-        and not _named(offer, choice.without)
+        not _named(offer, choice.without)
         and (not kinds or offer.kind.lower() in kinds)
         and choice.least_mm <= offer.size_mm <= choice.most_mm
     )

@@ -89,7 +89,12 @@ def test_an_old_job_is_taken_over_by_name(job: Path) -> None:
     answers = ("--who", "Ada Lovelace", "--reason", "measured in spring")
     assert run("audit", "adopt", job, *answers)[0] == 0
     code, told = run("audit", "verify", job)
-    assert (code, "taken over by Ada Lovelace: measured in spring" in told) == (0, True)
+    assert (code, "taken over by Ada Lovelace: measured in spring" in told) == (1, True)
+    # What was suspect stays in it for good.
+    assert "ADOPTED (job)" in told
+    assert "Signed   ADOPTED, by this station" in told
+    assert "The job is not signed" in told
+    assert "INTACT" not in told
     code, told = run("audit", "adopt", job, *answers)
     assert (code, "sealed already" in told) == (2, True)
 
@@ -103,9 +108,11 @@ def test_folders_of_records_and_seals_of_reports(tmp_path: Path) -> None:
     assert "INTACT (calibrations of a probe)" in told
     assert "verification passed" in told
     nothing = tmp_path / "x"
-    code, told = run("audit", "verify", nothing, tmp_path, tmp_path / f"a{ENDING}", cameras)
-    # Each is told for itself, and the last one is looked at all the same.
-    assert (code, told.count("calibrations of cameras")) == (2, 1)
+    (tmp_path / "empty").mkdir()
+    empty = tmp_path / "empty"
+    code, told = run("audit", "verify", nothing, empty, tmp_path / f"a{ENDING}", tmp_path)
+    # Each has its own sentence; the last one is searched for histories all the same.
+    assert (code, told.count("INTACT (calibrations of")) == (2, 2)
     assert "there is no history of calibrations" in told
 
 

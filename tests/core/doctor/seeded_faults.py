@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import timedelta
@@ -12,7 +11,7 @@ from pathlib import Path
 import msgspec
 
 from ocmm_core.doctor import Computer, Light
-from ocmm_core.seals import Seen
+from ocmm_core.seals import KnownEnd
 from tests.core.doctor.fake_computer import (
     ADAPTER,
     CPU,
@@ -30,6 +29,7 @@ from tests.core.doctor.fake_computer import (
     put_record,
     room,
 )
+from tests.waiting import let_pass
 
 Fault = Callable[[Computer], Computer | None]
 _LONG = timedelta(days=400)
@@ -74,12 +74,12 @@ def records(until: timedelta, certificate: timedelta) -> Fault:
 
 def slow_fsync(seconds: float) -> Fault:
     """Return the fault that the disk takes so long."""
-    return answers(fsync=lambda descriptor: time.sleep(seconds))
+    return answers(fsync=lambda descriptor: let_pass(seconds))
 
 
 def set_back(computer: Computer) -> None:
     """Let the station remember a later moment than now."""
-    seen = Seen(name="x", count=3, link="b" * 64, utc=(NOW + timedelta(hours=2)).isoformat())
+    seen = KnownEnd(name="x", count=3, link="b" * 64, utc=(NOW + timedelta(hours=2)).isoformat())
     put(computer, STATE / "histories" / "1.json", msgspec.json.encode(seen))
 
 

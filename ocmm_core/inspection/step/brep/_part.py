@@ -266,8 +266,16 @@ def model_face(number: int, face: Any, document: StepDocument, *, is_exact: bool
 
     surface = BRepAdaptor_Surface(face, True)
     said = document.about(face)
-    loops = _loops(face, surface, document.steps) if is_exact else []
-    mapped = _mapped(surface, loops)
+    mapped, loops = None, list[Float]()
+    if is_exact:
+        try:
+            loops = _loops(face, surface, document.steps)
+            mapped = _mapped(surface, loops)
+        except MemoryError:
+            raise
+        except Exception:
+            # One odd face is shown by its mesh alone; the library raises many classes.
+            mapped = None
     outlines: tuple[Float, ...] = ()
     if mapped is not None:
         outlines = tuple(
@@ -340,7 +348,7 @@ def _piece(edge: Any, face: Any, steps: EdgeSteps) -> Float | None:
     from OCP.TopAbs import TopAbs_REVERSED
 
     curve = BRepAdaptor_Curve2d(edge, face)
-    along = steps.of(edge, curve.FirstParameter(), curve.LastParameter())
+    along, _ = steps.of(edge, curve.FirstParameter(), curve.LastParameter())
     line = parameters_on(curve, along)
     if not np.isfinite(line).all():
         return None

@@ -1,0 +1,76 @@
+"""Signature on the settings that change a verdict, in table ``[seal]`` of a settings document.
+
+A change by the program signs them again. Edits by other means leave the old seal, which then does
+not fit, until a person confirms the settings by name. Signatures are loaded late, because the
+window reads settings before it loads anything large.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+if TYPE_CHECKING:
+    from ocmm_core.seals import SealState
+
+SEAL = "seal"
+_VERDICT = (
+    "instrument.", "temperature.", "job.released_only", "report.accreditation", "report.template",
+)  # fmt: skip
+
+
+class SettingsSeal(msgspec.Struct, frozen=True, kw_only=True):
+    """The table; ``who`` confirmed the settings, or is empty if the program changed them."""
+
+    who: str = ""
+    utc: str = ""
+    key: str = ""
+    value: str = ""
+
+
+def changes_verdict(key: str) -> bool:
+    """Return whether a setting can change a verdict."""
+    return key.startswith(_VERDICT)
+
+
+def sealed_table(entries: Mapping[str, Any], who: str = "") -> dict[str, str]:
+    """Return the table that signs ``entries``; StorageError if the key cannot be used."""
+    from ocmm_core.seals import KeyFolder, Signed, sign
+
+    utc = datetime.now(UTC).isoformat(timespec="seconds")
+    made = sign(KeyFolder().station_key(), Signed.SETTINGS, _content(entries, who, utc))
+    return {"who": who, "utc": utc, "key": made.key, "value": made.value}
+
+
+def signer_of(entries: Mapping[str, Any]) -> SealState:
+    """Return the state of the signature; StorageError if the ring of keys cannot be read."""
+    from ocmm_core.seals import KeyFolder, Signature, Signed, judge_signature
+
+    seal = SettingsSeal()
+    signature = None
+    if SEAL in entries:
+        with contextlib.suppress(msgspec.ValidationError):
+            seal = msgspec.convert(entries[SEAL], SettingsSeal)
+        signature = Signature(seal.key, seal.value)
+    content = _content(entries, seal.who, seal.utc)
+    return judge_signature(KeyFolder(), Signed.SETTINGS, content, signature)
+
+
+def verdict_entries(entries: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the entries that can change a verdict, by key."""
+    return {
+        f"{section}.{name}": value
+        for section, items in entries.items()
+        if isinstance(items, Mapping)
+        for name, value in items.items()
+        if changes_verdict(f"{section}.{name}")
+    }
+
+
+def _content(entries: Mapping[str, Any], who: str, utc: str) -> bytes:
+    content = {"settings": verdict_entries(entries), "who": who, "utc": utc}
+    return msgspec.json.encode(content, order="sorted")
