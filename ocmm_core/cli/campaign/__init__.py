@@ -5,7 +5,8 @@ In: lanes, a seed, how many trials or hours. Out: a table of what was lost, with
 Read `_reliability` (the command) and `_trials` (a trial, a finding, the state file), then the
 lanes: `_kills`, `_cuts`, `_faults` with `_faulty_disk`, `_writers`, `_clock`, `_hostile`, `_soak`.
 `_work` and `_stores` are what they write. `_hostile` gives the files of `_hostile_jobs`,
-`_hostile_documents` and `_hostile_forge` to real commands (`_hostile_runs`).
+`_hostile_documents` and `_hostile_forge` to real commands (`_hostile_runs`), and `_hostile_sides`
+makes files of every kind next to trusted ones.
 It must not know the other commands; it starts them as a user does.
 """
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from ocmm_core.cli.campaign._hostile_groups import given, good_files, hostile_groups, usual_of
     from ocmm_core.cli.campaign._hostile_jobs import damaged_kinds, job_kinds
     from ocmm_core.cli.campaign._hostile_runs import REFUSED
+    from ocmm_core.cli.campaign._hostile_sides import MAKERS, Make
     from ocmm_core.cli.campaign._reliability import reliability, selftest_app
     from ocmm_core.cli.campaign._stores import other_station
 else:
@@ -41,13 +43,16 @@ else:
         _hostile_groups="given good_files hostile_groups usual_of",
         _hostile_jobs="damaged_kinds job_kinds",
         _hostile_runs="REFUSED",
+        _hostile_sides="MAKERS Make",
         _reliability="reliability selftest_app",
         _stores="other_station",
     )
 
 __all__ = [
+    "MAKERS",
     "REFUSED",
     "Kind",
+    "Make",
     "damaged_kinds",
     "document_kinds",
     "forged",
