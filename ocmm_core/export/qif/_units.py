@@ -1,6 +1,6 @@
-"""Units of a QIF document: declared once, named by values, never guessed.
+"""DocumentUnits of a QIF document: declared once, named by values, never guessed.
 
-A document declares its units by name and factor (Units.xsd, ``S = (X + Offset) Factor``); a value
+A document declares its units by name and factor (DocumentUnits.xsd, ``S = (X + Offset) Factor``); a value
 names one of them, or none and has the primary one. In characteristics the PMI units come first. A
 name that is known elsewhere must have the factor it has everywhere.
 """
@@ -24,8 +24,8 @@ class NotTakenError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Units:
-    """Units of length and angle of a document."""
+class DocumentUnits:
+    """DocumentUnits of length and angle of a document."""
 
     lengths: MutableMapping[str, float]
     """mm for one of each declared unit, by its name."""
@@ -68,7 +68,7 @@ class Units:
         return found
 
 
-def units_of(root: etree._Element, prefix: str) -> Units:
+def units_of(root: etree._Element, prefix: str) -> DocumentUnits:
     """Read the units that a document declares.
 
     Parameters
@@ -85,7 +85,7 @@ def units_of(root: etree._Element, prefix: str) -> Units:
     NotTakenError
         A unit is not known and has no factor, or one name has two factors.
     """
-    units = Units({}, {}, {})
+    units = DocumentUnits({}, {}, {})
     for group in ("PrimaryUnits", "OtherUnits"):
         for unit in root.iterfind(f"{prefix}FileUnits/{prefix}{group}/*"):
             word = str(unit.tag).removeprefix(prefix)
