@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from lxml import etree
 
 from ocmm_core.export.qif._check import NAMESPACE
-from ocmm_core.export.qif._units import NotTakenError, DocumentUnits, number, units_of
+from ocmm_core.export.qif._units import DocumentUnits, NotTakenError, number, units_of
 from ocmm_core.inspection.plan import NAME_PATTERN
 
 Q = f"{{{NAMESPACE}}}"

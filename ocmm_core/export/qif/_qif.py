@@ -22,7 +22,7 @@ from ocmm_core.export.report import (
     Profile,
     ReportData,
     Table,
-    DocumentUnits,
+    Units,
     features_table,
     head_table,
     points_table,
@@ -123,7 +123,7 @@ def _other_points(root: etree._Element, data: ReportData) -> Iterator[str]:
 
 def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
     (data,) = jobs
-    units = DocumentUnits(length_decimals=6, angle_decimals=6)
+    units = Units(length_decimals=6, angle_decimals=6)
     return (
         head_table(data),
         report_table(data, units),

@@ -1,6 +1,6 @@
-"""DocumentUnits of a QIF document: declared once, named by values, never guessed.
+"""Units of a QIF document: declared once, named by values, never guessed.
 
-A document declares its units by name and factor (DocumentUnits.xsd, ``S = (X + Offset) Factor``); a value
+A document declares its units by name and factor (Units.xsd, ``S = (X + Offset) Factor``); a value
 names one of them, or none and has the primary one. In characteristics the PMI units come first. A
 name that is known elsewhere must have the factor it has everywhere.
 """
@@ -25,7 +25,7 @@ class NotTakenError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class DocumentUnits:
-    """DocumentUnits of length and angle of a document."""
+    """Units of length and angle of a document."""
 
     lengths: MutableMapping[str, float]
     """mm for one of each declared unit, by its name."""

@@ -9,7 +9,7 @@ from lxml import etree
 
 from ocmm_core.export.qif._check import NAMESPACE
 from ocmm_core.export.qif._terms import Pair, Value
-from ocmm_core.export.report import DocumentUnits
+from ocmm_core.export.report import Units
 
 
 class Writer:
@@ -101,4 +101,4 @@ def text_of(content: Value) -> str:
 
 def finite(name: str, value: float) -> float:
     """Return a number; StorageError where it is none that can be reported."""
-    return DocumentUnits.finite(name, value, 0).value
+    return Units.finite(name, value, 0).value
