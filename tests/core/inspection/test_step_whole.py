@@ -55,7 +55,8 @@ def rng_of(*words: str) -> np.random.Generator:
 
 def check(path: Path, model: StepModel, files: tuple[str, ...] = ()) -> None:
     """Check the targets of a model by the library alone, and the sum of its account."""
-    places = [one for item in (*model.features, *model.free_forms) for one in item.targets]
+    places = [one for item in model.features for one in item.targets]
+    places += [one for form in model.free_forms for one in form.targets]
     if places:
         part = written(path.with_name("whole.stp"), read_document(str(path), print, files).shape)
         assert float(off_mm(part if files else path, places).max()) <= OFF_MM
