@@ -151,7 +151,6 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
                 stream=request.stream,
                 plan_file=request.plan if begun is None else None,
                 released_only=request.released_only,
-                rescue=request.rescue,
                 simulated=feed.description.simulated,
             ),
             recorder,

@@ -105,8 +105,6 @@ def connection_to(path: Path, *, read_only: bool) -> Iterator[GuardedConnection]
     with _closing_on_error(path, _connect(path, mode, alone=not read_only)) as db:
         _require_job(db, path, read_only=read_only)
         if not read_only:
-            # Only files of version 1 may be without a log.
-            db.execute("PRAGMA journal_mode = WAL").fetchall()
             # What a killed program or a failed sync left in the log may only be in memory: from
             # here on it is on the disk, before anything is written behind it.
             checkpoint(db)

@@ -115,11 +115,6 @@ class JobFile:
         """Return the file with all acknowledged steps; None if they are only in memory."""
         return self.path if self._keeper is None else self._keeper.saved_in
 
-    def rescue_into(self, folder: Path | None) -> None:
-        """Set the folder for a new file if this one is lost; None is that of the user."""
-        if self._keeper is not None:
-            self._keeper.second = folder
-
     def check_name(self) -> StorageError | None:
         """Return why the job is not on the disk under its name; None while it is.
 

@@ -17,6 +17,7 @@ from ocmm_core.archive.outbox._outbox_rows import (
     machine_identity,
 )
 from ocmm_core.errors import StorageError
+from ocmm_core.named_file import NamedFile
 
 _WAIT_S = 5.0
 
@@ -39,6 +40,7 @@ class OutboxFile:
         self.folder = folder
         self._files = folder / "files"
         self._db: sqlite3.Connection | None = None
+        self._name: NamedFile | None = None
         try:
             self._files.mkdir(parents=True, exist_ok=True)
             self._db = sqlite3.connect(
@@ -46,6 +48,7 @@ class OutboxFile:
                 check_same_thread=False,
             )  # fmt: skip
             self._prepare(self._db)
+            self._name = NamedFile(folder / "outbox.sqlite")
         except (sqlite3.Error, OSError) as error:
             self.close()
             raise self._fault(error) from error
@@ -98,6 +101,13 @@ class OutboxFile:
         try:
             yield db
             db.execute("COMMIT")
+            loss = None if self._name is None else self._name.loss()
+            if loss is not None:
+                raise StorageError(
+                    "outbox.lost",
+                    f"{self.folder / 'outbox.sqlite'}: {loss.words}.",
+                    "The job files are safe: put them in again with ocmm archive send FILE.",
+                )
         except BaseException:
             with contextlib.suppress(sqlite3.Error):
                 db.execute("ROLLBACK")
