@@ -8324,6 +8324,14 @@ Startet: {source}</translation>
         <translation>Wohin Aufträge und Berichte geschrieben werden</translation>
     </message>
     <message>
+        <source>Second job folder</source>
+        <translation>Zweiter Auftragsordner</translation>
+    </message>
+    <message>
+        <source>For jobs whose file was removed, moved or replaced; empty: data folder of the user</source>
+        <translation>Für Aufträge, deren Datei gelöscht, verschoben oder ersetzt wurde; leer: Datenordner des Benutzers</translation>
+    </message>
+    <message>
         <source>Plan folder</source>
         <translation>Prüfplanordner</translation>
     </message>
