@@ -29,13 +29,15 @@ from ocmm_core.named_file import NamedFile, write_rescued
 from ocmm_core.seals import (
     THIS_STATION,
     KeyFolder,
+    KnownEnd,
     SealState,
     SealWord,
-    Seen,
     Signature,
     Signed,
     StationKey,
+    expect,
     judge_signature,
+    memory_loss,
     recall,
     remember,
     sign,
@@ -144,7 +146,24 @@ class ChainFile(Generic[T]):
         self._signatures = tuple(signatures)
         self.signer = self._judged()
         if remembered and links:
-            _require_all(path, links)
+            self._require_all()
+
+    def _require_all(self) -> None:
+        """Raise StorageError if the memory of this station contradicts the chain, or is missing."""
+        seen = recall(_name(self.links))
+        if seen is None:
+            if self.signer.station == THIS_STATION:
+                utc = str(getattr(self.items[-1], "utc", ""))
+                lost = memory_loss(_name(self.links), utc, KeyFolder())
+                if lost is not None:
+                    raise StorageError(lost.code, f"{self.path}: {lost.what}", lost.remedy)
+        elif not seen.holds_in(self.links):
+            raise StorageError(
+                "chain.cut",
+                f"{self.path}: line {seen.count}, which this computer has seen, is missing or "
+                "another one.",
+                "Restore the newest copy of the file. If there is none, start a new one.",
+            )
 
     def require_signed(self, remedy: str) -> None:
         """Raise StorageError if no trusted station signed all lines; an empty chain passes."""
@@ -241,6 +260,8 @@ class ChainFile(Generic[T]):
             signature = sign(self._key, self._signed, line.sha256.encode())
             line = msgspec.structs.replace(line, signature=signature)
         link, content = line.sha256, _encode(line)
+        if self._remembered and not self.links:
+            expect(_name([link]), self.path.resolve())
         try:
             made = 0 if self._length else os.O_CREAT
             if made:
@@ -289,7 +310,7 @@ class ChainFile(Generic[T]):
             self.signer = SealState(SealWord.SEALED, THIS_STATION, self._key.fingerprint)
         if self._remembered:
             name, place = _name(self.links), str(self.path.resolve())
-            remember(Seen(name=name, count=len(self.links), link=link, place=place))
+            remember(KnownEnd(name=name, count=len(self.links), link=link, place=place), sync=False)
 
 
 def _line(number: int, previous: str, item: bytes, signature: Signature | None) -> _Line:
@@ -330,17 +351,6 @@ def _elsewhere(path: Path) -> StorageError:
 def _name(links: Sequence[str]) -> str:
     """Return what a chain is remembered by: its first line is like no other's."""
     return f"chain {links[0]}"
-
-
-def _require_all(path: Path, links: Sequence[str]) -> None:
-    seen = recall(_name(links))
-    if seen is None or (len(links) >= seen.count and links[seen.count - 1] == seen.link):
-        return
-    raise StorageError(
-        "chain.cut",
-        f"{path}: line {seen.count}, which this computer has seen, is missing or another one.",
-        "Restore the newest copy of the file. If there is none, start a new one.",
-    )
 
 
 def _given_up(path: Path) -> StorageError:

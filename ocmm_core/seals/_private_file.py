@@ -101,7 +101,8 @@ def private_content(path: Path) -> bytes | None:
         It cannot be read, or other users can read it or write its folder.
     """
     try:
-        descriptor = HOST.open_file(path, os.O_RDONLY)
+        # A pipe without a writer would be waited for.
+        descriptor = HOST.open_file(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
     except FileNotFoundError:
         return None
     except OSError as error:

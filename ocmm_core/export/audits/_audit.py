@@ -31,7 +31,7 @@ _STEPS = {
     "reference": "reference body stored",
     "reference_observation": "reference body beside point {}",
 }
-"""What a row of the audit is called, by its table."""
+"""Names of the rows of the audit, by table."""
 
 
 def audit(path: Path, line: str = "") -> Audit:
@@ -79,7 +79,8 @@ def files_to_audit(path: Path) -> tuple[Path, ...]:
 
 def _of_job(path: Path, line: str) -> Audit:
     with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
-        seal, faults, proofs = job.seal(), job.verify(), []
+        seal, faults = job.seal(), job.verify()
+        proofs = [seal.forgotten] if seal.forgotten else []
         if line:
             try:
                 proofs.append(job.check_line(line))

@@ -21,7 +21,7 @@ from ocmm_core.inspection.step._profiled import NOT_EXACT, FreeForm, free_forms_
 from ocmm_core.inspection.step._request import StepRequest, setting_of
 from ocmm_core.inspection.step._worker import Wanted
 from ocmm_core.inspection.step.brep import StepFace, Triple
-from ocmm_core.part_model import FARTHEST_MM, PartModel
+from ocmm_core.part_model import PartModel
 
 USUAL_BALL_MM = 6.0
 """Diameter of the ball of the standard probe."""
@@ -213,10 +213,13 @@ def _fault(feature: NominalFeature, surface: StepSurface) -> str:
     if surface.against:
         return surface.against
     sizes = (*feature.point, *feature.direction, feature.length, feature.width, feature.diameter)
-    if not np.isfinite(sizes).all() or np.abs(sizes).max() > FARTHEST_MM:
+    if not np.isfinite(sizes).all():
         return "its size or place is not that of a part"
     wrong = shape_fault(feature)
-    return "" if wrong is None else f"no plan can hold it: its {wrong[0]} {wrong[1]}"
+    if wrong is None:
+        return ""
+    place, fault = wrong
+    return f"no plan can hold it: its {place} {fault}"
 
 
 def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:

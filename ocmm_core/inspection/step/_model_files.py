@@ -50,7 +50,8 @@ class ModelFiles:
     def have_tolerances(self) -> bool:
         """Return whether a part file may contain tolerances, which are read from ``top`` only."""
         return any(
-            may_say_tolerances(one.decode("utf-8", errors="replace")) for one in self.parts.values()
+            may_say_tolerances(one.decode("utf-8", errors="replace"))
+            for one in self.parts.values()
         )
 
     def is_unchanged(self) -> bool:
@@ -139,7 +140,11 @@ def _part(top: Path, name: str) -> bytes:
             top, f"its part file {shortened(name)} is not in its folder",
             "Copy all files of the assembly into one folder, or export it as one file.",
         )  # fmt: skip
-    content = read_bytes(path)
+    try:
+        content = read_bytes(path)
+    except InputError as error:
+        fault = error.what.rstrip(".")
+        raise step_error(top, f"its part file cannot be read: {fault}", error.remedy) from error
     if not content.lstrip().startswith(_HEAD):
         raise step_error(
             top, f"its part file {shortened(name)} is not a STEP file",

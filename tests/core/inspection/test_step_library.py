@@ -150,7 +150,7 @@ def test_an_edge_is_followed_where_it_bends_in_a_small_part_of_its_parameter(
     from ocmm_core.inspection.step.brep._raw_faces import read_faces
 
     path = written(tmp_path / "pocket.step", bent_pocket())
-    faces, _ = read_faces(str(path), lambda _: None)
+    faces = read_faces(str(path), lambda _: None).faces
     curve = bent_outline()
     # Close in both parts of the parameter.
     steps = np.concatenate([np.linspace(0.0, 0.001, 500), np.linspace(0.001, 1.0, 500)])
