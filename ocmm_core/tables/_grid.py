@@ -18,7 +18,7 @@ LONGEST_ROW = 4000
 _SEP = re.compile(r'"?sep=(.)"?[;,]*', re.IGNORECASE)
 _COMMENT = re.compile(r"\s*(#|%|!|//|\$\$|'|;|\*)")
 _TRAILING = re.compile(r"(?:(?<=[\s;,])|(?<=\d))(?:#|%|!|//|\$\$)[^;,\d].*$")
-_RULE = re.compile(r"[\s\-=_+|:*~.;,\"]*")
+_RULE = re.compile(r"[\s\-=_+|:*~.;,]*")
 _ODD_BLANK = re.compile(f"[{BLANKS}]")
 
 
@@ -142,7 +142,8 @@ def separator_of(lines: Iterable[str]) -> str:
             return sign
     if counts["\t"] > half:
         widths = {text.count("\t") for text in data if "\t" in text}
-        blanks = sum(bool(re.search(r"\d +[\d+-]", text)) for text in data)
+        blanks = any(re.search(r"\d +[\d+-]", text) for text in data)
+        blanks = blanks or all("\t\t" in text for text in data)
         return "\t" if len(widths) <= 2 and not blanks else " "
     if counts[","] <= half:
         return " "

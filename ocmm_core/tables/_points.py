@@ -16,6 +16,7 @@ from ocmm_core.tables._columns import (
     AXES,
     ColumnPlan,
     are_units,
+    check_texts,
     checked_roles,
     counted_roles,
     find_heading,
@@ -118,6 +119,7 @@ def _of_text(file: Path, grid: TextGrid, options: TableOptions) -> PointsFile:
     for line, text in grid.comments:
         if line != plan.line:
             grid.log.add(line, text, "comment")
+    check_texts(file, len(grid.comments) + len(grid.behind) + len(titles))
     statements = statements_in([*grid.comments, *grid.behind, *titles])
     places = [plan.index(axis) for axis in AXES]
     bare, suffixes = _without_units(rows, places)
@@ -235,7 +237,8 @@ def _rows(
 def _is_title(cells: list[str], words: list[str], count: int) -> bool:
     """Return whether a row is text, and not a point with a missing number."""
     failed = any(word.lower().strip("+-") in _MISSING for word in words)
-    return bool(words) and count < len(AXES) and not is_number(cells[0]) and not failed
+    few = count < len(AXES) and count <= len(words)
+    return few and bool(words) and not is_number(cells[0]) and not failed
 
 
 def _last_with_numbers(
