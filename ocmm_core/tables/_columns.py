@@ -288,4 +288,6 @@ def are_units(cells: Sequence[str]) -> bool:
     """Return whether a line below the heading states the unit of each column."""
     stripped = [cell.strip(" []()<>{}") for cell in cells]
     filled = [cell for cell in stripped if cell not in ("", "-", "1")]
-    return bool(filled) and all(find_unit(cell) is not None for cell in filled)
+    return bool(filled) and all(
+        find_unit(cell) is not None and not is_number(cell) for cell in filled
+    )

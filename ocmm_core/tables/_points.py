@@ -163,7 +163,7 @@ def _heading(
         if not options.columns:
             roles = checked_roles(grid.path, line, cells, roles)
         plan = ColumnPlan(tuple(cells), roles, line)
-        if body and are_units(units := heading_cells(body[0][1], grid.separator)):
+        if body and are_units(units := grid.splitter()(*body[0])):
             grid.log.add(*body[0], "units of the columns")
             plan = replace(plan, unit_row=tuple(units))
             body = body[1:]
@@ -196,7 +196,7 @@ def _rows(
             cells.pop()
         words = [cell for cell in cells if cell and not is_number(cell)]
         count = len(cells) - len(words) - cells.count("")
-        if not count and (place > last or not rows):
+        if not count and (place > last or not (rows or has_heading)):
             if heading_roles(heading_cells(text, grid.separator)) is not None:
                 raise fault(
                     file, line, "heading", text, "is a heading below the first row",

@@ -56,7 +56,9 @@ def test_name_and_factor_agree() -> None:
 @pytest.mark.parametrize(
     ("text", "symbol"),
     [
-        ("unit: mm", "mm"), ("# Units are in mm", "mm"), ("UNITS/INCH,ANGDEC", "inch"),
+        ("unit: mm", "mm"), ("unit: in", "inch"), ("Units are in in", "inch"),
+        ("unit: 1/100 mm, deg", "1/100 mm"), ("# Units are in mm", "mm"),
+        ("UNITS/INCH,ANGDEC", "inch"),
         ("Einheit: Zoll", "inch"), ("Alle Maße in mm", "mm"), ("units: deg, mm", "mm"),
         ("all values in um", "µm"), ("exported in inches", "inch"), ("[mm]", "mm"), ("G20", "inch"),
         ('units = "mm"', "mm"), ("x, y, z in mm", "mm"), ("comment unit mm", "mm"),
@@ -94,6 +96,7 @@ def test_unclear_statements_are_no_units(text: str) -> None:
     ("cell", "parts"),
     [
         ("X [mm]", ("X", "mm")), ("x (in)", ("x", "in")), ("x/mm", ("x", "mm")),
+        ("x/1/100 mm", ("x", "1/100 mm")),
         ('X (")', ("X", '"')),
         ("x_mm", ("x", "mm")), ("z in mm", ("z", "mm")), ("x_m", ("x_m", "")), ("xmm", ("x", "mm")),
         ("z (actual)", ("z actual", "")), ("x [furlong]", ("x", "furlong")), ("X", ("X", "")),
