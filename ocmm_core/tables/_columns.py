@@ -24,7 +24,7 @@ _COORDINATE = re.compile(
     r"(?:[a-zα-ω]|phi|theta|rho|lat|lon|long|latitude|longitude|radius|azimuth|angle|range|dist|"
     r"distance)(?![a-zα-ω])"
 )
-_ASK = "State the columns with --columns, such as --columns name,x,y,z or --columns x,y,z,-."
+_ASK = "State the columns, such as --columns name,x,y,z or --columns x,y,z,-."
 
 
 @dataclass(frozen=True, slots=True)

@@ -144,7 +144,7 @@ def grammar_of(path: Path, cells: Iterable[tuple[int, str]], decimal: str = "") 
         raise InputError(
             "table.decimal",
             f"{path}, line {line}: {shortened(text)} could be {low} or {text.replace(other, '')}.",
-            "State the decimal sign with --decimal point or --decimal comma.",
+            "State the decimal sign: --decimal point or --decimal comma, in the window its field.",
         )
     line, text = proofs.get(sign, (0, ""))
     return NumberGrammar(sign or ".", f"{shortened(text)} in line {line}" if line else "")

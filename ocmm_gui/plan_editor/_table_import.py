@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QKeyEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
 
 from ocmm_core.inspection.plan import FeaturePreview
 from ocmm_core.tables import TableOptions
@@ -98,22 +98,18 @@ class TableImport(QWidget):
         preview = found.preview
         account = preview.account
         width = max((len(row.cells) for row in preview.rows), default=1)
-        heads = [tr("Line")]
+        heads = [tr("Line"), tr("Left out, because")]
         for column in range(width):
             role = account.columns[column].role if account and column < len(account.columns) else ""
             heads.append(role or (tr("not read") if account else str(column + 1)))
         self.table.setColumnCount(width + 2)
-        self.table.setHorizontalHeaderLabels([*heads, tr("Left out, because")])
+        self.table.setHorizontalHeaderLabels(heads)
         self.table.setRowCount(len(preview.rows))
         for row, one in enumerate(preview.rows):
             cells = [*one.cells, *[""] * (width - len(one.cells))]
-            self.table.show_words(row, (str(one.line), *cells, said(one.why) if one.why else ""))
-        self.table.horizontalHeader().setSectionResizeMode(
-            width + 1, QHeaderView.ResizeMode.Stretch
-        )
-        self.table.setColumnWidth(0, 60)
-        for column in range(1, width + 1):
-            self.table.setColumnWidth(column, _CELL_PX)
+            self.table.show_words(row, (str(one.line), said(one.why) if one.why else "", *cells))
+        for column in range(width + 2):
+            self.table.setColumnWidth(column, (60, 170)[column] if column < 2 else _CELL_PX)
         if preview.error is not None:
             words = f"{said(preview.error.what)}\n{said(preview.error.remedy)}"
         else:
