@@ -115,7 +115,11 @@ class TableImport(QWidget):
         else:
             words = "\n".join(said(one) for one in account.sentences(3)) if account else ""
         if preview.hidden:
-            hidden = tr("%n lines between them are not shown.", "", preview.hidden)
+            hidden = tr(
+                "%n lines between them are not shown.",
+                "1 line between them is not shown.",
+                preview.hidden,
+            )
             words = f"{words}\n{hidden}"
         self.summary.setText(words)
         self.take.setEnabled(found.table is not None)
