@@ -14,6 +14,8 @@ from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QWidget
 
 from ocmm_gui.kit import THEMES, PlainLabel, apply_theme, text_font, tr
 
+_QUIT_EVERY_MS = 20
+
 
 def show(window: QMainWindow, size: tuple[int, int] | None) -> None:
     """Show a window in a size; None: as large as the screen."""
@@ -65,11 +67,15 @@ def splash(app: QApplication, source: str, theme: str) -> QLabel:
 
 
 def end_on_signals(app: QApplication) -> None:
-    """End the event loop when somebody ends the program."""
+    """End the event loop on SIGINT and SIGTERM."""
+    # Repeated: before the loop of a window runs, and while events are handled during the start,
+    # quitting has no effect.
+    ending = QTimer(app)
+    ending.setInterval(_QUIT_EVERY_MS)
+    ending.timeout.connect(app.quit)
 
     def end(number: int, frame: FrameType | None) -> None:
-        # By the event loop: before it runs, quitting would have no effect.
-        QTimer.singleShot(0, app.quit)
+        ending.start()
 
     # The timer of the live values gives Python the turns in which signals are handled.
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -26,11 +26,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from pytestqt.qtbot import QtBot
 
 from ocmm_core.blas import use_one_thread
 from tests.gate import gate_of
-from tests.host import amount, not_run
+from tests.host import HANG_MS, amount, not_run
 from tests.other_station import forget_histories
+from tests.sleeps import scale_sleeps
 
 # As the product does, before numpy is loaded: two threads on small matrices wait for each other,
 # ten times as long as the work takes where other tests run beside.
@@ -62,6 +64,10 @@ _rings_made: set[Path] = set()
 
 def pytest_configure(config: pytest.Config) -> None:
     """Watch thread starts and ring files, and adopt orphaned grandchildren."""
+    scale_sleeps()
+    # A deadline of 5 s is none for a busy computer, and a longer one costs nothing when it is met.
+    for wait in (QtBot.waitActive, QtBot.waitExposed, QtBot.waitSignal, QtBot.waitUntil):
+        wait.__kwdefaults__["timeout"] = HANG_MS
     config.pluginmanager.register(gate_of(os.environ))
     start = threading.Thread.start
 

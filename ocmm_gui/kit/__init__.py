@@ -108,6 +108,7 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._reason_panel import ReasonPanel
     from ocmm_gui.kit._sheet import ChoiceBox, FormField, Sheet, caption, form_field
     from ocmm_gui.kit._shortcuts import (
+        DEBOUNCE_S,
         SHORT,
         Debounced,
         bind_actions,
@@ -180,8 +181,8 @@ else:
         _reason_panel="ReasonPanel",
         _sheet="ChoiceBox FormField Sheet caption form_field",
         _shortcuts=(
-            "SHORT Debounced bind_actions conflict_of key_words make_actions make_button "
-            "shortcuts_of show_mode usable_keys use_shortcuts"
+            "DEBOUNCE_S SHORT Debounced bind_actions conflict_of key_words make_actions "
+            "make_button shortcuts_of show_mode usable_keys use_shortcuts"
         ),
         _sound="USUAL_VOLUME Approach Sound SoundPlayer verdict_sound",
         _texts="PlainLabel later literal said said_word tr tr_all with_unit",
@@ -197,6 +198,7 @@ __all__ = [
     "ACTIONS",
     "CAP_HEIGHT",
     "DASHES",
+    "DEBOUNCE_S",
     "DEFAULT_THEME",
     "FINISH_KEYS",
     "INCH_MM",

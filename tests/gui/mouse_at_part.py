@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -83,12 +84,14 @@ class Mouse:
         )
         if self.points() == before:
             # The last frames of a touch are still on their way.
-            end_s = self.bench.built.station.looks.live().time_s + 1.0
-            looks = self.bench.built.station.looks
-            self.qtbot.waitUntil(
-                lambda: self.points() > before or looks.live().time_s > end_s, timeout=HANG_MS
-            )
+            self.watch(1.0, lambda: self.points() > before)
         return self.points() > before
+
+    def watch(self, seconds: float, until: Callable[[], bool] = lambda: False) -> None:
+        """Wait for so much time of the bus, which a busy computer stretches, or for an event."""
+        looks = self.bench.built.station.looks
+        end_s = looks.live().time_s + seconds
+        self.qtbot.waitUntil(lambda: until() or looks.live().time_s > end_s, timeout=HANG_MS)
 
     def turn_view(self, right_px: int, down_px: int) -> None:
         """Turn the view with the right button, as it is turned while the left one touches."""

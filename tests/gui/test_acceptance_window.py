@@ -31,13 +31,12 @@ from ocmm_core.documents import resource
 from ocmm_gui.acceptance._measure_page import MeasurePage
 from ocmm_gui.acceptance._verdict_page import AcceptanceVerdictPage
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import THEMES, Notice, NoticeCentre, Themed
+from ocmm_gui.kit import DEBOUNCE_S, THEMES, Notice, NoticeCentre, Themed
 from ocmm_gui.window import MainWindow
 from ocmm_gui.wizards import Runner
 from tests.host import HANG_MS
 from tests.slow_rig import CALM_HZ, slow_rig_in
-
-_NOT_BOUNCED_MS = 170
+from tests.waiting import let_pass
 
 
 @dataclass
@@ -96,7 +95,7 @@ class Desk:
         """Go on to the measuring and let what is ready be taken."""
         self.until(lambda: self.window.tests.desk.runner is not None)
         if self.view.base.step.name == "prepare":
-            QTest.qWait(_NOT_BOUNCED_MS)
+            let_pass(DEBOUNCE_S)
             self.key(Qt.Key.Key_Return)
         self.until(lambda: self.view.base.step.name == "measure")
         self.until(self.runner.pages["measure"].isVisible)
@@ -106,7 +105,7 @@ class Desk:
         """Wait for the last point and go on to the verdict."""
         self.until(lambda: self.view.base.step.gate.open)
         self.until(lambda: self.runner.actions_by_key["next"].isEnabled())
-        QTest.qWait(_NOT_BOUNCED_MS)
+        let_pass(DEBOUNCE_S)
         self.key(Qt.Key.Key_Return)
         page = self.runner.pages["result"]
         assert isinstance(page, AcceptanceVerdictPage)
@@ -259,7 +258,7 @@ def test_the_interim_check_is_charted_and_points_are_taken_by_hand(desk: Desk) -
     desk.until(desk.window.tests.desk.start.isVisible)
     desk.begin()
     # Y once more: nothing is taken by itself, and the hand waits for the key.
-    QTest.qWait(_NOT_BOUNCED_MS)
+    let_pass(DEBOUNCE_S)
     desk.key(Qt.Key.Key_Y)
     desk.until(lambda: not desk.runner.driver.now.automatic)
     done = desk.view.base.step.done
@@ -269,7 +268,7 @@ def test_the_interim_check_is_charted_and_points_are_taken_by_hand(desk: Desk) -
     assert procedure.base.step.done == done
     desk.key(Qt.Key.Key_Space)
     desk.until(lambda: procedure.base.step.done == done + 1)
-    QTest.qWait(_NOT_BOUNCED_MS)
+    let_pass(DEBOUNCE_S)
     desk.key(Qt.Key.Key_Y)
     page = desk.verdict()
     desk.store()

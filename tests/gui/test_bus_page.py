@@ -10,7 +10,6 @@ from pathlib import Path
 import msgspec
 import pytest
 from PySide6.QtGui import QImage
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -23,6 +22,10 @@ from ocmm_gui.maintain import BusPage
 from ocmm_gui.maintain._wire_view import WireView
 from tests.gui.bus_reports import FOUR, IN_ORDER, MISSING, publish
 from tests.host import HANG_MS
+from tests.waiting import let_pass
+
+_LOOK_S = 0.1
+"""A watch decodes reports no more often than this."""
 
 
 @dataclass
@@ -40,8 +43,7 @@ class Wire:
 
     def show(self, report: BusReport) -> None:
         publish(self.ring, report)
-        # A report is looked at ten times a second at most.
-        QTest.qWait(120)
+        let_pass(_LOOK_S)
         self.page.refresh()
 
 
@@ -194,7 +196,7 @@ def test_a_report_is_looked_at_ten_times_a_second_at_most(wire: Wire) -> None:
     first = wire.watch.report()
     publish(wire.ring, MISSING)
     assert wire.watch.report() is first
-    QTest.qWait(120)
+    let_pass(_LOOK_S)
     assert wire.watch.report() == MISSING
 
 

@@ -6,13 +6,14 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
 from ocmm_core.documents import resource
 from tests.host import HANG_S, on_linux_only
+from tests.programs import rings_of
+from tests.waiting import wait_until
 
 pytestmark = on_linux_only
 
@@ -32,12 +33,6 @@ def _of_session(session: int) -> list[int]:
     return found
 
 
-def _rings_of(pid: int) -> set[Path]:
-    """Return the rings that a process maps."""
-    maps = Path(f"/proc/{pid}/maps").read_text().splitlines()
-    return {Path(line.split()[5]) for line in maps if "ocmm-ring-" in line}
-
-
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
 def test_who_ends_the_demo_ends_its_window(tmp_path: Path, how: signal.Signals) -> None:
     """The window takes the place of the command, so that there is one process to end."""
@@ -48,11 +43,8 @@ def test_who_ends_the_demo_ends_its_window(tmp_path: Path, how: signal.Signals) 
         stderr=subprocess.PIPE, text=True, start_new_session=True,
     ) as command:  # fmt: skip
         try:
-            until = time.monotonic() + HANG_S
-            rings: set[Path] = set()
-            while not rings and command.poll() is None and time.monotonic() < until:
-                time.sleep(0.05)
-                rings = _rings_of(command.pid)
+            wait_until(lambda: rings_of(command.pid) or command.poll() is not None)
+            rings = rings_of(command.pid)
             # The process that was started shows the window itself.
             assert rings, "it measures in another process, or not at all"
             command.send_signal(how)
@@ -61,9 +53,7 @@ def test_who_ends_the_demo_ends_its_window(tmp_path: Path, how: signal.Signals) 
             command.kill()
     assert command.returncode == (-how if how == signal.SIGKILL else 0), errors
     assert "Traceback" not in errors
-    while (left := _of_session(command.pid)) and time.monotonic() < until:
-        time.sleep(0.05)
-    assert left == []
+    wait_until(lambda: not _of_session(command.pid))
     if how != signal.SIGKILL:
         assert not any(ring.exists() for ring in rings)
     for ring in rings:

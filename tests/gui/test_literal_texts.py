@@ -14,6 +14,7 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.documents import resource
 from ocmm_gui.kit import PlainLabel, literal
 from tests.gui.conftest import OpenWindow
+from tests.host import HANG_MS
 
 GUI = Path(__file__).resolve().parents[2] / "ocmm_gui"
 HOSTILE = "<b>x</b>[/12] <img src=file:///etc/passwd> &lt;"
@@ -88,7 +89,7 @@ def test_a_plan_of_html_is_shown_as_it_is(
     def is_shown() -> bool:
         return any("[/12]" in one.toolTip() for one in window.findChildren(QWidget))
 
-    qtbot.waitUntil(is_shown, timeout=10_000)
+    qtbot.waitUntil(is_shown, timeout=HANG_MS)
     shown = [window, *window.findChildren(QWidget)]
     for one in shown:
         assert not QtGui.Qt.mightBeRichText(one.toolTip()), one.toolTip()

@@ -16,6 +16,7 @@ from ocmm_core.rendering import NO_FACE, RenderMode
 from ocmm_gui.kit import THEMES
 from ocmm_gui.scene._part_scene import MOVING_TRIANGLES, PartDrawing
 from ocmm_gui.views import PartPicture
+from tests.host import HANG_MS
 from tests.made_parts import PartMaker
 
 TOP = 5
@@ -51,7 +52,7 @@ def place_of(widget: PartPicture, x: float, y: float, z: float) -> QPoint:
 
 
 def settled(qtbot: QtBot, widget: PartPicture) -> QImage:
-    qtbot.waitUntil(lambda: not widget.is_moving(), timeout=30_000)
+    qtbot.waitUntil(lambda: not widget.is_moving(), timeout=HANG_MS)
     return painted(widget)
 
 
@@ -73,7 +74,7 @@ def test_the_face_under_the_mouse_is_told_once(qtbot: QtBot, picture: PartPictur
         QTest.mouseMove(picture, place_of(picture, x, 20.0, 30.0))
         qtbot.wait(5)
     QTest.mouseMove(picture, QPoint(6, 6))
-    qtbot.waitUntil(lambda: told[-1:] == [NO_FACE], timeout=30_000)
+    qtbot.waitUntil(lambda: told[-1:] == [NO_FACE], timeout=HANG_MS)
     assert told == [TOP, NO_FACE]
 
 
@@ -159,7 +160,7 @@ def test_a_large_part_gets_a_coarser_mesh_for_moving(qtbot: QtBot) -> None:
     assert len(ball.triangles) > MOVING_TRIANGLES
     parent = QObject()
     drawing = PartDrawing(parent)
-    with qtbot.waitSignal(drawing.changed, timeout=60_000):
+    with qtbot.waitSignal(drawing.changed, timeout=HANG_MS):
         drawing.use(ball)
     place, theme = RigidTransform.identity(), THEMES["light"]
     still = drawing.scene(place, theme, RenderMode.SHADED)

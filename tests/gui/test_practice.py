@@ -18,11 +18,12 @@ from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.composition.practice import Practice
 from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import Mode, NoticeCentre
+from ocmm_gui.kit import DEBOUNCE_S, Mode, NoticeCentre
 from ocmm_gui.window import MainWindow
 from ocmm_gui.wizards import Runner
 from tests.host import HANG_MS
 from tests.slow_rig import CALM_HZ, slow_rig_in
+from tests.waiting import let_pass
 
 PATIENCE_MS = 2 * HANG_MS
 
@@ -109,7 +110,7 @@ def _complete(qtbot: QtBot, bench: _Bench, kind: ProcedureKind) -> Runner:
                 timeout=PATIENCE_MS,
             )
             if runner.driver.now.view.base.step.name == name:
-                qtbot.wait(170)
+                let_pass(DEBOUNCE_S)
                 runner.actions_by_key["next"].trigger()
         qtbot.waitUntil(
             lambda: (

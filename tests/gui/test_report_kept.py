@@ -13,9 +13,10 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.export.template import Particulars, given_with, keep_given, template_in_use
 from ocmm_gui.results import JobSource, ReportWriter
 from tests.gui.conftest import OpenWindow
+from tests.host import HANG_MS
 
 KEY = Qt.Key
-PATIENCE_MS = 60_000
+PATIENCE_MS = HANG_MS
 TEMPLATE = """
 schema = "ocmm.report-template/1"
 unit = "mm"

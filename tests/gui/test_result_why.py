@@ -25,8 +25,9 @@ from ocmm_gui.results import JobSource, ResultsSheet
 from ocmm_gui.results._driving_points import DrivingPoints
 from ocmm_gui.results._opening import opened_job
 from tests.gui.pdf_texts import texts
+from tests.host import HANG_MS
 
-PATIENCE_MS = 150_000
+PATIENCE_MS = HANG_MS
 STEP, BALL = "Block step", "Ball diameter"
 
 

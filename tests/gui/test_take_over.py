@@ -101,7 +101,7 @@ def test_the_probes_button_goes_the_whole_way_from_space(
         _wheel(mouse, 120)
     qtbot.waitUntil(lambda: mouse.hand.view().hand.touches, timeout=PATIENCE_MS)
     assert mouse.points() == 0, "touching alone takes nothing"
-    qtbot.wait(400)
+    mouse.watch(0.8)
     QTest.keyClick(bench.window, Qt.Key.Key_Space)
     qtbot.waitUntil(lambda: mouse.points() == 1, timeout=PATIENCE_MS)
     assert flags, "the button came over the frames, not from the window"
@@ -121,7 +121,7 @@ def test_handed_back_the_robot_measures_what_is_missing(
     assert "you measure" in window.hand.strip.text.text()
     assert window.actions_by_key["hand"].text() == "Hand back"
     bench.bridge.start()
-    qtbot.wait(300)
+    mouse.watch(1.0)
     assert mouse.points() == 0, "the robot has let go"
     window.hand.strip.hand_button.click()
     assert not mouse.hand.taken
@@ -188,7 +188,7 @@ def test_the_tour_sees_what_is_done_and_ends(qtbot: QtBot, open_window: OpenWind
     mouse.wanted = mouse.points()
     stands_at("move")
     QTest.mouseMove(mouse.view, mouse.at(np.array([-150.0, -55.0, 0.0])))
-    qtbot.wait(700)
+    mouse.watch(1.4)
     QTest.mouseMove(mouse.view, mouse.at(np.array([60.0, -55.0, 0.0])))
     stands_at("touch")
     up = np.array([0.0, 0.0, 1.0])

@@ -28,7 +28,7 @@ from ocmm_gui.views import PointView
 from tests.core.inspection.step_models import bent_pocket, written
 from tests.gui.plan_steps import Step, measured_steps, nominal_steps
 from tests.gui.test_point_view import live_at
-from tests.host import HANG_S
+from tests.host import HANG_MS, HANG_S
 from tests.made_parts import PartMaker
 
 SIZES = ((616, 430), (1250, 800), (2500, 1500))
@@ -298,13 +298,13 @@ def test_an_animated_view_goes_there_calmly_and_arrives(
         at_once.show(step)
         # Wherever it is on its way, the ball is in the picture.
         assert view.shows(step.ball_world[None])
-        qtbot.waitUntil(lambda: not view.is_easing(), timeout=60_000)
+        qtbot.waitUntil(lambda: not view.is_easing(), timeout=HANG_MS)
     assert view.shows(view.work().needed())
 
 
 def settle(qtbot: QtBot, view: PointView) -> None:
     """Let the view come to rest and be painted in full."""
-    qtbot.waitUntil(lambda: not view.is_moving(), timeout=60_000)
+    qtbot.waitUntil(lambda: not view.is_moving(), timeout=HANG_MS)
     view.grab()
     while not view.is_painted():
         QApplication.processEvents()

@@ -17,6 +17,7 @@ from ocmm_gui.app import main
 from ocmm_gui.kit import DASHES, THEMES, FitText, Mark, status_colour, status_mark
 from ocmm_gui.reports.__main__ import main as write_reports
 from tests.gui.conftest import Bench, OpenWindow
+from tests.host import HANG_MS, HANG_S
 
 NO_DIGITS = (DASHES, DASHES, DASHES)
 
@@ -41,12 +42,12 @@ def test_a_dead_reconstruction_leaves_no_digits_and_names_cause_and_log(
     window = bench.window
     window.show_far(far)
     readout = window.far.readout if far else window.desk.readout
-    qtbot.waitUntil(lambda: DASHES not in readout.values(), timeout=20000)
+    qtbot.waitUntil(lambda: DASHES not in readout.values(), timeout=HANG_MS)
     monkeypatch.setattr("ocmm_core.tracking._pipeline.TrackingPipeline.process", _raising)
-    qtbot.waitUntil(lambda: readout.values() == NO_DIGITS, timeout=5000)
+    qtbot.waitUntil(lambda: readout.values() == NO_DIGITS, timeout=HANG_MS)
     assert _status(bench) == "FAILED"
     assert "ValueError: injected" in readout.accessibleDescription()
-    qtbot.waitUntil(lambda: ".log" in window.banner.text(), timeout=5000)
+    qtbot.waitUntil(lambda: ".log" in window.banner.text(), timeout=HANG_MS)
     assert "The reconstruction failed: ValueError: injected" in window.banner.text()
     assert f"All points taken are saved in {bench.built.job_path}" in window.banner.text()
     monkeypatch.undo()
@@ -60,21 +61,21 @@ def test_an_evaluation_that_fails_leaves_no_result_that_looks_current(
     bench = open_window(stay=True)
     qtbot.waitUntil(
         lambda: any(r.measured is not None for r in bench.bridge.shown.job.characteristics),
-        timeout=30000,
+        timeout=HANG_MS,
     )
     monkeypatch.setattr("ocmm_core.inspection.session._job_view.evaluate_job", _raising)
     bench.bridge.results.refit()
-    qtbot.waitUntil(lambda: _status(bench) == "FAILED", timeout=5000)
+    qtbot.waitUntil(lambda: _status(bench) == "FAILED", timeout=HANG_MS)
     qtbot.waitUntil(
         lambda: all(r.measured is None for r in bench.bridge.shown.job.characteristics),
-        timeout=5000,
+        timeout=HANG_MS,
     )
     job = bench.bridge.shown.job
     assert {result.verdict for result in job.characteristics} == {Verdict.NOT_MEASURED}
     assert all(feature.fit is None for feature in job.features)
     assert "The evaluation failed: ValueError: injected" in job.unproven
     cause = "The evaluation failed: ValueError: injected"
-    qtbot.waitUntil(lambda: cause in bench.window.banner.text(), timeout=5000)
+    qtbot.waitUntil(lambda: cause in bench.window.banner.text(), timeout=HANG_MS)
     # The cause stands in the panel of the feature as well, whatever room there is for it.
     for size in ((1920, 1080), (1280, 720), (1024, 640), (1920, 1080)):
         bench.window.resize(*size)
@@ -87,10 +88,10 @@ def test_a_window_that_cannot_show_what_is_seen_shows_no_digits(
 ) -> None:
     bench = open_window(speed=1.0, stay=True)
     readout = bench.window.desk.readout
-    qtbot.waitUntil(lambda: DASHES not in readout.values(), timeout=20000)
+    qtbot.waitUntil(lambda: DASHES not in readout.values(), timeout=HANG_MS)
     # The strip is painted before the readout, which would keep its digits.
     monkeypatch.setattr("ocmm_gui.operator._status_strip.StatusStrip.show_live", _raising)
-    qtbot.waitUntil(lambda: readout.values() == NO_DIGITS, timeout=5000)
+    qtbot.waitUntil(lambda: readout.values() == NO_DIGITS, timeout=HANG_MS)
     assert "The window failed: ValueError: injected" in readout.accessibleDescription()
     fault = bench.built.station.faults.measuring
     assert fault is not None
@@ -103,7 +104,7 @@ def test_a_command_that_nobody_foresaw_to_fail_is_told(
     bench = open_window(stay=True, out=tmp_path / "report")
     monkeypatch.setattr("ocmm_core.station._maintenance.bus_text", _raising)
     bench.bridge.maintenance.save_bus_text(tmp_path / "bus.txt")
-    qtbot.waitUntil(lambda: "ValueError: injected" in bench.window.banner.text(), timeout=5000)
+    qtbot.waitUntil(lambda: "ValueError: injected" in bench.window.banner.text(), timeout=HANG_MS)
     assert bench.built.station.faults.measuring is None
 
 
@@ -142,7 +143,7 @@ def test_the_program_of_the_window_ends_with_code_3_when_the_measuring_has_faile
             sys.executable, "-c", program, "--silent", "--out", str(tmp_path), "--quit-after", "2",
             "--plan", str(resource("plans", "quick.toml")),
         ],
-        capture_output=True, text=True, timeout=55, check=False,
+        capture_output=True, text=True, timeout=HANG_S, check=False,
     )  # fmt: skip
     assert done.returncode == 3, done.stderr
     assert "The reconstruction failed: MemoryError: injected" in done.stderr

@@ -13,8 +13,9 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView, StatusWord
 from ocmm_core.simulation.scene import ScriptedOcclusion, WorldOptions
 from ocmm_core.tolerances.decisions import U_LABEL
-from ocmm_gui.kit import DASHES, millimetres
+from ocmm_gui.kit import DASHES, DEBOUNCE_S, millimetres
 from tests.host import HANG_MS
+from tests.waiting import let_pass
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
@@ -91,7 +92,7 @@ def test_keys_take_undo_and_finish_reach_the_job(qtbot: QtBot, open_window: Open
     remaining = next(feature for feature in after.features if feature.name == before.name)
     assert remaining.points == before.points[:-1]
     assert bench.window.desk.guidance.step() == f"Touch one more point on {before.name}."
-    qtbot.wait(200)  # longer than contacts bounce
+    let_pass(DEBOUNCE_S)
     QTest.keyClick(bench.window, Qt.Key.Key_F15)
     qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=HANG_MS)
     states = {feature.name: feature.state for feature in bench.built.station.job.view().features}

@@ -14,44 +14,41 @@ from PySide6.QtGui import QImage
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from tests.host import BUSY, HANG_S
+from tests.programs import handles, rings_of
+from tests.waiting import wait_until
 
 # Counts the rings of the whole machine and holds the window to two seconds.
 pytestmark = pytest.mark.timing
 
 _COMMAND = (sys.executable, "-m", "ocmm_gui", "--silent", "--size", "1280x720", "--out")
 _ROOT = Path(__file__).resolve().parents[2]
-_RINGS = Path("/dev/shm")  # noqa: S108 - where Linux keeps shared memory; only looked at
-
-
-def _rings() -> set[Path]:
-    return set(_RINGS.glob("ocmm-ring-*")) if _RINGS.is_dir() else set()
 
 
 def test_it_quits_by_itself_and_leaves_a_picture(tmp_path: Path) -> None:
     picture = tmp_path / "window.png"
-    before = _rings()
-    done = subprocess.run(
+    with subprocess.Popen(
         [*_COMMAND, str(tmp_path), "--quit-after", "1", "--screenshot", str(picture)],
-        cwd=_ROOT, capture_output=True, text=True, timeout=HANG_S, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert "Traceback" not in done.stderr
+        cwd=_ROOT, stderr=subprocess.PIPE, text=True,
+    ) as window:  # fmt: skip
+        wait_until(lambda: rings_of(window.pid) or window.poll() is not None)
+        rings = rings_of(window.pid)
+        _, errors = window.communicate(timeout=HANG_S)
+    assert window.returncode == 0, errors
+    assert "Traceback" not in errors
     image = QImage(str(picture))
     assert (image.width(), image.height()) == (1280, 720)
     assert list(tmp_path.glob("*.ocmm"))
-    assert _rings() <= before
+    assert rings
+    assert not any(ring.exists() for ring in rings)
 
 
 def test_a_termination_signal_closes_the_window_within_two_seconds(tmp_path: Path) -> None:
-    before = _rings()
     with subprocess.Popen(
         [*_COMMAND, str(tmp_path)], cwd=_ROOT, stderr=subprocess.PIPE, text=True
     ) as window:
         try:
-            until = time.monotonic() + HANG_S
-            while not list(tmp_path.glob("*.ocmm")) and time.monotonic() < until:
-                time.sleep(0.05)
-            time.sleep(2.0)  # from the job file to a window that handles signals
+            wait_until(lambda: rings_of(window.pid) and handles(window.pid, signal.SIGTERM))
+            rings = rings_of(window.pid)
             begun = time.monotonic()
             window.send_signal(signal.SIGTERM)
             _, errors = window.communicate(timeout=HANG_S)
@@ -60,7 +57,23 @@ def test_a_termination_signal_closes_the_window_within_two_seconds(tmp_path: Pat
     assert window.returncode == 0, errors
     assert time.monotonic() - begun < BUSY * 2.0
     assert "Traceback" not in errors
-    assert _rings() <= before
+    assert not any(ring.exists() for ring in rings)
+
+
+def test_a_termination_signal_during_the_start_is_not_lost() -> None:
+    """Events are handled while a window starts, and no loop runs then that could end."""
+    program = (
+        "import signal, sys\n"
+        "from PySide6.QtWidgets import QApplication\n"
+        "from ocmm_gui._showing import end_on_signals, splash\n"
+        "app = QApplication(sys.argv)\n"
+        "end_on_signals(app)\n"
+        "signal.raise_signal(signal.SIGTERM)\n"
+        "shown = splash(app, 'a source', 'light')\n"
+        "sys.exit(app.exec())\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], cwd=_ROOT, timeout=HANG_S, check=False)
+    assert done.returncode == 0
 
 
 def test_who_looks_at_a_job_has_nothing_measured_behind_it(tmp_path: Path) -> None:

@@ -17,11 +17,12 @@ from ocmm_core.calibration.records import CalibrationStore, rig_from_record
 from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, Scene
-from ocmm_gui.kit import THEMES, Themed
+from ocmm_gui.kit import DEBOUNCE_S, THEMES, Themed
 from ocmm_gui.wizards import ProbeSite, Runner, Wizard, WizardSite
 from ocmm_gui.wizards.parts import Seen
 from tests.core.calibration.procedure_site import Bench
 from tests.host import HANG_MS
+from tests.waiting import let_pass
 
 PATIENCE_MS = HANG_MS
 _BLOCK = 40
@@ -116,8 +117,7 @@ class WizardBench:
         while self.seen.view.base.step.name != name:
             following = self.seen.view.base.steps[self.seen.view.base.current + 1].name
             self.until(lambda: self.runner.actions_by_key["next"].isEnabled())
-            # A switch that bounces gives one command only.
-            QTest.qWait(160)
+            let_pass(DEBOUNCE_S)
             self.key(Qt.Key.Key_Return)
             self.enters(following)
 

@@ -96,7 +96,7 @@ def test_every_option_of_the_script_of_rights_is_one() -> None:
 def test_the_script_of_rights_explains_itself() -> None:
     done = subprocess.run(
         ["sh", str(_LINUX / "grant-rights.sh"), "--help"],
-        capture_output=True, text=True, check=True, timeout=60,
+        capture_output=True, text=True, check=True, timeout=HANG_S,
     )  # fmt: skip
     assert "installer/linux/ocmm-acq@.service" in done.stdout
 

@@ -35,14 +35,14 @@ from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.station import MeasuringStation
 from ocmm_core.storage import JobFile
 from ocmm_gui.bridge import Evaluator
-from tests.host import BUSY
+from tests.host import BUSY, HANG_S
 from tests.short_plan import TOUCHES, ball_plan_in
 
 QUICK = resource("plans", "quick.toml")
 BEFORE = 3
 """So many points are taken before something fails."""
 SHOWN_S = 0.2
-PATIENCE_S = 20.0
+PATIENCE_S = HANG_S
 MESSAGE = "injected for the test"
 
 pytestmark = pytest.mark.timing
@@ -348,7 +348,7 @@ def test_the_command_line_as_a_process_ends_with_code_3(tmp_path: Path) -> None:
         capture_output=True,
         text=True,
         stdin=subprocess.DEVNULL,
-        timeout=55,
+        timeout=HANG_S,
         check=False,
     )
     assert done.returncode == 3
@@ -369,7 +369,7 @@ def test_the_bus_process_ends_with_code_3() -> None:
         input="{}\n",
         capture_output=True,
         text=True,
-        timeout=55,
+        timeout=HANG_S,
         check=False,
     )
     assert done.returncode == 3

@@ -29,9 +29,10 @@ from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView
 from ocmm_core.inspection.plan import load_plan, save_plan
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import Level, Notice, NoticeCentre, counted_line
+from ocmm_gui.kit import DEBOUNCE_S, Level, Notice, NoticeCentre, counted_line
 from ocmm_gui.window import MainWindow
 from tests.host import HANG_MS
+from tests.waiting import let_pass
 
 # Half a minute on two cores that have nothing else to do.
 pytestmark = pytest.mark.slow
@@ -39,7 +40,6 @@ pytestmark = pytest.mark.slow
 KEY = Qt.Key
 PATIENCE_MS = HANG_MS
 AGAIN_MS = 5_000
-BOUNCE_MS = 200
 """A trigger key that comes sooner after itself is a bouncing contact."""
 
 
@@ -207,7 +207,7 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
     job = keyboard.until(lambda job: job.paused)
     name = _last_touched(job).name
     count = len(job.feature(name).points)
-    QTest.qWait(BOUNCE_MS)
+    let_pass(DEBOUNCE_S)
     keyboard.press(KEY.Key_Backspace)
     keyboard.until(lambda job: len(job.feature(name).points) == count - 1)
     keyboard.press(KEY.Key_Return)

@@ -11,7 +11,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +19,8 @@ import pytest
 
 from ocmm_core.acquisition.bus_process import NEEDED, ProcessRights, rights_of
 from tests.host import HANG_S, needs_root, needs_tools, not_run, on_linux_only
+from tests.programs import rings_of
+from tests.waiting import wait_until
 
 pytestmark = [on_linux_only, pytest.mark.slow]
 
@@ -28,8 +29,6 @@ _NOBODY = "65534"
 _HANDED_ON = "+net_raw,+net_admin,+sys_nice"
 _WINDOW = ("ocmm_gui", "--silent", "--quit-after", "600")
 _COMMAND = ("ocmm_core.cli", "demo", "--headless", "--speed", "0.2")
-# What is loaded behind the line that gives the rights up.
-_LOADED = {_WINDOW: "QtWidgets", _COMMAND: "_multiarray_umath"}
 
 
 @contextmanager
@@ -83,13 +82,8 @@ def _seen(program: tuple[str, ...], handed_on: str, home: Path) -> list[ProcessR
             cwd=home, env=_environment(home), stdout=log, stderr=log,
         )  # fmt: skip
     try:
-        maps = Path(f"/proc/{process.pid}/maps")
-        end = time.monotonic() + HANG_S
-        while _LOADED[program] not in maps.read_text(encoding="utf-8", errors="replace"):
-            assert process.poll() is None, (home / "log").read_text(encoding="utf-8")
-            assert time.monotonic() < end
-            time.sleep(0.05)
-        time.sleep(2.0)  # until its threads work, too
+        # It measures: the thread that reads the ring works as well.
+        wait_until(lambda: rings_of(process.pid) or process.poll() is not None)
         assert process.poll() is None, (home / "log").read_text(encoding="utf-8")
         tasks = Path(f"/proc/{process.pid}/task").iterdir()
         return [rights_of(int(task.name)) for task in tasks]

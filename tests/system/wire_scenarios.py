@@ -226,7 +226,7 @@ def alarms() -> dict[str, Any]:
             return [[each.camera, each.what, each.remedy] for each in found if each.code == code]
 
         def wait_for(code: str) -> None:
-            end = time.monotonic() + 10.0
+            end = time.monotonic() + 60.0
             while not events(code) and time.monotonic() < end:
                 time.sleep(0.01)
 

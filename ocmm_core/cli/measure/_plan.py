@@ -23,11 +23,9 @@ from ocmm_core.errors import InputError
 from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from ocmm_core.features.shapes import NominalFeature
     from ocmm_core.inspection.plan import Plan
-    from ocmm_core.inspection.step import StepModel
+    from ocmm_core.inspection.step import FacesAccount
 
 
 plan_app = typer.Typer(no_args_is_help=True, help="Check, create and import plans.")
@@ -45,8 +43,8 @@ OverwriteOption = Annotated[
 def check(
     plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
 ) -> None:
-    """Check a plan, and say what is not wrong but missing: pictures, sizes for the guidance."""
-    from ocmm_core.inspection.plan import load_plan
+    """Check a plan and its release, and list missing pictures and sizes for the guidance."""
+    from ocmm_core.inspection.plan import load_plan, plan_release
 
     loaded = load_plan(plan)
     console = make_console()
@@ -61,8 +59,32 @@ def check(
         say(f"{plan}: good. {features} with {points}, {constructions}, {characteristics}."),
         highlight=False,
     )
+    console.print(
+        say(f"Plan release: {say(plan_release(plan).words)}."), highlight=False, markup=False
+    )
     for warning in warnings_of(loaded, plan.parent):
         console.print(say(warning), style="yellow", highlight=False)
+
+
+@plan_app.command()
+def release(
+    plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
+    who: Annotated[
+        str, typer.Option("--by", help="Name of the person who answers for the limits.")
+    ],
+    reason: Annotated[str, typer.Option("--reason", help="E.g. the revision of the drawing.")] = "",
+) -> None:
+    """Release a plan by name: its release is signed and kept next to it (.release.json).
+
+    Any later change of the plan, e.g. of a limit, voids the release. Jobs contain the release of
+    the plan that they were measured by.
+    """
+    from ocmm_core.inspection.plan import plan_release, release_plan
+
+    release_plan(plan, who, reason)
+    make_console(soft_wrap=True).print(
+        f"{plan}: {say(plan_release(plan).words)}.", highlight=False, markup=False
+    )
 
 
 @plan_app.command()
@@ -153,6 +175,7 @@ def import_(
         Choice,
         ask_for_chosen,
         chosen,
+        faces_account,
         offers_of,
         read_model,
     )
@@ -200,6 +223,7 @@ def import_(
             "Give --profile with the tolerance of the drawing, mm.",
         )
     asked = ask_for_chosen(model, taken)
+    faces = faces_account(model, asked.taken, asked.refused)
     taken = asked.taken
     free_forms = [one.free_form for one in taken if one.free_form is not None]
     surfaces = tuple(one.feature for one in taken if one.free_form is None)
@@ -213,11 +237,11 @@ def import_(
         plan = with_model(plan, output, file, model.part)
     _write(plan, output, overwrite=overwrite, silent=as_json)
     if as_json:
-        told = {**_told(plan, output, model), "reach": list(asked.sentences())}
+        told = {**_told(plan, output, faces), "reach": list(asked.sentences())}
         typer.echo(account_json(account or Account(), told))
     else:
         console = make_console()
-        _print_left_out(model, console, whole=whole)
+        offers.print_faces(faces, console)
         for sentence in asked.sentences():
             console.print(say(sentence), style="yellow", highlight=False)
         if model.free_forms and not free_forms:
@@ -278,23 +302,15 @@ def _import_qif(
         raise typer.Exit(1)
 
 
-def _print_left_out(model: StepModel, console: Console, *, whole: bool) -> None:
-    if whole and model.left_out:
-        count = len(model.left_out)
-        console.print(say(f"{count} of these have no targets on their faces:"), highlight=False)
-    elif model.why_not():
-        how = "; --all takes all but free-form and tessellated faces" if model.left_out else ""
-        console.print(say(f"Left out{how}:"), highlight=False)
-    for why, count in model.why_not():
-        console.print(f"{count:5}  {say(why)}", highlight=False)
-
-
-def _told(plan: Plan, output: Path, model: StepModel) -> dict[str, Any]:
+def _told(plan: Plan, output: Path, faces: FacesAccount) -> dict[str, Any]:
     return {
         "plan": str(output),
         "features": len(plan.features),
         "characteristics": len(plan.characteristics),
-        "left_out": dict(model.why_not()),
+        "faces": faces.faces,
+        "faces_taken": faces.taken,
+        "left_out": dict(faces.left_out),
+        "recognised": dict(faces.recognised),
     }
 
 

@@ -1,7 +1,9 @@
-"""Processes that run a guided test as the window does until they are killed; they say what counted.
+"""Processes that run a guided test as the window does until they are killed; they print each point.
 
-One process loads everything and forks a child for each folder that it reads. A child goes on with
-the test that is offered, or begins one; the virtual hand shows what is wanted on its own thread.
+One process loads everything and forks a child for each line ``NUMBER FOLDER`` that it reads. A
+child resumes the test that is offered, or starts one; the virtual hand presents the artefact on its
+own thread. After one point more than the number the child waits: a kill meets it in the last step
+or after it, however fast the computer is.
 """
 
 from __future__ import annotations
@@ -44,21 +46,24 @@ def opened(bench: AcceptanceBench) -> AcceptanceProcedure:
     return bench.begin(offer, used, Conditions(who="Ann"), now)
 
 
-def work(folder: Path) -> None:
+def work(wanted: int, folder: Path) -> None:
     bench = bench_in(folder)
     procedure = opened(bench)
     over = threading.Event()
+    taken = 0
     say(f"begun {os.getpid()} {procedure.base.step.done}")
     if procedure.base.step.name == "prepare":
         procedure.advance(datetime.now(UTC))
 
     def watch(block: FrameBlock) -> None:
+        nonlocal taken
+        if taken > wanted:
+            return
         procedure.watch(block)
         if procedure.ready:
             procedure.take(datetime.now(UTC))
+            taken += 1
             say(f"taken {sum(procedure.view.test.done)}")
-            if procedure.view.test.current < 0:
-                over.set()
 
     hand = bench.hand(procedure, lambda error: say(f"failed {error.what}"))
     assert hand is not None
@@ -69,9 +74,10 @@ def work(folder: Path) -> None:
 
 if __name__ == "__main__":
     for line in sys.stdin:
+        number, path = line.rstrip("\n").split(" ", 1)
         child = os.fork()
         if not child:
-            work(Path(line.strip()))
+            work(int(number), Path(path))
             os._exit(0)
         os.waitpid(child, 0)
         say("ended")

@@ -1,12 +1,14 @@
-"""Processes that take a test point by point until they are killed; they say what they were told.
+"""Processes that record a test point by point until they are killed; they print what they stored.
 
-One process loads everything and forks a child for each path that it reads, so that fifty kills do
-not cost fifty starts.
+One process loads everything and forks a child for each line ``NUMBER PATH`` that it reads, so that
+fifty kills do not cost fifty starts. A child records one point more than the number and waits: a
+kill meets it in the last step or after it, however fast the computer is.
 """
 
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from pathlib import Path
 
@@ -18,19 +20,21 @@ def say(text: str) -> None:
     os.write(1, f"{text}\n".encode())
 
 
-def work(path: Path) -> None:
+def work(wanted: int, path: Path) -> None:
     session = AcceptanceSession.resume(path) if path.exists() else begin(path, "SPAT")
     machine = Machine(seed=sum(session.view.done), sigma=0.001)
     say(f"begun {os.getpid()} {sum(session.view.done)}")
-    while session.current >= 0:
+    for _ in range(wanted + 1):
         machine.step(session)
         say(f"taken {sum(session.view.done)}")
+    signal.pause()
 
 
 for line in sys.stdin:
     child = os.fork()
     if not child:
-        work(Path(line.strip()))
+        number, path = line.rstrip("\n").split(" ", 1)
+        work(int(number), Path(path))
         os._exit(0)
     os.waitpid(child, 0)
     say("ended")

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import contextlib
 import os
 import signal
 import subprocess
@@ -26,32 +25,21 @@ def test_kills_lose_no_point_that_was_told(tmp_path: Path, repeats: Callable[...
     wanted = repeats(12, 50)
     rng = np.random.default_rng(8)
     command = [sys.executable, "-m", "tests.core.acceptance.kill_worker"]
-    kills, number, told = 0, 0, 0
+    number, stored = 0, 0
     path = tmp_path / "0" / "session.chain"
     with subprocess.Popen(
         command, cwd=_ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as worker:
         assert worker.stdin is not None
-        assert worker.stdout is not None
-        while kills < wanted:
-            if told >= 30:
-                number, told = number + 1, 0
+        for _ in range(wanted):
+            if stored >= 30:
+                number, stored = number + 1, 0
                 path = tmp_path / str(number) / "session.chain"
-            worker.stdin.write(f"{path}\n")
-            worker.stdin.flush()
-            word, child, done = worker.stdout.readline().split()
-            assert word == "begun"
-            # What the one before was told is there.
-            assert int(done) >= told
-            time.sleep(float(rng.uniform(0.0, 0.12)))
-            # One that had taken everything is gone already, and was not killed.
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(int(child), signal.SIGKILL)
-                kills += 1
-            while (line := worker.stdout.readline().split()) != ["ended"]:
-                told = max(told, int(line[1]))
-            if path.exists():
-                assert sum(AcceptanceSession.resume(path).view.done) >= told
+            done, now = killed(worker, path, int(rng.integers(0, 8)), float(rng.uniform()))
+            # Points stored before the last kill are there.
+            assert done >= stored
+            stored = now
+            assert sum(AcceptanceSession.resume(path).view.done) >= stored
         worker.stdin.close()
     session = AcceptanceSession.resume(path)
     machine = Machine(sigma=0.001)
@@ -83,39 +71,47 @@ def test_a_guided_test_killed_at_any_moment_is_offered_and_keeps_every_point(
     moments = repeats(4, 10)
     rng = np.random.default_rng(19)
     command = [sys.executable, "-m", "tests.core.acceptance.kill_guided"]
-    folder, number, told, kills, resumed = tmp_path / "0", 0, 0, 0, 0
+    folder, number, stored, resumed = tmp_path / "0", 0, 0, 0
     with subprocess.Popen(
         command, cwd=_ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as worker:
         assert worker.stdin is not None
-        assert worker.stdout is not None
-        while kills < moments:
-            worker.stdin.write(f"{folder}\n")
-            worker.stdin.flush()
-            word, child, done = worker.stdout.readline().split()
-            assert word == "begun"
-            # What the one before was told is there.
-            assert int(done) >= told
-            resumed += told > 0
-            # After so many points, at any moment on the way to the next one.
-            wanted = told + int(rng.integers(0, 5))
-            while told < wanted:
-                word, count = worker.stdout.readline().split(maxsplit=1)
-                assert word == "taken", count
-                told = int(count)
-            time.sleep(float(rng.uniform(0.0, 0.2)))
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(int(child), signal.SIGKILL)
-                kills += 1
-            while (line := worker.stdout.readline().split()) != ["ended"]:
-                told = max(told, int(line[1]))
-            now = datetime.now(UTC)
-            (left,) = bench_in(folder).unfinished(now)
+        for _ in range(moments):
+            resumed += stored > 0
+            # The first kill of a folder leaves a point at least, so that the second one resumes.
+            points = int(rng.integers(0 if stored else 1, 5))
+            done, now = killed(worker, folder, points, float(rng.uniform()))
+            assert done >= stored
+            stored = now
+            (left,) = bench_in(folder).unfinished(datetime.now(UTC))
             assert left.blocker == ""
-            assert told <= left.done <= told + 1
-            # Never to the end, which is no kill.
+            assert stored <= left.done <= stored + 1
+            # Six more at the most, and never the last one.
             if left.done >= left.wanted - 8:
-                number, told = number + 1, 0
+                number, stored = number + 1, 0
                 folder = tmp_path / str(number)
         worker.stdin.close()
     assert resumed >= moments // 2
+
+
+def killed(worker: subprocess.Popen[str], path: Path, points: int, share: float) -> tuple[int, int]:
+    """Kill a child in the step that follows some points; return the points before and after.
+
+    The moment is a share of the time that the step before took, which is as long on any computer.
+    """
+    assert worker.stdin is not None
+    assert worker.stdout is not None
+    worker.stdin.write(f"{points} {path}\n")
+    worker.stdin.flush()
+    word, child, done = worker.stdout.readline().split()
+    assert word == "begun"
+    stored, begun, step_s = int(done), time.monotonic(), 0.0
+    for _ in range(points):
+        word, count = worker.stdout.readline().split(maxsplit=1)
+        assert word == "taken", count
+        stored, step_s, begun = int(count), time.monotonic() - begun, time.monotonic()
+    time.sleep(share * step_s)
+    os.kill(int(child), signal.SIGKILL)
+    while (line := worker.stdout.readline().split()) != ["ended"]:
+        stored = int(line[1])
+    return int(done), stored

@@ -32,52 +32,63 @@ def quick_extract(
     return ExtractedJob(made_record(number, station, content=content), content)
 
 
+_SENT = "sent"
+_MOST_LINES = 8
+"""A round has two to four: each job put in, and the hand-over."""
+_START_S = 0.02
+"""A child that is killed before its first line lives for a part of this."""
+
+
 @dataclass(slots=True)
 class Campaign:
-    """What happened.
-
-    Attributes
-    ----------
-    said
-        Numbers of jobs that were put in and acknowledged.
-    kills, cuts
-        How often it was killed, and cut off.
-    following
-        The number that the next life begins with.
-    """
+    """What happened."""
 
     said: set[int]
+    """Numbers of jobs that were put in and acknowledged."""
     kills: int = 0
     cuts: int = 0
+    """How often it was cut off."""
     following: int = 1
+    """The first number of the next life."""
 
 
 def run(
     folder: Path, connect: Callable[[], SqlArchive], kills: int, seed: int,
-    cut: Callable[[], None] | None = None, longest_s: float = 0.08,
-    before: Campaign | None = None,
+    cut: Callable[[], None] | None = None,
 ) -> Campaign:  # fmt: skip
-    """Kill the child so often; each of its lives goes on with the numbers after the last one."""
+    """Kill the child so often; each of its lives goes on with the numbers after the last one.
+
+    Moments are counted in lines of the child and in shares of the time between two of them, which
+    any computer reaches, however fast or busy.
+    """
     rng = random.Random(seed)  # noqa: S311 - moments of kills
-    done = before or Campaign(set())
+    done = Campaign(set())
     for _ in range(kills):
         read, write = os.pipe()
         child = os.fork()
         if child == 0:
             _live(folder, connect, done.following, write)
         os.close(write)
-        until = time.monotonic() + rng.uniform(0.0, longest_s)
-        if cut is not None and rng.random() < 0.5:
-            time.sleep(rng.uniform(0.0, 0.5 * longest_s))
-            cut()
-            done.cuts += 1
-        time.sleep(max(until - time.monotonic(), 0.0))
-        os.kill(child, signal.SIGKILL)
-        _, status = os.waitpid(child, 0)
-        assert os.WIFSIGNALED(status), "the child ended by itself: see what it printed"
-        done.kills += 1
+        wanted = rng.randint(0, _MOST_LINES)
+        cut_after = rng.randint(0, wanted) if cut is not None and rng.random() < 0.5 else None
+        lines: list[str] = []
+        lasted = _START_S
         with os.fdopen(read) as stream:
-            said = {int(line) for line in stream.read().splitlines()}
+            for number in range(wanted + 1):
+                begun = time.monotonic()
+                if number == cut_after and cut is not None:
+                    cut()
+                    done.cuts += 1
+                if number < wanted:
+                    lines.append(stream.readline())
+                    lasted = time.monotonic() - begun
+            time.sleep(rng.random() * lasted)
+            os.kill(child, signal.SIGKILL)
+            _, status = os.waitpid(child, 0)
+            assert os.WIFSIGNALED(status), "the child ended by itself: see what it printed"
+            done.kills += 1
+            lines += stream.read().splitlines()
+        said = {int(line) for line in lines if line.strip() != _SENT}
         assert not done.said & said
         done.said |= said
         # A number that was in work and not acknowledged is used no second time.
@@ -108,6 +119,7 @@ def _live(folder: Path, connect: Callable[[], SqlArchive], number: int, write: i
                 os.write(write, b"%d\n" % number)
                 number += 1
             courier.send_waiting()
+            os.write(write, f"{_SENT}\n".encode())
     except BaseException:
         traceback.print_exc()
     finally:

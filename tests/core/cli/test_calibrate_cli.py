@@ -16,6 +16,7 @@ from ocmm_core.calibration.guided import ProcedureKind, Shot, sessions, write_sh
 from tests.core.calibration.procedure_site import Bench, recorded
 from tests.core.conftest import Ocmm
 from tests.host import HANG_S
+from tests.programs import rings_of
 
 pytestmark = pytest.mark.slow
 
@@ -53,7 +54,8 @@ def killed(
                 if found and found[0].read_bytes().count(b"\n") > lines:
                     break
                 time.sleep(0.002)
-            rings = _rings(program.pid)
+            # It will not remove them any more.
+            rings = rings_of(program.pid)
         finally:
             program.kill()
         assert program.stdout is not None
@@ -62,12 +64,6 @@ def killed(
         ring.unlink(missing_ok=True)
     assert program.returncode == -signal.SIGKILL, said
     return sessions(session, kind)[0].read_bytes().count(b"\n")
-
-
-def _rings(pid: int) -> set[Path]:
-    """Return the rings of a process, which it will not remove any more."""
-    maps = Path(f"/proc/{pid}/maps").read_text(encoding="ascii").splitlines()
-    return {Path(line.split()[-1]) for line in maps if "ocmm-ring-" in line}
 
 
 def test_known_points_survive_a_kill_and_become_valid(

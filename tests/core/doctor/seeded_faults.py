@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import timedelta
@@ -30,6 +29,7 @@ from tests.core.doctor.fake_computer import (
     put_record,
     room,
 )
+from tests.waiting import let_pass
 
 Fault = Callable[[Computer], Computer | None]
 _LONG = timedelta(days=400)
@@ -74,7 +74,7 @@ def records(until: timedelta, certificate: timedelta) -> Fault:
 
 def slow_fsync(seconds: float) -> Fault:
     """Return the fault that the disk takes so long."""
-    return answers(fsync=lambda descriptor: time.sleep(seconds))
+    return answers(fsync=lambda descriptor: let_pass(seconds))
 
 
 def set_back(computer: Computer) -> None:

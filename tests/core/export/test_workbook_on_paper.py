@@ -19,7 +19,7 @@ from ocmm_core.export import write_report
 from ocmm_core.export.report import ReportData
 from ocmm_core.features.shapes import Shape, element
 from tests.core.export.sample_report import feature, point, sample_report, sample_view
-from tests.host import needs_tools
+from tests.host import HANG_S, needs_tools
 
 DEMO_POINTS = 88
 MOST_PAGES = 4
@@ -91,7 +91,7 @@ def test_libreoffice_prints_the_demo_on_four_pages(book: Path, tmp_path: Path) -
     home = f"-env:UserInstallation=file://{tmp_path / 'office'}"
     subprocess.run(
         ["soffice", home, "--headless", "--convert-to", "pdf", "--outdir", tmp_path, book],
-        check=True, capture_output=True, timeout=200,
+        check=True, capture_output=True, timeout=HANG_S,
     )  # fmt: skip
     pdf = (tmp_path / book.with_suffix(".pdf").name).read_bytes()
     assert len(re.findall(rb"/Type\s*/Page\b", pdf)) <= MOST_PAGES

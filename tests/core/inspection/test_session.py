@@ -21,6 +21,7 @@ from ocmm_core.storage import JobFile
 from ocmm_core.tolerances.decisions import PartWord, Verdict
 from ocmm_core.tolerances.zones import Characteristic
 from tests.core.inspection.conftest import Bench
+from tests.host import HANG_S
 
 
 def take_all(session: InspectionSession, bench: Bench) -> None:
@@ -80,14 +81,14 @@ def test_whoever_looks_never_holds_up_a_touch(
 
     def slow(*arguments: Any) -> JobView:
         looking.set()
-        assert go_on.wait(10.0)
+        assert go_on.wait(HANG_S)
         return view_of(*arguments)
 
     monkeypatch.setattr("ocmm_core.inspection.session._session.view_of", slow)
     seen: list[JobView] = []
     thread = threading.Thread(target=lambda: seen.append(session.view))
     thread.start()
-    assert looking.wait(10.0)
+    assert looking.wait(HANG_S)
     # The view is being computed, and points are taken and taken back all the same.
     assert isinstance(session.touches.take(bench.touches[4]), MeasuredPoint)
     session.steps.undo()

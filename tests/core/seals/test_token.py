@@ -33,7 +33,7 @@ from ocmm_core.seals import (
 )
 from ocmm_core.seals._public import compressed_p256, low_s, verifies
 from ocmm_core.storage import JobFile, make_head
-from tests.host import needs_package, needs_tools, not_run
+from tests.host import HANG_S, needs_package, needs_tools, not_run
 from tests.other_station import other_station
 
 NOW = datetime(2026, 11, 1, 8, 0, tzinfo=UTC)
@@ -130,7 +130,7 @@ def test_a_token_that_knows_no_ed25519_signs_with_p256(softhsm: Softhsm, tmp_pat
     done = subprocess.run(
         [sys.executable, "-c", _AS_A_TPM, str(tmp_path / "keys"), softhsm.place.module],
         env={**os.environ, "SOFTHSM2_CONF": str(configuration)},
-        capture_output=True, text=True, check=False, timeout=60,
+        capture_output=True, text=True, check=False, timeout=HANG_S,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     public, *words = done.stdout.splitlines()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +21,7 @@ from ocmm_core.simulation.scene import Part, VirtualRig, load_part
 from ocmm_core.station import _live
 from ocmm_core.station._live import LiveState
 from ocmm_core.tracking import ProbeBody, TrackingPipeline, load_probe
+from tests.waiting import let_pass
 
 RUNNING = AcquisitionStatus(
     AcquisitionState.RUNNING, StopReason.NONE, "", elapsed=0, good=0, late=0, lost=0, bad=0,
@@ -97,7 +97,7 @@ def test_after_a_loss_the_uncertainty_is_that_of_the_new_place(eye: _Eye, parts:
     last = eye.virtual.n_frames // 2
     eye.see(0)
     before = eye.now()
-    time.sleep(1.1 * _live._UNCERTAINTY_EVERY_S)  # noqa: SLF001
+    let_pass(1.1 * _live._UNCERTAINTY_EVERY_S)  # noqa: SLF001
     eye.see(BLOCK, hidden=True)
     # Whoever looks meanwhile keeps the number of the last place.
     assert eye.now().status is StatusWord.LOST

@@ -19,6 +19,7 @@ from ocmm_core.inspection.evaluation import StatusWord
 from ocmm_core.measuring import MeasuredPoint, Refusal
 from ocmm_core.simulation.scene import ScriptedOcclusion, WorldOptions
 from tests.host import BUSY, HANG_S
+from tests.waiting import wait_until
 
 ALL_LEDS = (0, 1, 2, 3, 4, 5)
 
@@ -40,13 +41,6 @@ def build(tmp_path: Path) -> Iterator[Callable[..., BuiltStation]]:
     yield make
     for item in built:
         item.station.close()
-
-
-def wait_until(condition: Callable[[], bool], timeout_s: float = HANG_S) -> None:
-    end = time.monotonic() + timeout_s
-    while not condition():
-        assert time.monotonic() < end, "the condition never came true"
-        time.sleep(0.005)
 
 
 def test_the_script_is_measured_and_told_by_signals(build: Callable[..., BuiltStation]) -> None:

@@ -17,8 +17,8 @@ from ocmm_core.inspection.evaluation import JobHeader, StatusWord, withdrawn
 from ocmm_core.measuring import Refusal, RefusalCode
 from ocmm_core.storage import JobFile
 from ocmm_core.tolerances.decisions import Verdict
+from tests.waiting import wait_until
 
-PATIENCE_S = 60.0
 HEADER = JobHeader("Ada", "DEMO_PART", "A-2", "12", "first")
 
 
@@ -46,13 +46,6 @@ def empty_job(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     )
     made.station.close()
     return made.job_path.read_bytes()
-
-
-def _until(state: Callable[[], bool]) -> None:
-    until = time.monotonic() + PATIENCE_S
-    while not state():
-        assert time.monotonic() < until
-        time.sleep(0.005)
 
 
 def _raising(*_: Any, **__: Any) -> Any:
@@ -121,7 +114,7 @@ def test_a_change_that_fails_changes_nothing(
     assert station.faults.measuring is None
     if verb == "next_part":
         station.start()
-        _until(lambda: len(station.job.stored()[1]) >= 1)
+        wait_until(lambda: len(station.job.stored()[1]) >= 1)
     verbs[verb]()
     assert station.job.path != path
 
@@ -131,7 +124,7 @@ def test_a_paused_job_is_measured_on_where_the_other_plan_cannot_be(
 ) -> None:
     station = built.station
     station.start()
-    _until(lambda: len(station.job.stored()[1]) >= 1)
+    wait_until(lambda: len(station.job.stored()[1]) >= 1)
     other = tmp_path / "other.toml"
     other.write_text(
         resource("plans", "quick.toml").read_text("utf-8").replace("QUICK", "OTHER"), "utf-8"
@@ -142,7 +135,7 @@ def test_a_paused_job_is_measured_on_where_the_other_plan_cannot_be(
             station.jobs.change_plan(other, HEADER)
     assert not station.job.view().paused
     taken = len(station.job.stored()[1])
-    _until(lambda: len(station.job.stored()[1]) > taken)
+    wait_until(lambda: len(station.job.stored()[1]) > taken)
 
 
 def test_failed_stays_until_a_new_start_and_takes_no_point(
@@ -154,10 +147,10 @@ def test_failed_stays_until_a_new_start_and_takes_no_point(
     station.faults.failed.connect(told.append)
     station.events.point_refused.connect(refused.append)
     station.start()
-    _until(lambda: station.looks.live().tip_world is not None)
+    wait_until(lambda: station.looks.live().tip_world is not None)
     with monkeypatch.context() as patch:
         patch.setattr("ocmm_core.tracking._pipeline.TrackingPipeline.process", _raising)
-        _until(lambda: station.looks.live().status is StatusWord.FAILED)
+        wait_until(lambda: station.looks.live().status is StatusWord.FAILED)
     # What failed works again, and still nothing comes back.
     time.sleep(0.1)
     live = station.looks.live()
@@ -166,7 +159,7 @@ def test_failed_stays_until_a_new_start_and_takes_no_point(
     assert "RuntimeError: injected" in refused[-1].what
     station.jobs.next_part(HEADER)
     assert station.looks.live().status is StatusWord.FAILED
-    _until(lambda: bool(told))
+    wait_until(lambda: bool(told))
     assert len(told) == 1
 
 
@@ -205,15 +198,15 @@ def test_a_touch_that_cannot_be_stored_is_no_fault_of_the_station(
     with monkeypatch.context() as patch:
         patch.setattr("ocmm_core.storage._job_file.insert_point", full)
         station.start()
-        _until(lambda: len(told) >= 1)
-    _until(lambda: len(station.job.stored()[1]) >= 1)
+        wait_until(lambda: len(told) >= 1)
+    wait_until(lambda: len(station.job.stored()[1]) >= 1)
     assert station.faults.measuring is None
 
 
 def test_withdrawn_results_hold_no_number_and_say_why(built: BuiltStation) -> None:
     station = built.station
     station.start()
-    _until(lambda: len(station.job.stored()[1]) >= 14)
+    wait_until(lambda: len(station.job.stored()[1]) >= 14)
     job = station.job.view()
     assert any(result.measured is not None for result in job.characteristics)
     void = withdrawn(job, "The evaluation failed.")
@@ -256,11 +249,11 @@ def test_a_touch_that_is_refused_while_the_disk_is_full_ends_nothing(
                 lambda _self: (RefusalCode.NOT_READY, blocker),
             )
             station.start()
-            _until(lambda: len(told) >= 2)
+            wait_until(lambda: len(told) >= 2)
         assert set(told) == {full}
         assert station.faults.measuring is None
         assert station.job.stored()[1] == []
-        _until(lambda: len(station.job.stored()[1]) >= 1)
+        wait_until(lambda: len(station.job.stored()[1]) >= 1)
         assert station.faults.measuring is None
     finally:
         station.close()
@@ -280,17 +273,17 @@ def test_a_job_whose_disk_failed_says_not_stored_and_takes_nothing(
         raise lost
 
     station.start()
-    _until(lambda: len(taken) >= 1)
+    wait_until(lambda: len(taken) >= 1)
     with monkeypatch.context() as patch:
         patch.setattr(JobFile, "given_up", lost)
         patch.setattr(JobFile, "append_event", failed)
         live = station.looks.live()
         assert live.status is StatusWord.NOT_READY
         assert live.reason == "NOT STORED. The last point could not be written. Copy the job."
-        _until(lambda: len(told) >= 1)
+        wait_until(lambda: len(told) >= 1)
         before = len(taken)
         count = len(told)
-        _until(lambda: len(told) > count)
+        wait_until(lambda: len(told) > count)
         assert len(taken) == before
     assert set(told) == {lost}
     assert station.faults.measuring is None

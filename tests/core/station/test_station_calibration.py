@@ -31,6 +31,7 @@ from ocmm_core.tolerances.decisions import PartWord, Verdict
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.fieldbus.direct_camera import DirectCamera
 from tests.host import BUSY, HANG_S, private_network
+from tests.waiting import wait_until
 
 # Whole jobs through the whole station.
 pytestmark = pytest.mark.slow
@@ -72,13 +73,6 @@ def build(tmp_path: Path) -> Iterator[Build]:
     yield make
     for item in built:
         item.station.close()
-
-
-def wait_until(condition: Callable[[], bool], timeout_s: float = HANG_S) -> None:
-    end = time.monotonic() + timeout_s
-    while not condition():
-        assert time.monotonic() < end, "the condition never came true"
-        time.sleep(0.01)
 
 
 def test_a_job_is_measured_with_the_record_and_says_so(build: Build, tmp_path: Path) -> None:

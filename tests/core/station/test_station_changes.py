@@ -17,7 +17,8 @@ from ocmm_core.simulation.scene import ScriptedBump, WorldOptions
 from ocmm_core.storage import JobFile
 from ocmm_core.tolerances.decisions import Verdict
 from tests.core.calibration.made_records import make_verification
-from tests.core.station.test_station_calibration import calibrate, fresh_record, wait_until
+from tests.core.station.test_station_calibration import calibrate, fresh_record
+from tests.waiting import wait_until
 
 Build = Callable[..., BuiltStation]
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,9 +23,7 @@ from ocmm_core.inspection.plan import (
     save_plan,
 )
 from ocmm_core.measuring import Climate, PartTemperature
-from tests.host import HANG_S
-
-PATIENCE_S = HANG_S
+from tests.waiting import wait_until
 
 
 @pytest.fixture
@@ -39,13 +36,6 @@ def built(tmp_path: Path) -> Iterator[BuiltStation]:
     )
     yield made
     made.station.close()
-
-
-def _until(state: Callable[[], bool]) -> None:
-    until = time.monotonic() + PATIENCE_S
-    while not state():
-        assert time.monotonic() < until
-        time.sleep(0.01)
 
 
 def _header(serial: str) -> JobHeader:
@@ -61,13 +51,13 @@ def test_parts_of_a_batch_follow_each_other_and_an_open_job_goes_on(built: Built
     assert first != unused
     assert not unused.exists()
     station.start()
-    _until(lambda: len(station.job.stored()[1]) >= 2)
+    wait_until(lambda: len(station.job.stored()[1]) >= 2)
     station.jobs.next_part(_header("A-2"))
     second = station.job.path
     kept = len(reopen_job(first).points)
     assert kept >= 2
     assert station.job.view().header == _header("A-2")
-    _until(lambda: len(station.job.stored()[1]) >= 1)
+    wait_until(lambda: len(station.job.stored()[1]) >= 1)
 
     with pytest.raises(InputError, match="A-1"):
         station.jobs.next_part(_header("A-1"))
@@ -75,7 +65,7 @@ def test_parts_of_a_batch_follow_each_other_and_an_open_job_goes_on(built: Built
 
     station.jobs.go_on(first)
     assert station.job.view().header.serial == "A-1"
-    _until(lambda: len(station.job.stored()[1]) > kept)
+    wait_until(lambda: len(station.job.stored()[1]) > kept)
     assert reopen_job(second).doubts == ()
 
 
@@ -84,7 +74,7 @@ def test_the_next_job_is_begun_by_another_plan_and_the_one_before_can_be_gone_on
 ) -> None:
     station, begun_with = built.station, built.station.job.plan_file
     station.start()
-    _until(lambda: len(station.job.stored()[1]) >= 2)
+    wait_until(lambda: len(station.job.stored()[1]) >= 2)
     first = station.job.path
     other = tmp_path / "plans" / "two.toml"
     other.parent.mkdir()
@@ -107,7 +97,7 @@ def test_the_next_job_is_begun_by_another_plan_and_the_one_before_can_be_gone_on
     assert [feature.name for feature in station.job.view().features] == ["SPHERE", "NOT_THERE"]
     kept = len(reopen_job(first).points)
     assert kept >= 2
-    _until(lambda: station.job.missing() == [("NOT_THERE", 4)])
+    wait_until(lambda: station.job.missing() == [("NOT_THERE", 4)])
 
     # The same plan again is the next part of it, and nothing has to be paused.
     assert station.jobs.change_plan(other, _header("B-2")) == ""
@@ -119,7 +109,7 @@ def test_the_next_job_is_begun_by_another_plan_and_the_one_before_can_be_gone_on
     assert station.job.plan.name != "TWO"
     assert station.job.plan_file == begun_with
     station.job.change(lambda session: session.pausing.resume())
-    _until(lambda: len(station.job.stored()[1]) > kept)
+    wait_until(lambda: len(station.job.stored()[1]) > kept)
     assert reopen_job(second).plan == plan
     assert reopen_job(second).doubts == ()
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import time
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -33,6 +32,7 @@ from ocmm_core.tolerances.decisions import Verdict
 from tests.core.calibration.fresh_tips import TIP, Tips
 from tests.core.calibration.made_probe_records import make_probe_record
 from tests.host import HANG_S
+from tests.waiting import wait_until
 
 DOCUMENT = resource("probes", "standard.toml")
 PLAN = resource("plans", "quick.toml")
@@ -58,13 +58,6 @@ def build(tmp_path: Path) -> Iterator[Build]:
     yield make
     for item in built:
         item.station.close()
-
-
-def wait_until(condition: Callable[[], bool], timeout_s: float = HANG_S) -> None:
-    end = time.monotonic() + timeout_s
-    while not condition():
-        assert time.monotonic() < end, "the condition never came true"
-        time.sleep(0.01)
 
 
 def test_a_job_keeps_tip_record_and_due_date(build: Build, tmp_path: Path) -> None:

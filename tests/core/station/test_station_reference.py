@@ -16,7 +16,7 @@ from ocmm_core.inspection.evaluation import JobHeader, StatusWord
 from ocmm_core.measuring import Refusal, RefusalCode
 from ocmm_core.simulation.scene import ScriptedBump, ScriptedNudge, ScriptedOcclusion, WorldOptions
 from ocmm_core.storage import JobFile
-from tests.core.station.test_station_calibration import wait_until
+from tests.waiting import wait_until
 
 Build = Callable[..., BuiltStation]
 
