@@ -25,6 +25,8 @@ from ocmm_core.cluster import Site
 if TYPE_CHECKING:
     from distributed import Client
 
+NO_PAGE = ("--preload", "ocmm_core.cluster.no_page")
+"""As the units of `installer/linux` have it: no HTTP server."""
 ROOT = Path(__file__).resolve().parents[1]
 HANG_S = 240.0
 NO_PROFILE = "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED"
@@ -66,7 +68,7 @@ class ShopCluster:
         """Start it and wait until it answers."""
         self.scheduler = self._run(
             "scheduler", "--host", self.address.rpartition(":")[0], "--port", str(self.port),
-            "--no-dashboard",
+            "--no-dashboard", *NO_PAGE,
         )  # fmt: skip
         until = time.monotonic() + HANG_S
         while True:
@@ -82,7 +84,7 @@ class ShopCluster:
         """Start a worker; it is not waited for."""
         worker = self._run(
             "worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard",
-            "--memory-limit", "0", "--local-directory", str(self._folder), *more,
+            *NO_PAGE, "--memory-limit", "0", "--local-directory", str(self._folder), *more,
             environment=environment,
         )  # fmt: skip
         self.workers.append(worker)

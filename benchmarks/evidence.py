@@ -21,6 +21,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,7 @@ from benchmarks.evidence_site import EVENTS, Store, View, cameras_in, probe_in
 from ocmm_core.calibration.records import NAME as SEAL
 from ocmm_core.calibration.records import CalibrationStatus
 from ocmm_core.errors import OcmmError
+from ocmm_core.seals import KeyFolder, start_memory
 
 TRIALS = 10_000
 LOOK_LIMIT_S = 0.002
@@ -158,8 +160,9 @@ def restore(store: Store) -> None:
 
 
 def forget() -> None:
-    """Forget what this computer has seen."""
+    """Forget what this computer has seen, by name, so that no missing memory is reported."""
     shutil.rmtree(Path(os.environ["XDG_STATE_HOME"]), ignore_errors=True)
+    start_memory(KeyFolder(), "benchmark", "only damage counts", datetime(9999, 1, 1, tzinfo=UTC))
 
 
 def run(trials: int, seed: int, folder: Path) -> Count:
@@ -229,7 +232,7 @@ def set_back(folder: Path) -> tuple[int, int, int]:
             kept = Path(os.environ["XDG_STATE_HOME"])
             kept.rename(kept.with_name("kept"))
             unnoticed += store.begin()().blocker is None
-            forget()
+            shutil.rmtree(kept, ignore_errors=True)
             kept.with_name("kept").rename(kept)
         restore(store)
     return states, noticed, unnoticed
@@ -276,9 +279,9 @@ def main() -> int:
         states, noticed, unnoticed = set_back(folder / "set-back")
     print(
         f"{'whole folder set back':28}{noticed:10} of {states} left VALID with the memory of this "
-        f"computer (limit 0), {unnoticed} without (not covered)"
+        f"computer (limit 0), {unnoticed} with the memory removed (limit 0)"
     )
-    return int(not good or noticed > 0)
+    return int(not good or noticed > 0 or unnoticed > 0)
 
 
 if __name__ == "__main__":

@@ -1,11 +1,13 @@
 """A file of JSON lines that only grows, where every line is bound to the one before by a hash.
 
-Each line is on the disk before `ChainFile.append` returns. Any line that is not as it was written
-makes the whole file unusable, because nobody could say what is missing. A last line without its end
-was being written when the power went: nobody was told of it, and it is left out and told
-(`ChainFile.torn`). That a line was cut by somebody does not show in the file itself. So this
-station remembers how far it went (`seals`): a file that holds less than it did was cut. Who keeps
-a seal of its own beside the file (`calibration.records`) does not need that.
+Each line is on the disk before `ChainFile.append` returns. One changed line makes the whole file
+unusable. A last line without its end was being written when the power went: it was never
+acknowledged, is left out, and flagged (`ChainFile.torn`). Lines cut off at the end do not show in
+the file itself, so this station remembers how far it went (`seals`).
+
+A chain with a kind (`Signed`) has a signature on the hash of each line, which is that of all lines
+before it. Without the key of the station nobody writes such a line. Chains of calibrations
+(`calibration.records`) have a seal of their own instead.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ import contextlib
 import hashlib
 import os
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Generic, TypeVar
 
@@ -22,22 +25,36 @@ import msgspec
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import StorageError
 from ocmm_core.host import HOST
-from ocmm_core.seals import Seen, recall, remember
+from ocmm_core.seals import (
+    THIS_STATION,
+    KeyFolder,
+    SealState,
+    SealWord,
+    Seen,
+    Signature,
+    Signed,
+    StationKey,
+    judge_signature,
+    recall,
+    remember,
+    sign,
+)
 
 T = TypeVar("T", bound=msgspec.Struct)
 
 _FIRST_LINK = "0" * 64
 
 
-class _Line(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class _Line(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     number: int
     previous: str
     item: msgspec.Raw
     sha256: str
+    signature: Signature | None = None
 
 
 class ChainFile(Generic[T]):
-    """The file, open for reading and growing; whoever reads an old end writes nothing.
+    """The file, open for reading and growing.
 
     Parameters
     ----------
@@ -45,6 +62,8 @@ class ChainFile(Generic[T]):
         Made, with its folder, at the first append.
     kind
         What every line holds.
+    signed
+        Kind of content; new lines are signed. None: without signatures.
     remembered
         This station remembers how far it goes.
     known
@@ -54,18 +73,8 @@ class ChainFile(Generic[T]):
     Raises
     ------
     StorageError
-        A line is not as it was written, or holds something else, or lines are missing at the end.
-
-    Attributes
-    ----------
-    path
-        Where it is.
-    items
-        What the lines hold, oldest first.
-    links
-        The hash that ends each line, oldest first.
-    torn
-        Behind the last line stands the beginning of another one.
+        A line was changed or has another content, its signature does not belong to it, or lines
+        are missing at the end.
     """
 
     def __init__(
@@ -73,14 +82,23 @@ class ChainFile(Generic[T]):
         path: Path,
         kind: type[T],
         *,
+        signed: Signed | None = None,
         remembered: bool = False,
         known: ChainFile[T] | None = None,
     ) -> None:
         self.path = path
-        self._remembered = remembered
+        self._signed, self._remembered = signed, remembered
+        self._key: StationKey | None = None
+        self._signatures: tuple[Signature | None, ...] = ()
+        self._end = _FIRST_LINK
         self.items: tuple[T, ...] = ()
+        """Contents of the lines, oldest first."""
         self.links: tuple[str, ...] = ()
+        """The hash that ends each line."""
+        self.signer = SealState(SealWord.NOT_SIGNED)
+        """The state of the whole chain: of its last line, if the first is signed as well."""
         self.torn = False
+        """The last line is followed by the beginning of another one."""
         self._length = self._size = 0
         self._disk_failed = False
         self._digest = hashlib.sha256()
@@ -90,10 +108,12 @@ class ChainFile(Generic[T]):
         content = whole[: whole.rfind(b"\n") + 1]
         links: list[str] = []
         items: list[T] = []
+        signatures: list[Signature | None] = []
         begin = 0
-        on = None if known is None else known.begins(content)
+        on = None if known is None or signed is not None else known.begins(content)
         if known is not None and on is not None:
             links, items = list(known.links), list(known.items)
+            self._end = links[-1] if links else _FIRST_LINK
             begin, self._digest = on
         lines = content[begin:].splitlines(keepends=True)
         for number, text in enumerate(lines, start=len(links) + 1):
@@ -102,9 +122,12 @@ class ChainFile(Generic[T]):
                 item = msgspec.json.decode(line.item, type=kind)
             except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
                 raise _broken(path, number) from error
-            # The bytes as they stand: a line of an earlier version lacks what has come since.
-            if text != _encode(number, links[-1] if links else _FIRST_LINK, bytes(line.item)):
+            signature = None if signed is None else line.signature
+            # Compare bytes: a line of an earlier version lacks newer fields of the item.
+            if text != _encode(_line(number, self._end, bytes(line.item), signature)):
                 raise _broken(path, number)
+            self._end = _end_of(line)
+            signatures.append(signature)
             links.append(line.sha256)
             items.append(item)
         self.items = tuple(items)
@@ -112,21 +135,55 @@ class ChainFile(Generic[T]):
         self.torn = len(whole) != len(content)
         self._digest.update(memoryview(content)[begin:])
         self._length, self._size = len(content), len(whole)
+        self._signatures = tuple(signatures)
+        self.signer = self._judged()
         if remembered and links:
             _require_all(path, links)
 
-    @property
-    def _link(self) -> str:
-        return self.links[-1] if self.links else _FIRST_LINK
+    def require_signed(self, remedy: str) -> None:
+        """Raise StorageError if no trusted station signed all lines; an empty chain passes."""
+        if self.items and not self.signer.sound:
+            raise StorageError(
+                "chain.signer", f"{self.path} cannot be trusted. {self.signer.fault}", remedy
+            )
+
+    def signers(self) -> tuple[SealState, ...]:
+        """Return the state of the signature of each line, oldest first.
+
+        Raises
+        ------
+        StorageError
+            A signature does not belong to its line, or the ring of known keys cannot be read.
+        """
+        return tuple(self._signer_of(index) for index in range(len(self._signatures)))
+
+    def _signer_of(self, index: int) -> SealState:
+        if self._signed is None:
+            return SealState(SealWord.NOT_SIGNED)
+        content, signature = self.links[index].encode(), self._signatures[index]
+        state = judge_signature(KeyFolder(), self._signed, content, signature)
+        if state.word is SealWord.FORGED:
+            raise _forged(self.path, index + 1)
+        return state
+
+    def _judged(self) -> SealState:
+        # Lines are added to a sound chain only: a sound last line vouches for all before it.
+        for index, (one, after) in enumerate(pairwise(self._signatures), start=2):
+            if one is not None and after is None:
+                raise _forged(self.path, index)
+        if not self._signatures or self._signatures[-1] is None:
+            return SealState(SealWord.NOT_SIGNED)
+        last = self._signer_of(len(self._signatures) - 1)
+        return SealState(SealWord.NOT_SIGNED) if self._signatures[0] is None else last
 
     def begins(self, content: bytes) -> tuple[int, hashlib._Hash] | None:
-        """Return the length and the hash of this chain where a content begins with it."""
+        """Return the length and the hash of this chain if ``content`` begins with it."""
         begin = hashlib.sha256(memoryview(content)[: self._length])
         return (self._length, begin) if begin.digest() == self._digest.digest() else None
 
     def link_with(self, item: T) -> str:
         """Return the hash that the next line would end with if it held ``item``."""
-        return _link_of(len(self.items) + 1, self._link, msgspec.json.encode(item))
+        return _link_of(len(self.items) + 1, self._end, msgspec.json.encode(item))
 
     def append(self, item: T) -> None:
         """Add a line and return when it is on the disk.
@@ -140,8 +197,14 @@ class ChainFile(Generic[T]):
         """
         if self._disk_failed:
             raise _given_up(self.path)
-        link = self.link_with(item)
-        content = _encode(len(self.items) + 1, self._link, msgspec.json.encode(item))
+        if self.signer.word is SealWord.UNKNOWN_KEY:
+            self.require_signed("If that station is yours, trust its key first: ocmm key trust.")
+        line = _line(len(self.items) + 1, self._end, msgspec.json.encode(item), None)
+        if self._signed is not None:
+            self._key = self._key or KeyFolder().station_key()
+            signature = sign(self._key, self._signed, line.sha256.encode())
+            line = msgspec.structs.replace(line, signature=signature)
+        link, content = line.sha256, _encode(line)
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             descriptor = HOST.open_file(self.path, os.O_WRONLY | os.O_CREAT, 0o644)
@@ -177,18 +240,40 @@ class ChainFile(Generic[T]):
         self.torn = False
         self.links = (*self.links, link)
         self.items = (*self.items, item)
+        self._end = _end_of(line)
+        self._signatures = (*self._signatures, line.signature)
+        if self._key is not None and self._signatures[0] is not None:
+            self.signer = SealState(SealWord.SEALED, THIS_STATION, self._key.fingerprint)
         if self._remembered:
             name, place = _name(self.links), str(self.path.resolve())
             remember(Seen(name=name, count=len(self.links), link=link, place=place))
 
 
-def _encode(number: int, previous: str, item: bytes) -> bytes:
-    line = _Line(number, previous, msgspec.Raw(item), _link_of(number, previous, item))
+def _line(number: int, previous: str, item: bytes, signature: Signature | None) -> _Line:
+    return _Line(number, previous, msgspec.Raw(item), _link_of(number, previous, item), signature)
+
+
+def _encode(line: _Line) -> bytes:
     return msgspec.json.encode(line) + b"\n"
+
+
+def _end_of(line: _Line) -> str:
+    """Return what the next line is bound to: the hash of a line, with its signature."""
+    if line.signature is None:
+        return line.sha256
+    return hashlib.sha256(f"{line.sha256} {line.signature.value}".encode()).hexdigest()
 
 
 def _link_of(number: int, previous: str, item: bytes) -> str:
     return hashlib.sha256(b"%d %s " % (number, previous.encode()) + item).hexdigest()
+
+
+def _forged(path: Path, number: int) -> StorageError:
+    return StorageError(
+        "chain.forged",
+        f"{path}: the signature of line {number} does not belong to it, or was removed.",
+        "Restore the file from a backup; it is not used in this state.",
+    )
 
 
 def _elsewhere(path: Path) -> StorageError:

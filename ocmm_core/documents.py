@@ -17,7 +17,7 @@ import tomllib
 from collections.abc import Iterator
 from functools import cache
 from importlib.resources import files
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, TypeVar
 
 import msgspec
@@ -26,6 +26,8 @@ from ocmm_core.errors import InputError
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import temporary_file
 
+LONGEST_NAME = 255
+"""Of a file with its folders."""
 T = TypeVar("T", bound="Document")
 D = TypeVar("D")
 
@@ -109,6 +111,18 @@ def may_be_there(path: Path) -> bool:
         return path.is_file()
     except OSError:
         return True
+
+
+def stays_inside(name: str) -> bool:
+    """Return whether the name of a file, with its folders, stays in the folder it is relative to.
+
+    A name that Windows reads otherwise must not mean another file there.
+    """
+    path, windows = PurePosixPath(name), PureWindowsPath(name)
+    outside = path.is_absolute() or ".." in path.parts or "\\" in name or windows.drive
+    return bool(name) and not (
+        outside or ":" in name or not name.isprintable() or len(name) > LONGEST_NAME
+    )
 
 
 def read_bytes(path: Path, most: int = LARGEST_FILE) -> bytes:

@@ -8,21 +8,24 @@
 #
 #   --venv DIR    the Python environment of OCMM, if it is not .venv of this folder
 #
-# What it does: it copies the Python of the environment to bin/ocmm-acq-python, gives the copy to
-# root, lets only the group run it (mode 0750), and attaches three rights to it (setcap):
+# What it does: it copies the Python that the environment was made from to bin/ocmm-acq-python, gives
+# the copy to root, lets only the group run it (mode 0750), and attaches three rights to it (setcap):
 #   cap_net_raw     send and receive raw Ethernet frames
 #   cap_net_admin   let the network adapter take every frame (promiscuous mode)
 #   cap_sys_nice    real-time priority
-# The window goes on using the ordinary Python and has no rights. Run this again after Python was
-# updated or the environment was made anew; running it twice does no harm.
+# The environment may be that of an ordinary user. The Python that its links lead to must be one of
+# the system: an executable of root in folders that only root can write, which everybody can read.
+# So nobody gets rights for a program of his own, or a copy of a file that only root can read.
+# The window uses the ordinary Python and has no rights. Run this again after an update of Python
+# or of the environment; running it twice does no harm.
 #
 # What remains: everybody in the group can use these three rights with any Python program, which
 # means to read and change the network traffic of this computer; they cannot become root by it.
 # On the computer of a measuring cell, where the cameras are always connected, use the service
 # instead: installer/linux/ocmm-acq@.service gives the rights to one user that nobody logs in as.
 set -eu
-PATH=/usr/sbin:/usr/bin:/sbin:/bin
-export PATH
+PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C
+export PATH LC_ALL
 
 rights=cap_net_admin,cap_net_raw,cap_sys_nice
 name=ocmm-acq-python
@@ -93,16 +96,48 @@ if findmnt -n -o OPTIONS -T "$venv/bin" | tr , '\n' | grep -qx nosuid; then
     fail "$venv lies on a file system that is mounted 'nosuid', where rights of files are ignored." \
         "Put OCMM into another folder, e.g. /opt/ocmm, or use the service (installer/linux)."
 fi
-original=$(readlink -f -- "$venv/bin/python")
-[ -f "$original" ] || fail "$venv/bin/python leads nowhere. Make the environment anew: ./run setup"
+# Followed through the links of the environment, which its owner can change at any time. The path
+# found is then checked from the root folder on: only root can change what it means.
+original=$(readlink -f -- "$venv/bin/python") || original=
+[ -n "$original" ] || fail "$venv/bin/python leads nowhere. Make the environment again: ./run setup"
+remedy="Make the environment from the Python of the system (PYTHON=/usr/bin/python3 ./run setup),"
+remedy="$remedy or use the service (installer/linux/ocmm-acq@.service)."
+case ${original##*/} in
+    python3.[0-9] | python3.[0-9][0-9]) ;;
+    *) fail "$venv/bin/python leads to $original, which is no Python of the system. $remedy" ;;
+esac
+part=$original
+while :; do
+    # The third word is the kind; links are not followed.
+    state=$(stat -c '%u %a %F' -- "$part") || fail "$part: $original was removed meanwhile."
+    case $state in
+        "0 "*" regular file") [ "$part" = "$original" ] || fail "$part is no folder." ;;
+        "0 "*" directory") [ "$part" != "$original" ] || fail "$part is no program. $remedy" ;;
+        "0 "*) fail "$part is neither a file nor a folder. $remedy" ;;
+        *) fail "$part does not belong to root. $remedy" ;;
+    esac
+    [ -z "$(find "$part" -maxdepth 0 -perm /022)" ] || fail "Others than root can write $part. $remedy"
+    [ -n "$(find "$part" -maxdepth 0 -perm -001)" ] || fail "Only root can reach $part. $remedy"
+    [ "$part" != / ] || break
+    part=$(dirname -- "$part")
+done
+exec 3<"$original"
+[ "$(readlink /proc/self/fd/3)" = "$original" ] && [ "$(stat -L -c '%u %F' /proc/self/fd/3)" = "0 regular file" ] &&
+    [ -n "$(find -L /proc/self/fd/3 -maxdepth 0 -perm -005 ! -perm /022)" ] ||
+    fail "$original is no program that everybody can read and only root can write. $remedy"
 
 # The environment may belong to an ordinary user, who could put a link in the way of every path.
 # So the work is done inside a folder of root's own, reached by no path, and moved at the end.
-work=$(mktemp -d "$venv/bin/.$name-XXXXXX")
-cd -- "$work"
-[ "$(stat -c %u:%a .)" = 0:700 ] && [ -z "$(ls -A .)" ] || fail "$work was changed meanwhile; not going on."
+cd -- "$venv/bin" && [ "$(pwd -P)" = "$venv/bin" ] || fail "$venv/bin was changed meanwhile; nothing is done."
+work=$venv/bin/$(basename -- "$(mktemp -d "./.$name-XXXXXX")")
+cd -- "$work" && [ "$(pwd -P)" = "$work" ] && [ "$(stat -c %u:%a .)" = 0:700 ] && [ -z "$(ls -A .)" ] ||
+    fail "$work was changed meanwhile; nothing is done."
 trap 'rm -f -- "./$name"; rmdir -- "$work" 2>/dev/null || :' EXIT
-cp --preserve=timestamps -- "$original" "./$name"
+umask 077
+cat <&3 >"./$name"
+[ "$(od -An -tx1 -N4 "./$name" | tr -d ' ')" = 7f454c46 ] || fail "$original is no executable (ELF). $remedy"
+touch -r /proc/self/fd/3 -- "./$name"
+exec 3<&-
 chown "0:$gid" "./$name"
 chmod 0750 "./$name"
 # After the owner: a change of the owner takes rights away.

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.acceptance._chains import chain_history
     from ocmm_core.acceptance._events import AcceptanceView
     from ocmm_core.acceptance._guards import (
         artefact_findings,
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
         worst_value,
     )
     from ocmm_core.acceptance._interim import (
+        INTERIM,
         ChartPoint,
         InterimChart,
         InterimCheck,
@@ -77,6 +79,7 @@ if TYPE_CHECKING:
     from ocmm_core.acceptance._recompute import (
         differences,
         load_record,
+        load_signed_record,
         recompute,
         recompute_tips,
         save_record,
@@ -84,6 +87,8 @@ if TYPE_CHECKING:
     from ocmm_core.acceptance._register import (
         ARTEFACT_KINDS,
         ARTEFACT_SCHEMA,
+        NOT_SIGNED_REMEDY,
+        REGISTER,
         ArtefactEntry,
         ArtefactKind,
         ArtefactRegister,
@@ -128,12 +133,13 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
+        _chains="chain_history",
         _events="AcceptanceView",
         _guards="artefact_findings begin_findings climate_reasons reserved_spots spots_hash",
         _guided="AcceptanceProcedure",
         _guided_view="AcceptanceOutcome GuidedAcceptanceView worst_value",
         _interim=(
-            "ChartPoint InterimChart InterimCheck InterimHistory InterimWord check_of "
+            "INTERIM ChartPoint InterimChart InterimCheck InterimHistory InterimWord check_of "
             "interim_chart note_check"
         ),
         _kinds="KINDS kind_of plan_of values_of",
@@ -146,9 +152,12 @@ else:
             "ClimateRule InterimTest Mpe PartTest Procedure find_procedure load_procedure "
             "procedure_files"
         ),
-        _recompute="differences load_record recompute recompute_tips save_record",
+        _recompute=(
+            "differences load_record load_signed_record recompute recompute_tips save_record"
+        ),
         _register=(
             "ARTEFACT_KINDS ARTEFACT_SCHEMA ArtefactEntry ArtefactKind ArtefactRegister "
+            "NOT_SIGNED_REMEDY REGISTER "
             "check_entry default_artefact_folder load_artefact load_used used_bar used_sphere"
         ),
         _result=(
@@ -167,10 +176,13 @@ else:
 __all__ = [
     "ARTEFACT_KINDS",
     "ARTEFACT_SCHEMA",
+    "INTERIM",
     "KINDS",
     "LEAST_RESULTS",
+    "NOT_SIGNED_REMEDY",
     "RECORDS",
     "RECORD_SCHEMA",
+    "REGISTER",
     "SESSIONS",
     "AcceptanceOutcome",
     "AcceptanceProcedure",
@@ -216,6 +228,7 @@ __all__ = [
     "begin_findings",
     "block_length",
     "certified_at",
+    "chain_history",
     "check_entry",
     "check_of",
     "climate_reasons",
@@ -231,6 +244,7 @@ __all__ = [
     "load_artefact",
     "load_procedure",
     "load_record",
+    "load_signed_record",
     "load_used",
     "location_value",
     "nest_lengths",

@@ -23,7 +23,10 @@ import numpy as np
 from ocmm_core.acceptance._result import AcceptanceRecord
 from ocmm_core.calibration.records import CalibrationStore, record_hash
 from ocmm_core.chain_file import ChainFile
+from ocmm_core.seals import Signed
 
+INTERIM = "interim.chain"
+"""The file of all checks in a folder."""
 LEARNING = 25
 _SHEWHART, _RUN = 3.0, 8
 _CUSUM_K, _CUSUM_H = 0.5, 5.0
@@ -165,8 +168,13 @@ class InterimHistory:
 
     def __init__(self, folder: Path) -> None:
         self._chain: ChainFile[InterimCheck] = ChainFile(
-            folder / "interim.chain", InterimCheck, remembered=True
+            folder / INTERIM, InterimCheck, signed=Signed.INTERIM, remembered=True
         )
+
+    @property
+    def doubt(self) -> str:
+        """Return why the chart is not vouched for, as a sentence; empty if it is."""
+        return self._chain.signer.fault if self._chain.items else ""
 
     def chart(self, calibration: str, artefact: str, tip: str) -> InterimChart:
         """Return the chart of one calibration, artefact and tip."""

@@ -15,7 +15,7 @@ from typing import cast
 from ocmm_core.acceptance._guards import artefact_findings
 from ocmm_core.acceptance._kinds import kind_of
 from ocmm_core.acceptance._procedure import Procedure, load_procedure, procedure_files
-from ocmm_core.acceptance._recompute import load_record
+from ocmm_core.acceptance._recompute import load_signed_record
 from ocmm_core.acceptance._register import (
     ARTEFACT_KINDS,
     ARTEFACT_SCHEMA,
@@ -28,6 +28,7 @@ from ocmm_core.acceptance._session import AcceptanceSession
 from ocmm_core.acceptance._situation import Stage
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.seals import SealState
 
 SESSIONS, RECORDS = "sessions", "records"
 """Folders in that of the tests."""
@@ -89,6 +90,13 @@ class FinishedTest:
 
     file: Path
     record: AcceptanceRecord
+    signer: SealState
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Return the words that go before the verdict: SIMULATED, NOT SIGNED, ..."""
+        signed = () if self.signer.sound else (self.signer.word.value,)
+        return (*self.record.instrument.states, *signed)
 
 
 def offered_procedures(stage_of: Instrument, seed: int = 0) -> tuple[ProcedureOffer, ...]:
@@ -209,7 +217,8 @@ def finished_tests(
     paths = sorted((folder / RECORDS).glob("*.json"), key=_made, reverse=True)
     for path in paths[:most]:
         try:
-            found.append(FinishedTest(path, load_record(path)))
+            loaded = load_signed_record(path)
+            found.append(FinishedTest(path, loaded.record, loaded.signer))
         except OcmmError as error:
             unread.append(error.what)
     found.sort(key=lambda one: one.record.ended_utc, reverse=True)

@@ -1,4 +1,4 @@
-"""A record computed anew from its raw data, and records as sealed files."""
+"""Records as signed files, and their recomputation from raw data."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from ocmm_core.acceptance._planning import vector
 from ocmm_core.acceptance._result import AcceptanceRecord, Verdict
 from ocmm_core.acceptance._situation import Stage, situation_of, worst_of
 from ocmm_core.calibration.guided import from_spots
-from ocmm_core.calibration.records import load, save
+from ocmm_core.calibration.records import SignedRecord, load_signed, save
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
+from ocmm_core.seals import Signed
 from ocmm_core.tracking import ProbeBody, solve
 
 _SAME_MM = 1e-9
@@ -24,13 +25,26 @@ _SAME_TIP_MM = 1e-6
 
 
 def save_record(folder: Path, record: AcceptanceRecord) -> Path:
-    """Write a record under its hash; raise CalibrationError where it cannot be."""
-    return save(folder, record)
+    """Write a record under its hash, signed; raise CalibrationError if it cannot be written."""
+    return save(folder, record, Signed.ACCEPTANCE)
 
 
 def load_record(path: Path) -> AcceptanceRecord:
-    """Return a record; raise CalibrationError where a byte of it was changed."""
-    return load(path, AcceptanceRecord)
+    """Return a record, signed or not; errors as `load_signed_record`."""
+    return load_signed_record(path).record
+
+
+def load_signed_record(path: Path) -> SignedRecord[AcceptanceRecord]:
+    """Return a record with the state of its signature.
+
+    Raises
+    ------
+    CalibrationError
+        A byte of it was changed, or the signature does not belong to it.
+    StorageError
+        The ring of known keys cannot be read.
+    """
+    return load_signed(path, AcceptanceRecord, Signed.ACCEPTANCE)
 
 
 def recompute(record: AcceptanceRecord) -> AcceptanceRecord:
@@ -49,7 +63,7 @@ def recompute(record: AcceptanceRecord) -> AcceptanceRecord:
 
 
 def differences(record: AcceptanceRecord, again: AcceptanceRecord) -> list[str]:
-    """Return where two records of one test say different things; sentences."""
+    """Return the differences between two records of one test, as sentences."""
     found = []
     if record.verdict is not again.verdict:
         found.append(f"The verdict is {record.verdict.value}, and {again.verdict.value} anew.")

@@ -23,6 +23,7 @@ from ocmm_core.calibration.records import ArtefactUse, LengthBar, Sphere
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError, StorageError
+from ocmm_core.seals import SealState, Signed
 
 ARTEFACT_SCHEMA = "ocmm.artefact/1"
 
@@ -38,6 +39,10 @@ _SIZES: dict[str, tuple[int, int]] = {
 }
 _LARGEST_EXPANSION = 1e-4
 _ATTEMPTS = 5
+REGISTER = "artefacts.chain"
+NOT_SIGNED_REMEDY = (
+    "Compare it with its certificate, then enter it again: ocmm artefact add --replace --who NAME."
+)
 
 
 class ArtefactEntry(Document, frozen=True, kw_only=True):
@@ -107,20 +112,61 @@ class _Change(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 class ArtefactRegister:
-    """The register of a folder; made empty where there is none.
+    """The register of a folder; empty if there is no file.
 
     Raises
     ------
     StorageError
-        A line of its file was changed.
+        A line of its file was changed, or its signature does not belong to it.
     """
 
     def __init__(self, folder: Path | None = None) -> None:
-        self.path = (folder or default_artefact_folder()) / "artefacts.chain"
+        self.path = (folder or default_artefact_folder()) / REGISTER
         self._read()
 
     def _read(self) -> None:
-        self._chain: ChainFile[_Change] = ChainFile(self.path, _Change, remembered=True)
+        self._chain: ChainFile[_Change] = ChainFile(
+            self.path, _Change, signed=Signed.ARTEFACTS, remembered=True
+        )
+
+    @property
+    def signer(self) -> SealState:
+        """Return the state of the signature of the whole register."""
+        return self._chain.signer
+
+    @property
+    def changes(self) -> tuple[tuple[str, str, str], ...]:
+        """Return who changed what and when, oldest first: UTC, name, words."""
+        return tuple((one.utc, one.who, _change_words(one)) for one in self._chain.items)
+
+    def faults(self) -> dict[str, str]:
+        """Return the entries that no trusted station signed, each with the reason.
+
+        The state is that of the line of the entry: later lines of the register, which this station
+        signed, do not vouch for what an entry held before.
+        """
+        found: dict[str, str] = {}
+        for change, signer in zip(self._chain.items, self._chain.signers(), strict=True):
+            for name in (change.removed, "" if change.added is None else change.added.id):
+                found.pop(name, None)
+            if change.added is not None and not signer.sound:
+                found[change.added.id] = signer.fault
+        return found
+
+    def used(self, name: str) -> UsedArtefact:
+        """Return an artefact for a test.
+
+        Raises
+        ------
+        InputError
+            It is unknown, or no trusted station signed its entry.
+        """
+        entry, fault = self.entry(name), self.faults().get(name)
+        if fault is not None:
+            raise InputError(
+                "artefact.not_signed", f"Artefact '{name}': {fault}", NOT_SIGNED_REMEDY
+            )
+        return entry.used()
 
     @property
     def entries(self) -> dict[str, ArtefactEntry]:
@@ -193,6 +239,12 @@ class ArtefactRegister:
                 self._read()
             else:
                 return
+
+
+def _change_words(change: _Change) -> str:
+    if change.added is None:
+        return f"removed {change.removed}"
+    return f"added {change.added.id}, certificate {change.added.certificate}"
 
 
 def default_artefact_folder() -> Path:

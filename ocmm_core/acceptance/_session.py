@@ -27,6 +27,7 @@ from ocmm_core.calibration.records import ArtefactUse, let_pass
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.geometry import Float
+from ocmm_core.seals import Signed
 
 
 class AcceptanceSession:
@@ -101,7 +102,7 @@ class AcceptanceSession:
             notes=notes + tuple(one.what for one in found if not one.refuses),
             reserved=tuple(reserved), air=air if air is not None and air.words else msgspec.UNSET,
         )  # fmt: skip
-        chain = ChainFile(path, log.Line, remembered=True)
+        chain = ChainFile(path, log.Line, signed=Signed.TEST, remembered=True)
         chain.append(log.Line(begun))
         session = cls(chain)
         session.note_temperature(temperature_c, now)
@@ -109,8 +110,16 @@ class AcceptanceSession:
 
     @classmethod
     def resume(cls, path: Path) -> AcceptanceSession:
-        """Continue the test of a file; raise StorageError where it is not as it was written."""
-        return cls(ChainFile(path, log.Line, remembered=True))
+        """Continue the test of a file.
+
+        Raises
+        ------
+        StorageError
+            It was changed, or no trusted station signed it: its record would vouch for it.
+        """
+        chain = ChainFile(path, log.Line, signed=Signed.TEST, remembered=True)
+        chain.require_signed("Start a new test: its record would vouch for these points.")
+        return cls(chain)
 
     @property
     def path(self) -> Path:

@@ -29,7 +29,9 @@ _CONFIG = {
     # A job of some megabytes is no mistake.
     "distributed.admin.large-graph-warning-threshold": "1GB",
     "distributed.comm.timeouts.connect": "15s",
-    # No page of Dask, no memory on the disk: spilled results would be pickles in files.
+    # No HTTP server of Dask, no memory on the disk: spilled results would be pickles in files.
+    "distributed.scheduler.preload": ["ocmm_core.cluster.no_page"],
+    "distributed.worker.preload": ["ocmm_core.cluster.no_page"],
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
     "distributed.worker.profile.enabled": False,
@@ -81,8 +83,7 @@ def over_local(
         scratch_folder("workers") as scratch,
         LocalCluster(
             n_workers=workers, threads_per_worker=1, processes=True, host="127.0.0.1",
-            # It always has a page of its state: on this computer alone, on any free port.
-            dashboard_address="127.0.0.1:0", memory_limit=0, local_directory=str(scratch),
+            dashboard_address=None, memory_limit=0, local_directory=str(scratch),
             silence_logs=logging.CRITICAL, security=Security.temporary(),
         ) as cluster,
     ):  # fmt: skip

@@ -73,11 +73,11 @@ def no_workers(address: str, seconds: float) -> StorageError:
 
 
 def other_version(who: str, theirs: str, ours: str) -> InputError:
-    """Return that a worker, or what hands on to it, is of another version."""
+    """Return that a worker or the scheduler runs another program."""
     return InputError(
         "cluster.version",
         f"{who} has {theirs}; this computer has {ours}. Their digits could differ.",
-        "Install the same version there, or stop it, then run this again.",
+        "Install the same program there and start it again, or stop it, then run this again.",
     )
 
 

@@ -10,8 +10,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from itertools import islice
+from pathlib import Path
 from typing import TypeVar
 
+import ocmm_core
 from ocmm_core import __version__
 from ocmm_core.cluster._arithmetic import Arithmetic, arithmetic
 from ocmm_core.cluster._sentences import altered
@@ -23,9 +25,10 @@ R = TypeVar("R")
 
 @dataclass(frozen=True, slots=True)
 class Computer:
-    """What decides about the digits that a computer finds: packages, and how it computes."""
+    """Program and processor of a computer: together they decide its digits."""
 
     versions: str
+    """Of OCMM, Python and the packages that compute, with the hash of the program files."""
     arithmetic: Arithmetic
 
 
@@ -54,10 +57,27 @@ class Done:
 
 
 @functools.cache
+def build() -> str:
+    """Return the SHA-256 of all program files of the core: a changed line changes it.
+
+    The files are the same in a checkout and in a wheel. A version number is not enough: digits
+    follow from the code.
+    """
+    root = Path(ocmm_core.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*.py"), key=lambda one: one.relative_to(root).as_posix()):
+        # A line that Windows ends otherwise is the same program.
+        content = path.read_bytes().replace(b"\r\n", b"\n")
+        name = path.relative_to(root).as_posix()
+        digest.update(f"{name} {hashlib.sha256(content).hexdigest()}\n".encode())
+    return digest.hexdigest()
+
+
+@functools.cache
 def versions() -> str:
-    """Return what decides about digits: of OCMM, Python and the packages that compute."""
+    """Return the build of OCMM, and the versions of Python and of the packages that compute."""
     names = ["numpy", "scipy", "numba"]
-    found = [f"OCMM {__version__}", f"Python {platform.python_version()}"]
+    found = [f"OCMM {__version__} (build {build()[:12]})", f"Python {platform.python_version()}"]
     for name in names:
         try:
             found.append(f"{name} {version(name)}")

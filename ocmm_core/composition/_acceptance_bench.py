@@ -7,13 +7,14 @@ are in force now, so they are looked up whenever something is asked.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 
 from ocmm_core.acceptance import (
+    NOT_SIGNED_REMEDY,
     RECORDS,
     SESSIONS,
     AcceptanceProcedure,
@@ -155,12 +156,20 @@ class AcceptanceBench:
 
         On the virtual rig those that it shows come first.
         """
-        candidates = [(one.id, one.used()) for one in self.artefacts().entries.values()]
+        register = self.artefacts()
+        faults = register.faults()
+        candidates = [(one.id, one.used()) for one in register.entries.values()]
         if self.is_virtual:
             candidates = [*self._shipped().items(), *candidates]
         of_cameras, of_tip = artefacts_used_before(self.cameras(), self.probe())
-        return offered_artefacts(
+        offers = offered_artefacts(
             self.stage(offer, (), now), candidates, now, temperature_c, of_cameras, of_tip
+        )
+        return tuple(
+            replace(one, refusal=f"{faults[one.name]} {NOT_SIGNED_REMEDY}")
+            if one.name in faults
+            else one
+            for one in offers
         )
 
     def refused_for(self, entry: ArtefactEntry, now: datetime) -> tuple[tuple[str, str], ...]:

@@ -124,7 +124,7 @@ def named_artefact(name: str) -> UsedArtefact:
     """Return an artefact by its id in the register, or by its document of any of three kinds."""
     path = Path(name)
     if path.suffix != ".toml":
-        return ArtefactRegister().entry(name).used()
+        return ArtefactRegister().used(name)
     last: InputError | None = None
     for read in (load_used, _bar_of, _sphere_of):
         try:

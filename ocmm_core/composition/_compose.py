@@ -27,10 +27,18 @@ from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.fieldbus.described import refuse_unproven, resting_doubt_mm
 from ocmm_core.inspection.archive import previous_part_pose, require_new_serial
 from ocmm_core.inspection.evaluation import JobHeader, SessionOptions, open_plan
-from ocmm_core.inspection.plan import Plan, load_plan, stored_plan
+from ocmm_core.inspection.plan import (
+    Plan,
+    load_plan,
+    note_release,
+    plan_release,
+    require_released,
+    stored_plan,
+)
 from ocmm_core.inspection.session import HEADER_EVENT, check_header, header_text
 from ocmm_core.leftovers import clear_leftovers
 from ocmm_core.measuring import PointOptions
+from ocmm_core.settings import released_plans_only
 from ocmm_core.simulation.hand import HandAtRig
 from ocmm_core.simulation.scene import Missing, VirtualRig
 from ocmm_core.station import MeasuringStation, StationOptions, free_path, give_back
@@ -76,7 +84,10 @@ def build_station(request: StationRequest) -> BuiltStation:
         A document, the source or the folder cannot be used; nothing is left running.
     """
     clear_leftovers(written_folders(request))
+    request = replace(request, released_only=request.released_only or released_plans_only())
     if request.resume is None:
+        if request.released_only:
+            require_released(request.plan, plan_release(request.plan))
         return _built(request, load_plan(request.plan), None)
     job = JobFile.open(request.resume)
     try:
@@ -139,6 +150,8 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
                 pause=timedelta(hours=request.check_after_h),
                 stream=request.stream,
                 plan_file=request.plan if begun is None else None,
+                released_only=request.released_only,
+                rescue=request.rescue,
                 simulated=feed.description.simulated,
             ),
             recorder,
@@ -207,6 +220,7 @@ def _new_job(
     job = JobFile.create(job_path, head)
     if request.order or request.batch:
         job.append_event(HEADER_EVENT, header_text(header))
+    note_release(job, plan_release(request.plan))
     return job
 
 

@@ -72,6 +72,8 @@ class StationRequest:
     """In the order of the plan, or in any."""
     record: Path | None = None
     """File that takes all raw frames, or None."""
+    rescue: Path | None = None
+    """Folder for a job whose own file is lost; None is that of the user."""
     force: bool = False
     """Use a network interface although the computer needs it itself."""
     bus_processor: int | None = None
@@ -95,6 +97,8 @@ class StationRequest:
     """Temperatures of probe and part, and what is to be compensated for them."""
     reference: Path | None = None
     """Document of the reference body to which everything is given; None without one."""
+    released_only: bool = False
+    """Refuse plans that are not released, also if no settings of this computer say so."""
     stream: StreamOptions | None = None
     """How points and poses are given to other programs; None where they are not."""
     room: TypedRoom = field(default_factory=TypedRoom)

@@ -6,8 +6,8 @@ Read `_registry` first: all formats, and the one way to write them. `template` s
 is, `report` holds the data of a report and its text, JSON, workbook and PolyWorks files; `qif`
 holds QIF 3.0, `aqdef` Q-DAS. `_report_seal` signs what is written, `_completeness` asks before a
 report of an unfinished job is made, `_files` writes several files as one, `_batch_table` the
-statistics of a batch. `certificate` makes papers about the machine. `_audit` tells an auditor what
-is intact.
+statistics of a batch. `certificate` makes certificates of the machine. `audits` verifies
+every kind of file that this program writes.
 It must not know a station or a screen. The PDF is drawn in `ocmm_gui.reports`.
 """
 
@@ -19,7 +19,6 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.export import _registry as registry
-    from ocmm_core.export._audit import Audit, AuditedKind, AuditRow, audit
     from ocmm_core.export._batch_table import BATCH_COLUMNS, batch_table
     from ocmm_core.export._completeness import missing_of, missing_words, require_complete
     from ocmm_core.export._files import write_together
@@ -38,7 +37,6 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _audit="Audit AuditRow AuditedKind audit",
         _batch_table="BATCH_COLUMNS batch_table",
         _completeness="missing_of missing_words require_complete",
         _files="write_together",
@@ -57,11 +55,7 @@ __all__ = [
     "EXPORTERS",
     "FORMATS",
     "PDF",
-    "Audit",
-    "AuditRow",
-    "AuditedKind",
     "ReportSealFound",
-    "audit",
     "batch_table",
     "check_report_seal",
     "chosen_formats",

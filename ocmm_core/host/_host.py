@@ -65,6 +65,41 @@ class Host(ABC):
         """Return whether a path still means what was opened by `open_as_it_is` or made there."""
 
     @abstractmethod
+    def hold_name(self, path: Path) -> int:
+        """Return a descriptor that only identifies the file at a path; -1 if the system has none.
+
+        Locks of other descriptors are not released when it is closed.
+
+        Raises
+        ------
+        OSError
+            There is no such file.
+        """
+
+    @abstractmethod
+    def place_of(self, descriptor: int) -> Path | None:
+        """Return the present path of an open file; None if it has none or the path is unknown."""
+
+    @abstractmethod
+    def is_mounted(self, descriptor: int) -> bool:
+        """Return whether the file system of an open file is mounted; True if unknown."""
+
+    @abstractmethod
+    def is_write_protected(self, path: Path) -> bool:
+        """Return whether the file system of a path is mounted read-only; False if unknown."""
+
+    @abstractmethod
+    def content_of(self, path: Path, size: int) -> bytes | None:
+        """Return the first ``size + 1`` bytes of a file by a descriptor that is open already.
+
+        None if there is none: opening and closing another one would release the locks of SQLite.
+        """
+
+    @abstractmethod
+    def reserve(self, descriptor: int, size: int) -> None:
+        """Give a file this size, with room for all of it; OSError if there is not enough room."""
+
+    @abstractmethod
     def write_at(self, descriptor: int, content: bytes, offset: int) -> int:
         """Write bytes from an offset on; return how many were written."""
 

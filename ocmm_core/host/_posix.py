@@ -78,6 +78,46 @@ class PosixHost(Host):
         except FileNotFoundError:
             return False
 
+    def hold_name(self, path: Path) -> int:
+        # Closing an ordinary descriptor would release the locks of SQLite on the same file.
+        only_path = getattr(os, "O_PATH", None)
+        return -1 if only_path is None else os.open(path, only_path | os.O_CLOEXEC)
+
+    def place_of(self, descriptor: int) -> Path | None:
+        with contextlib.suppress(OSError):
+            place = Path(f"/proc/self/fd/{descriptor}").readlink()
+            if os.path.samestat(os.fstat(descriptor), place.stat()):
+                return place
+        return None
+
+    def is_mounted(self, descriptor: int) -> bool:
+        try:
+            about = Path(f"/proc/self/fdinfo/{descriptor}").read_text("ascii")
+            mounts = Path("/proc/self/mountinfo").read_text("utf-8", "surrogateescape")
+        except OSError:
+            return True
+        found = [line.split()[1] for line in about.splitlines() if line.startswith("mnt_id:")]
+        return not found or any(line.split()[0] == found[0] for line in mounts.splitlines())
+
+    def is_write_protected(self, path: Path) -> bool:
+        try:
+            return bool(os.statvfs(path).f_flag & os.ST_RDONLY)
+        except OSError:
+            return False
+
+    def content_of(self, path: Path, size: int) -> bytes | None:
+        with contextlib.suppress(OSError):
+            wanted = path.stat()
+            for entry in Path("/proc/self/fd").iterdir():
+                with contextlib.suppress(OSError):
+                    if os.path.samestat(os.fstat(int(entry.name)), wanted):
+                        # Refused for those that only hold the name.
+                        return os.pread(int(entry.name), size + 1, 0)
+        return None
+
+    def reserve(self, descriptor: int, size: int) -> None:
+        os.posix_fallocate(descriptor, 0, size)
+
     def write_at(self, descriptor: int, content: bytes, offset: int) -> int:
         return os.pwrite(descriptor, content, offset)
 

@@ -77,6 +77,30 @@ class WindowsHost(Host):
         except FileNotFoundError:
             return False
 
+    def hold_name(self, path: Path) -> int:
+        # A file that is open can be neither renamed nor removed.
+        path.stat()
+        return -1
+
+    def place_of(self, descriptor: int) -> Path | None:
+        del descriptor
+        return None
+
+    def is_mounted(self, descriptor: int) -> bool:
+        del descriptor
+        return True
+
+    def is_write_protected(self, path: Path) -> bool:
+        del path
+        return False
+
+    def content_of(self, path: Path, size: int) -> bytes | None:
+        del path, size
+        return None
+
+    def reserve(self, descriptor: int, size: int) -> None:
+        os.truncate(descriptor, size)
+
     def write_at(self, descriptor: int, content: bytes, offset: int) -> int:
         os.lseek(descriptor, offset, os.SEEK_SET)
         return os.write(descriptor, content)

@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 
 from ocmm_core import __version__
-from ocmm_core.archive.records import JobRecord
+from ocmm_core.archive.records import JobRecord, shown_text
 from ocmm_core.archive.stores import CLOCK_TELL_S, Archive, Cell, open_archive, time_of
 from ocmm_core.cluster import HERE, Site
 from ocmm_core.errors import InputError, OcmmError
@@ -194,7 +194,9 @@ _ELSEWHERE = "elsewhere"
 
 def _archived(row: tuple[object, ...]) -> _Archived:
     number, *texts, simulated, fault = row
-    job_uuid, sha256, station, part, serial, created_utc, rig, calibration = map(str, texts)
+    job_uuid, sha256, station, part, serial, created_utc, rig, calibration = map(
+        shown_text, map(str, texts)
+    )
     return _Archived(
         int(str(number)), job_uuid, sha256, station, part, serial, created_utc, rig, calibration,
         bool(simulated), str(fault),
@@ -273,7 +275,7 @@ def _characteristics(
 ) -> Iterator[RecalledCharacteristic]:
     for one in record.results:
         yield RecalledCharacteristic(
-            name=one.characteristic,
+            name=shown_text(one.characteristic),
             before=RecalledValue(value=one.value, expanded=one.uncertainty, verdict=one.verdict),
             after=None,
             outcome=Outcome.UNKNOWN,

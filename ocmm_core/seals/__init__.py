@@ -1,11 +1,12 @@
-"""Who wrote it, and is it all: signatures with the key of this station, and what it remembers.
+"""Signatures and completeness: the key of this station, trusted keys, and remembered chains.
 
-In: the head of a chain or the hashes of files. Out: a signature of them, whether one is good and
-whose it is, and how far a chain went when this station saw it last.
+In: the head of a chain, or the hashes of files. Out: a signature, its state and signer, and how far
+a chain went when this station last saw it.
 
-Read `_key` (the key of the station, in a file or in one of `_tokens`, and the `_ring` of those that
-are believed), `_public` (what verifies), `_signature` (what is signed, and what is said of it) and
-`_memory` (what shows a copy of an older day). It must not know what the chains and files are about.
+Read `_key` (the key of the station, in a file or in one of `_tokens`, and the `_ring` of trusted
+keys), `_public` (verification), `_signature` (kinds of signed content, and states), `_release` (a
+file released by name) and `_memory` (detects older copies). It must not know the content of chains
+and files.
 """
 
 from __future__ import annotations
@@ -16,10 +17,33 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.seals._key import THIS_STATION, KeptKeys, KeyFolder, StationKey
-    from ocmm_core.seals._memory import Seen, memory_folder, recall, remember
+    from ocmm_core.seals._memory import (
+        Seen,
+        expect,
+        memory_folder,
+        memory_loss,
+        recall,
+        remember,
+        set_station_clock,
+        start_memory,
+        station_clock,
+    )
     from ocmm_core.seals._public import public_from_text, public_text, shown_key
+    from ocmm_core.seals._release import (
+        NO_RELEASE,
+        RELEASE_ENDING,
+        Release,
+        ReleaseState,
+        decode_release,
+        judge_release,
+        read_release,
+        release_file,
+        release_path,
+        release_state,
+    )
     from ocmm_core.seals._ring import KnownKey
     from ocmm_core.seals._signature import (
+        NOT_SIGNED,
         SealState,
         SealWord,
         Signature,
@@ -32,18 +56,30 @@ else:
     __getattr__ = door(
         __name__,
         _key="KeptKeys KeyFolder StationKey THIS_STATION",
-        _memory="Seen memory_folder recall remember",
+        _memory=(
+            "Seen expect memory_folder memory_loss recall remember set_station_clock start_memory "
+            "station_clock"
+        ),
         _public="public_from_text public_text shown_key",
+        _release=(
+            "NO_RELEASE RELEASE_ENDING Release ReleaseState decode_release judge_release "
+            "read_release release_file release_path release_state"
+        ),
         _ring="KnownKey",
-        _signature="SealState SealWord Signature Signed judge_signature sign",
+        _signature="NOT_SIGNED SealState SealWord Signature Signed judge_signature sign",
         _tokens="TokenPlace",
     )
 
 __all__ = [
+    "NOT_SIGNED",
+    "NO_RELEASE",
+    "RELEASE_ENDING",
     "THIS_STATION",
     "KeptKeys",
     "KeyFolder",
     "KnownKey",
+    "Release",
+    "ReleaseState",
     "SealState",
     "SealWord",
     "Seen",
@@ -51,12 +87,23 @@ __all__ = [
     "Signed",
     "StationKey",
     "TokenPlace",
+    "decode_release",
+    "expect",
+    "judge_release",
     "judge_signature",
     "memory_folder",
+    "memory_loss",
     "public_from_text",
     "public_text",
+    "read_release",
     "recall",
+    "release_file",
+    "release_path",
+    "release_state",
     "remember",
+    "set_station_clock",
     "shown_key",
     "sign",
+    "start_memory",
+    "station_clock",
 ]

@@ -1,10 +1,11 @@
-"""What this station remembers of chains, apart from the files that hold them.
+"""Memory of the station: how far each chain went, and the latest time seen.
 
-A chain that is cut at its end, or replaced as a whole by an older copy of itself, is whole: nothing
-in it says that something is missing, and its signature is a good one. So how far each chain went,
-and when it was last looked at, is kept among the state of this user. It only ever goes on: an
-older state is recognised by it. Another computer or user has no such memory, and where it is lost
-nothing is known; a line on paper with the head of a chain (`Head`) does the same for anybody.
+A chain that was cut at its end, or replaced by an older copy, carries a good signature. The memory
+of this user on this computer holds the last known end of each chain, keyed by the identity of the
+thing (job, history, cameras, probe), never by a path. A copy is recognized wherever it lies.
+
+Everything that this station signs is in its memory before it is signed. So a missing memory is
+recognized by the signature, except for files from before a `start_memory` by name.
 """
 
 from __future__ import annotations
@@ -12,63 +13,273 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+from datetime import datetime
 from pathlib import Path
 
 import msgspec
 import platformdirs
 
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import InputError, OcmmError, StorageError
+from ocmm_core.host import HOST
 from ocmm_core.leftovers import temporary_file
+from ocmm_core.seals._key import THIS_STATION, KeyFolder
+from ocmm_core.seals._private_file import guarded_content
+from ocmm_core.seals._ring import check_names, in_utc
+from ocmm_core.seals._signature import Signature, Signed, judge_signature, sign
+
+_WHAT = "memory of the station"
+_CLOCK = "clock"
+_PLACE = "folder "
+_HISTORY = "history "
 
 
 class Seen(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How far a chain went when this station saw it last."""
+    """The last known end of a chain."""
 
     name: str
-    """Which chain: its folder, or an identity of its own."""
+    """Identity of the chain or of the thing it is about."""
     count: int
     link: str
-    """`count`, `link`: Lines, and the hash of the last one."""
+    """`count`, `link`: Number of lines, and hash of the last one; 0 before the first is written."""
     utc: str = ""
-    """The latest moment at which somebody looked at it, ISO 8601 text; empty where none is known.
-    """
+    """Latest time at which the chain was checked, ISO 8601 text; empty if unknown."""
     place: str = ""
-    """Where it was last."""
+    """Last known path, for messages."""
+    first: str = ""
+    """Hash of the first line; only for things with a history."""
+    moment: str = ""
+    """Time of the last line, ISO 8601 text; only for things with a history."""
+    thing: str = ""
+    """Name under which the thing of this history is kept; only for histories."""
+    replaced_by: str = ""
+    """Path of the history that replaced this one; only from memories of version 0.1."""
+
+
+class _Start(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    utc: str
+    who: str
+    reason: str
+
+
+class _SignedStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    start: _Start
+    signature: Signature
 
 
 def recall(name: str) -> Seen | None:
-    """Return how far a chain went; None where nobody knows."""
-    try:
-        seen = msgspec.json.decode(_path(name).read_bytes(), type=Seen)
-    except (OSError, msgspec.DecodeError, UnicodeDecodeError, RecursionError):
-        return None
-    return seen if seen.name == name else None
+    """Return the last known end of a chain; None if the station has never seen it.
 
-
-def remember(seen: Seen) -> None:
-    """Keep how far a chain goes; where it cannot be kept it is not known later.
-
-    It is not waited for on the disk: after a power cut the memory may be some lines behind, never
-    ahead, because the chain is on the disk before.
+    Raises
+    ------
+    StorageError
+        The memory exists but cannot be trusted: damaged, unreadable, or writable by others.
     """
-    if recall(seen.name) == seen:
+    folder = memory_folder()
+    _migrate(folder)
+    return _read(folder / _file_name(name), name)
+
+
+def remember(seen: Seen, *, sync: bool = True) -> None:
+    """Store the end of a chain. Failures are ignored: the missing memory is reported later.
+
+    Parameters
+    ----------
+    sync
+        Flush to disk. Without it the memory may lag behind the chain after a power cut, never be
+        ahead of it; a new file is flushed always, because a power cut could leave it empty.
+    """
+    path = memory_folder() / _file_name(seen.name)
+    try:
+        known = recall(seen.name)
+    except StorageError:
+        # Overwriting would hide that the memory was damaged.
         return
-    path = _path(seen.name)
+    if known == seen:
+        return
     with contextlib.suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        descriptor, temporary = temporary_file(path)
-        try:
-            os.write(descriptor, msgspec.json.encode(seen))
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
-            os.close(descriptor)
+        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        _write(path, msgspec.json.encode(seen), sync=sync or known is None)
+
+
+def expect(name: str, place: Path) -> None:
+    """Open the memory of a chain that is about to get its first line."""
+    with contextlib.suppress(StorageError):
+        if recall(name) is None:
+            remember(Seen(name=name, count=0, link="", place=str(place)))
+
+
+def station_clock() -> str:
+    """Return the latest time at which this station checked any history; empty if none.
+
+    Raises
+    ------
+    StorageError
+        As `recall`.
+    """
+    seen = recall(_CLOCK)
+    return "" if seen is None else seen.utc
+
+
+def set_station_clock(utc: str) -> None:
+    """Store the latest time at which this station checked any history."""
+    remember(Seen(name=_CLOCK, count=0, link="", utc=utc))
+
+
+def memory_loss(name: str, last_utc: str, keys: KeyFolder) -> StorageError | None:
+    """Return why a chain that this station signed is not in its memory; None if that is in order.
+
+    Parameters
+    ----------
+    name
+        Of the chain; `recall` returns None for it.
+    last_utc
+        Time of its last line, ISO 8601 text.
+    """
+    start = _read_start(keys)
+    if start is not None and datetime.fromisoformat(last_utc) <= datetime.fromisoformat(start.utc):
+        return None
+    return StorageError(
+        "memory.missing",
+        f"This station signed it, but its memory of it is missing in {memory_folder()} "
+        f"({_file_name(name)}): a removed end would not be noticed.",
+        "Restore that folder from a backup. If the key was brought to this computer or user "
+        "without it, type ocmm key restored, with your name and the reason.",
+    )
+
+
+def start_memory(keys: KeyFolder, who: str, reason: str, now: datetime) -> str:
+    """Accept everything signed up to now without memory, by name; return the time as stored.
+
+    For a key that was moved to another computer or user without the memory.
+
+    Raises
+    ------
+    InputError
+        Name or reason is missing.
+    StorageError
+        The memory cannot be written, or the station has no key.
+    """
+    check_names(THIS_STATION, who)
+    if not reason.strip():
+        raise InputError("memory.reason", "The reason is missing.", "Give it.")
+    start = _Start(utc=in_utc(now), who=who.strip(), reason=reason)
+    signed = _SignedStart(start, sign(keys.station_key(), Signed.MEMORY, _content(start)))
+    path = _start_path()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        write_atomic(path, msgspec.json.encode(signed))
+    except OSError as error:
+        raise StorageError(
+            "memory.unwritable",
+            f"{path}: the memory of the station cannot be stored ({error.strerror}).",
+            "Free disk space or restore write permission, then repeat.",
+        ) from error
+    return start.utc
 
 
 def memory_folder() -> Path:
-    """Return where it is kept."""
+    """Return the folder of the memory."""
     return platformdirs.user_state_path("ocmm") / "histories"
 
 
-def _path(name: str) -> Path:
+def _start_path() -> Path:
+    return memory_folder() / "start.signed"
+
+
+def _content(start: _Start) -> bytes:
+    return msgspec.json.encode(start)
+
+
+def _read_start(keys: KeyFolder) -> _Start | None:
+    """Return the start of the memory if this station signed it."""
+    try:
+        content = guarded_content(_start_path(), _WHAT)
+        if content is None:
+            return None
+        found = msgspec.json.decode(content, type=_SignedStart)
+        state = judge_signature(keys, Signed.MEMORY, _content(found.start), found.signature)
+        datetime.fromisoformat(found.start.utc)
+    except (OcmmError, ValueError, RecursionError):
+        return None
+    return found.start if state.sound and state.station == THIS_STATION else None
+
+
+def _read(path: Path, name: str) -> Seen | None:
+    content = guarded_content(path, _WHAT)
+    if content is None:
+        return None
+    try:
+        seen = msgspec.json.decode(content, type=Seen)
+        if seen.name != name or seen.count < 0 or (seen.utc and not _is_time(seen.utc)):
+            raise ValueError("it is about something else")
+    except (ValueError, RecursionError) as error:
+        why = "it is empty" if not content else str(error)
+        raise StorageError(
+            "memory.damaged",
+            f"{path}: the station's memory is damaged ({why}).",
+            "Restore the file from a backup. If there is none, delete it and answer for what it "
+            "was about by name: verify the calibration, check the tip, or ocmm audit adopt.",
+        ) from error
+    return seen
+
+
+def _is_time(text: str) -> bool:
+    return datetime.fromisoformat(text).tzinfo is not None
+
+
+def _write(path: Path, content: bytes, *, sync: bool) -> None:
+    descriptor, temporary = temporary_file(path)
+    try:
+        temporary.chmod(0o600)
+        os.write(descriptor, content)
+        if sync:
+            os.fsync(descriptor)
+        temporary.replace(path)
+        if sync:
+            HOST.sync_folder(path.parent)
+    finally:
+        temporary.unlink(missing_ok=True)
+        os.close(descriptor)
+
+
+def _migrate(folder: Path) -> None:
+    """Convert a memory of version 0.1, which was keyed by path, once.
+
+    It kept for each folder the end of the history in it, and the same for each history. A history
+    whose folder holds another one by now was replaced.
+    """
+    clock = folder / _file_name(_CLOCK)
+    if clock.exists() or not folder.is_dir():
+        return
+    known: dict[Path, Seen] = {}
+    for path in sorted(folder.glob("*.json")):
+        with contextlib.suppress(OcmmError, ValueError, RecursionError):
+            seen = msgspec.json.decode(guarded_content(path, _WHAT) or b"", type=Seen)
+            if path.name == _file_name(seen.name):
+                known[path] = seen
+    places = {seen.place: seen for seen in known.values() if seen.name.startswith(_PLACE)}
+    with contextlib.suppress(OSError):
+        for path, seen in known.items():
+            there = places.get(seen.place)
+            if seen.name.startswith(_HISTORY) and there is not None and there.link != seen.link:
+                late = msgspec.structs.replace(seen, replaced_by=seen.place)
+                _write(path, msgspec.json.encode(late), sync=True)
+        latest = max((seen.utc for seen in known.values()), default="", key=_order)
+        _write(
+            clock, msgspec.json.encode(Seen(name=_CLOCK, count=0, link="", utc=latest)), sync=True
+        )
+        for path, seen in known.items():
+            if seen.name.startswith(_PLACE):
+                path.unlink()
+
+
+def _order(utc: str) -> float:
+    with contextlib.suppress(ValueError):
+        return datetime.fromisoformat(utc).timestamp()
+    return -float("inf")
+
+
+def _file_name(name: str) -> str:
     digest = hashlib.sha256(name.encode("utf-8", "surrogateescape")).hexdigest()[:32]
-    return memory_folder() / f"{digest}.json"
+    return f"{digest}.json"

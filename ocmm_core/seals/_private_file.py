@@ -1,22 +1,104 @@
-"""Files that only the user of the station may read, from their first moment on."""
+"""Files of the station that other users must not read or must not write."""
 
 from __future__ import annotations
 
 import os
+import stat
 from pathlib import Path
 
 from ocmm_core.errors import StorageError
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import temporary_file
 
+_LARGEST = 1 << 20
 
-def private_content(path: Path) -> bytes | None:
-    """Return what a private file holds, 4096 bytes at most; None where there is none.
+
+def guarded_content(path: Path, what: str) -> bytes | None:
+    """Return the content of a file that only this user or root can have written; None if missing.
+
+    Parameters
+    ----------
+    what
+        What it is, for sentences.
 
     Raises
     ------
     StorageError
-        It cannot be read, or others than its user can read it, too.
+        It cannot be read, is no regular file, or another user can write it or its folder.
+    """
+    try:
+        descriptor = HOST.open_as_it_is(path)
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise StorageError(
+            "station.unreadable",
+            f"{path}: the {what} cannot be read ({error.strerror}).",
+            "Restore it from a backup as a regular file of this user, with read permission.",
+        ) from error
+    try:
+        state = os.fstat(descriptor)
+        if not stat.S_ISREG(state.st_mode) or state.st_size > _LARGEST:
+            raise StorageError(
+                "station.no_file",
+                f"{path}: the {what} is no regular file, or too large.",
+                "Remove it and restore it from a backup.",
+            )
+        _refuse_foreign(path, state, what)
+        refuse_open_folder(path.parent, what)
+        return os.read(descriptor, _LARGEST)
+    finally:
+        os.close(descriptor)
+
+
+def refuse_open_folder(folder: Path, what: str) -> None:
+    """Raise StorageError if other users can exchange the files in a folder, or the folder itself.
+
+    Sticky folders such as /tmp are accepted as parents: there a name belongs to its owner.
+    """
+    for one in (folder, *folder.parents):
+        try:
+            state = one.stat()
+        except OSError:
+            continue
+        sticky = one != folder and state.st_mode & stat.S_ISVTX
+        if _others_write(state) and not sticky:
+            raise StorageError(
+                "station.open_folder",
+                f"{one}: other users can write this folder, so the {what} in it is not trusted.",
+                f"Check the files in it, then type chmod go-w {one}.",
+            )
+
+
+def _refuse_foreign(path: Path, state: os.stat_result, what: str) -> None:
+    if not HOST.is_own(state) and state.st_uid != 0:
+        raise StorageError(
+            "station.owner",
+            f"{path}: the {what} belongs to another user, so it is not trusted.",
+            f"Start the program as the user of this station. If you are, restore {path} from a "
+            "backup.",
+        )
+    if _others_write(state):
+        raise StorageError(
+            "station.open",
+            f"{path}: other users can write the {what}, so it is not trusted.",
+            f"Check it, then type chmod 600 {path}.",
+        )
+
+
+def _others_write(state: os.stat_result) -> bool:
+    """Return whether others can write; the primary group of the user does not count as others."""
+    own_group = hasattr(os, "getegid") and state.st_gid == os.getegid()
+    return HOST.is_open_to(state, 0o002 if own_group else 0o022)
+
+
+def private_content(path: Path) -> bytes | None:
+    """Return the content of a private file, 4096 bytes at most; None if missing.
+
+    Raises
+    ------
+    StorageError
+        It cannot be read, or other users can read it or write its folder.
     """
     try:
         descriptor = HOST.open_file(path, os.O_RDONLY)
@@ -28,7 +110,7 @@ def private_content(path: Path) -> bytes | None:
             f"{path}: the key of this station cannot be read ({error.strerror}).",
             "Start the program as the user of this station.",
         ) from error
-    with open(descriptor, "rb") as stream:  # noqa: PTH123 - looked at and read by one descriptor
+    with open(descriptor, "rb") as stream:  # noqa: PTH123 - checked and read by one descriptor
         state = os.fstat(descriptor)
         content = stream.read(4096)
     if HOST.is_open_to(state, 0o077):
@@ -37,11 +119,12 @@ def private_content(path: Path) -> bytes | None:
             f"{path}: other users can read the key of this station.",
             f"Type chmod 600 {path}, then replace the key: ocmm key replace.",
         )
+    refuse_open_folder(path.parent, "key of this station")
     return content
 
 
 def private_temporary(path: Path, content: bytes) -> Path:
-    """Write a private file beside ``path``, under a temporary name and to the disk; return it.
+    """Write a private file next to ``path`` to the disk; return its temporary name.
 
     Raises
     ------
@@ -55,9 +138,9 @@ def private_temporary(path: Path, content: bytes) -> Path:
         descriptor, temporary = temporary_file(path)
     except OSError as error:
         raise unwritable(folder, error) from error
-    with open(descriptor, "wb") as stream:  # noqa: PTH123 - made beside the key
+    with open(descriptor, "wb") as stream:  # noqa: PTH123 - made next to the key
         try:
-            # Nobody else may read it, not even before there is anything in it.
+            # Other users must not read it, not even while it is empty.
             temporary.chmod(0o600)
             stream.write(content)
             stream.flush()
@@ -69,7 +152,7 @@ def private_temporary(path: Path, content: bytes) -> Path:
 
 
 def unwritable(folder: Path, error: OSError) -> StorageError:
-    """Return what is to be said where nothing can be written to the folder of keys."""
+    """Return the error for a folder of keys that cannot be written."""
     return StorageError(
         "key.unwritable",
         f"{folder}: the key of this station cannot be stored ({error.strerror}).",

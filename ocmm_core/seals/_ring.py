@@ -1,4 +1,4 @@
-"""The ring: the keys, beside the one in force, whose signatures this station believes."""
+"""The ring: trusted keys in addition to the one in force."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import hold
-from ocmm_core.seals._private_file import unwritable
+from ocmm_core.seals._private_file import guarded_content, unwritable
 from ocmm_core.seals._public import fingerprint_of, public_from_text
 
 _RING = "known_keys.json"
@@ -26,7 +26,7 @@ _PATIENCE_S = 5.0
 
 
 class KnownKey(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A key whose signatures are believed."""
+    """A trusted key."""
 
     public: str
     """Base64 of its bytes."""
@@ -62,22 +62,17 @@ def read_ring(folder: Path) -> tuple[KnownKey, ...]:
     Raises
     ------
     StorageError
-        The ring is damaged or cannot be read.
+        The ring is damaged, cannot be read, or other users can write it.
     """
     path = folder / _RING
+    content = guarded_content(path, "list of known keys")
+    if content is None:
+        return ()
     try:
-        ring = msgspec.json.decode(path.read_bytes(), type=_Ring)
+        ring = msgspec.json.decode(content, type=_Ring)
         for key in ring.keys:
             _ = key.public_bytes
-    except FileNotFoundError:
-        return ()
-    except (
-        OSError,
-        msgspec.DecodeError,
-        UnicodeDecodeError,
-        RecursionError,
-        InputError,
-    ) as error:
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError, InputError) as error:
         raise StorageError(
             "key.ring",
             f"{path}: the list of known keys cannot be read ({error}).",
@@ -155,5 +150,6 @@ def _write(folder: Path, keys: Sequence[KnownKey]) -> None:
     )
     try:
         write_atomic(folder / _RING, content + b"\n")
+        (folder / _RING).chmod(0o600)
     except OSError as error:
         raise unwritable(folder, error) from error

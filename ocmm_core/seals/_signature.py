@@ -1,6 +1,6 @@
-"""Signatures of this station, and what is to be said of one that is read.
+"""Signatures of this station, and the state of a signature that is read.
 
-What is signed is named in what is signed: a signature of a job never passes for that of a history.
+The signed bytes name their kind: a signature of a job never passes for one of a history.
 """
 
 from __future__ import annotations
@@ -23,16 +23,40 @@ from ocmm_core.seals._public import (
 
 
 class Signed(StrEnum):
-    """What may be signed; part of what is."""
+    """Kinds of content; the kind is part of the signed bytes."""
 
     HISTORY = "history"
     JOB = "job"
     REPORT = "report"
     CERTIFICATE = "certificate"
+    STATION = "station"
+    """That a key is its own, to an archive."""
+    DELIVERY = "delivery"
+    """A job under its number of an outbox."""
+    ACCEPTANCE = "acceptance"
+    """The record of an acceptance test."""
+    TEST = "acceptance session"
+    """The steps of an acceptance test, a line each."""
+    INTERIM = "interim checks"
+    STUDY = "study"
+    """Of a calibrated part (MSA)."""
+    ARTEFACTS = "artefacts"
+    """The register."""
+    RECALL = "recall"
+    PLAN = "plan"
+    TEMPLATE = "template"
+    DOCUMENT = "document"
+    """Any other one: of an artefact, a procedure, a rig."""
+    SETTINGS = "settings"
+    MEMORY = "memory"
+    """The start of the memory of the station."""
+
+
+NOT_SIGNED = "Not signed: written before signatures, or the signature was removed."
 
 
 class Signature(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A signature with the key that verifies it."""
+    """A signature, and the key to verify it."""
 
     key: str
     """The public key, Base64."""
@@ -41,12 +65,12 @@ class Signature(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class SealWord(StrEnum):
-    """What is said of a signature, in a word."""
+    """The state of a signature, in a word."""
 
     SEALED = "SEALED"
-    """A key that is believed here signed it, and it is as it was."""
+    """Signed with a trusted key, and unchanged since."""
     UNKNOWN_KEY = "UNKNOWN KEY"
-    """It is as it was when somebody signed it whom nobody here knows."""
+    """Valid signature, unknown signer."""
     NOT_SIGNED = "NOT SIGNED"
     FORGED = "FORGED"
     """The signature does not belong to the content."""
@@ -54,36 +78,51 @@ class SealWord(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SealState:
-    """What is said of a signature."""
+    """The state of a signature."""
 
     word: SealWord
     """See `SealWord`."""
     station: str = ""
-    """Who signed: a name of the ring of keys; empty where nobody is known."""
+    """Name of the signer in the ring of keys; empty if unknown."""
     fingerprint: str = ""
-    """Of the key that it names; empty without a signature."""
+    """Of the key; empty without a signature."""
+
+    @property
+    def fault(self) -> str:
+        """Return why the content cannot be trusted, as a sentence; empty if it can."""
+        return {
+            SealWord.SEALED: "",
+            SealWord.NOT_SIGNED: NOT_SIGNED,
+            SealWord.UNKNOWN_KEY: f"Signed by an unknown station (key {self.shown}).",
+            SealWord.FORGED: "The signature does not belong to the content.",
+        }[self.word]
+
+    @property
+    def shown(self) -> str:
+        """Return the key as people compare it."""
+        return shown_key(self.fingerprint)
 
     @property
     def sound(self) -> bool:
-        """Return whether a key that is believed here signed exactly this."""
+        """Return whether a trusted key signed exactly this content."""
         return self.word is SealWord.SEALED
 
     @property
     def signer(self) -> str:
-        """Return who signed, for people."""
+        """Return the signer, for people."""
         who = self.station or "unknown station"
         return f"{who} (key {shown_key(self.fingerprint)})" if self.fingerprint else "nobody"
 
 
 def sign(key: StationKey, what: Signed, content: bytes) -> Signature:
-    """Return the signature of this station on a content."""
+    """Return the signature of this station on ``content``."""
     return Signature(public_text(key.public), public_text(key.sign(_message(what, content))))
 
 
 def judge_signature(
     keys: KeyFolder, what: Signed, content: bytes, signature: Signature | None
 ) -> SealState:
-    """Return what is to be said of the signature on a content; None stands for none.
+    """Return the state of the signature on ``content``; None stands for no signature.
 
     Raises
     ------
@@ -98,7 +137,7 @@ def judge_signature(
     except (InputError, ValueError):
         return SealState(SealWord.FORGED)
     fingerprint = fingerprint_of(public)
-    # One way to write a signature down: another one would be a changed file that nobody notices.
+    # Base64 has several spellings of the same bytes: any other one would be an unnoticed change.
     if public_text(value) != signature.value or not verifies(
         public, _message(what, content), value
     ):

@@ -7,7 +7,9 @@ Read `_specs` (the table of all settings), `_values` (one value, from a file or 
 document: read so that nothing keeps the program from starting, changed so that two programs lose
 nothing), `_settings` (both documents and the command line together), `_recent` (places used last),
 `_toml` (how a document is written).
-The window and `ocmm settings` read it; commands that measure do not (decision 74). It must not know
+`_settings_seal` signs the settings that change a verdict.
+The window and `ocmm settings` read it. Commands that measure read one rule alone: released plans
+only (decision 74). It must not know
 a screen, nor load a numerical library: the window asks it before anything else.
 """
 
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
         Origin,
         Settings,
         SettingsStore,
+        released_plans_only,
         temperatures_hold,
     )
     from ocmm_core.settings._specs import (
@@ -44,7 +47,9 @@ else:
         __name__,
         _file="Note SETTINGS_SCHEMA SettingsFile",
         _recent="RecentPlaces is_shipped",
-        _settings="LoadedSettings Origin Settings SettingsStore temperatures_hold",
+        _settings=(
+            "LoadedSettings Origin Settings SettingsStore released_plans_only temperatures_hold"
+        ),
         _specs="Applies Kind SECTIONS SETTINGS Scope SettingSpec Value spec_of",
         _toml="toml_text",
         _values="text_of value_of_text",
@@ -67,6 +72,7 @@ __all__ = [
     "SettingsStore",
     "Value",
     "is_shipped",
+    "released_plans_only",
     "spec_of",
     "temperatures_hold",
     "text_of",

@@ -15,14 +15,25 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ocmm_core.documents import LARGEST_DOCUMENT, read_text, shortened, write_atomic
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.host import HOST
+from ocmm_core.settings._settings_seal import (
+    SEAL,
+    changes_verdict,
+    seal_in,
+    sealed_table,
+    signer_of,
+    verdict_entries,
+)
 from ocmm_core.settings._specs import SETTINGS, Value, spec_of
 from ocmm_core.settings._toml import toml_text
 from ocmm_core.settings._values import checked, plain
+
+if TYPE_CHECKING:
+    from ocmm_core.seals import SealState
 
 SETTINGS_SCHEMA = "ocmm.settings/1"
 _FAMILY = "ocmm.settings/"
@@ -33,6 +44,7 @@ STAMP_END = "_utc"
 _STAMPS = tuple(key + STAMP_END for key in MEASURED)
 _WAIT_S = 5.0
 _MOST_ASIDE = 100
+_CONFIRM = "Check them in Settings, then confirm them: ocmm settings confirm --by NAME."
 _NO_RIGHTS = "Give this user the right to write there, or change the settings of this user instead."
 
 
@@ -171,8 +183,56 @@ class SettingsFile:
                 table[spec.name + STAMP_END] = stamp
             if not table:
                 del entries[spec.section]
+        if any(map(changes_verdict, wanted)):
+            notes += self._sealed(entries, now.entries)
         write_atomic(self.path, toml_text(entries).encode("utf-8"))
         return notes
+
+    def signer(self) -> SealState:
+        """Return the state of the signature on the settings that change a verdict.
+
+        Raises
+        ------
+        InputError
+            The document cannot be used.
+        """
+        now = self.read()
+        if now.state != "good":
+            raise InputError(
+                "settings.unusable",
+                f"{self.path}: the settings cannot be used ({now.state}).",
+                "Correct the file, or change a setting.",
+            )
+        return signer_of(now.entries)
+
+    def confirm(self, who: str) -> None:
+        """Sign the settings that change a verdict by name, as they are now.
+
+        Raises
+        ------
+        InputError
+            The document is missing or cannot be used.
+        StorageError
+            It cannot be written, or the key of this station cannot be used.
+        """
+        with _held(self.path.parent):
+            self.signer()
+            now = self.read()
+            entries = {**now.entries, SEAL: sealed_table(now.entries, who)}
+            write_atomic(self.path, toml_text(entries).encode("utf-8"))
+
+    def _sealed(self, entries: dict[str, Any], before: Mapping[str, Any]) -> tuple[Note, ...]:
+        """Sign ``entries`` unless that would vouch for edits by other means."""
+        fresh = SEAL not in before and not verdict_entries(before)
+        try:
+            if fresh or signer_of(before).sound:
+                entries[SEAL] = sealed_table(entries)
+                return ()
+        except StorageError as error:
+            return (Note(f"The settings could not be signed. {error.what}", error.remedy),)
+        if SEAL not in before:
+            return ()
+        return (Note(f"{self.path}: the settings stay without a valid signature.", _CONFIRM),)
 
     def _set_aside(self) -> Path:
         for number in range(1, _MOST_ASIDE):
@@ -195,7 +255,7 @@ class SettingsFile:
         notes: list[Note] = []
         known = {(spec.section, spec.name): spec for spec in SETTINGS}
         for section, items in data.items():
-            if section == "schema":
+            if section in ("schema", SEAL):
                 continue
             if not isinstance(items, dict):
                 notes.append(self._unknown(section))
@@ -217,6 +277,14 @@ class SettingsFile:
                             f"Correct {spec.key} there, or set it again in Settings.",
                         )
                     )
+        if seal_in(data) is not None and not signer_of(data).sound:
+            notes.append(
+                Note(
+                    f"{self.path}: settings that change verdicts were edited outside this program, "
+                    "or signed by an unknown station.",
+                    _CONFIRM,
+                )
+            )
         return Contents(values, data, tuple(notes), stamps=stamps)
 
     def _unknown(self, key: str) -> Note:

@@ -41,7 +41,9 @@ class Settings:
     instrument_check_after_h: float
     instrument_bus_processor: int | None
     job_folder: Path
+    job_rescue: Path | None
     job_plans: Path | None
+    job_released_only: bool
     job_operator: str
     job_operators: tuple[str, ...]
     temperature_part_c: float | None
@@ -231,6 +233,16 @@ class SettingsStore:
             stamp=datetime.now(UTC).isoformat(timespec="seconds"),
             keep_defaults=_set_in(below, changes) if below is not None else frozenset(),
         )
+
+
+def released_plans_only() -> bool:
+    """Return whether the station, or this user, measures released plans only.
+
+    Commands ask this as well as the window; one document that says so is enough.
+    """
+    store = SettingsStore.of_this_user()
+    files = (store.station, store.user)
+    return any(file.read().values.get("job.released_only") is True for file in files)
 
 
 def _set_in(file: SettingsFile, keys: Iterable[str]) -> frozenset[str]:

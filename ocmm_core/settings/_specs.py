@@ -156,8 +156,16 @@ SETTINGS: tuple[SettingSpec, ...] = (
         later("Where jobs and reports are written"), option="--out",
     ),
     _spec(
+        "job.rescue", Kind.FOLDER, None, _S, _LATER, later("Second job folder"),
+        later("For jobs whose file was removed, moved or replaced; empty: data folder of the user"),
+    ),
+    _spec(
         "job.plans", Kind.FOLDER, None, _S, _NOW, later("Plan folder"),
         later("Where plans are looked for; empty: recent places only"),
+    ),
+    _spec(
+        "job.released_only", Kind.SWITCH, False, _S, _LATER, later("Released plans only"),
+        later("Refuse plans that are not released, or were changed after the release"),
     ),
     _spec(
         "job.operator", Kind.TEXT, "", _U, _NOW, later("Operator"), later("Proposed for a new job"),

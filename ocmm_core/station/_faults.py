@@ -87,7 +87,10 @@ class StationFaults:
     def reason(self) -> str:
         """Return in words why nothing is measured any more, and what is not lost."""
         fault = self._measuring
-        return "" if fault is None else f"{fault.error.what} {self._kept.what_is_safe()}"
+        if fault is None:
+            return ""
+        safe = self._kept.what_is_safe()
+        return fault.error.what if safe in fault.error.what else f"{fault.error.what} {safe}"
 
     def fail(self, error: BaseException, part: str, *, tell: bool = True) -> OcmmError:
         """Measure no more because of an exception, and return what is told of it.
@@ -171,5 +174,7 @@ class StationEvents:
 
 
 def _with_words(error: OcmmError, words: str) -> OcmmError:
-    """Return an error whose remedy begins with what is not lost."""
+    """Return an error whose remedy begins with what is not lost, unless it says so already."""
+    if words in error.what:
+        return error
     return type(error)(error.code, error.what, f"{words} {error.remedy}".strip())

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.inspection.causes import Explanation
 from ocmm_core.inspection.evaluation import JobView, StatusWord
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
+from ocmm_core.seals import ReleaseState
 from ocmm_core.station._faults import StationEvents, StationFaults
 from ocmm_core.station._frame_loop import FrameLoop
 from ocmm_core.station._looks import Looks
@@ -63,6 +64,11 @@ class StationJob:
         return self._current.now.file.head.plan_identity
 
     @property
+    def release(self) -> ReleaseState:
+        """Return the state of the release of the plan, when the job was started."""
+        return self._current.now.release
+
+    @property
     def plan_file(self) -> Path | None:
         """Return where the plan is, with its pictures beside it; None where not known."""
         return self._current.now.use.file
@@ -93,6 +99,11 @@ class StationJob:
     def explanations(self) -> tuple[Explanation, ...]:
         """Return why results are not CONFORM, and what to do; see `InspectionSession`."""
         return self._current.now.session.explanations()
+
+    @property
+    def lost(self) -> StorageError | None:
+        """Return why the job is not on the disk under its name; also after the station closed."""
+        return self._current.now.file.check_name()
 
     def stored(self) -> tuple[str, list[MeasuredPoint]]:
         """Return the name of the job that is measured, and its durable points that count."""

@@ -10,7 +10,12 @@ from ocmm_core.documents import digest, read_text
 from ocmm_core.errors import OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.inspection.evaluation import JobHeader
-from ocmm_core.inspection.plan import load_plan, stored_plan
+from ocmm_core.inspection.plan import (
+    load_plan,
+    plan_release,
+    require_released,
+    stored_plan,
+)
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.station._faults import StationEvents
 from ocmm_core.station._frame_loop import FrameLoop
@@ -59,9 +64,17 @@ class JobChange:
             self._plan_files[now.file.head.plan_identity] = now.use.file
 
     def next_part(self, header: JobHeader) -> None:
-        """Go on with a new job for another part by the same plan; errors as `job_for`."""
+        """Start a new job for another part by the same plan.
+
+        Raises
+        ------
+        InputError, StorageError
+            As `job_for`, or this station measures released plans only, and this one is not.
+        """
         now = self._current.now
-        job = job_for(header, now.file.head, now.use.plan, now.file.path.parent)
+        if self._gear.released_only:
+            require_released(now.file.path, now.release)
+        job = job_for(header, now.file.head, now.use.plan, now.file.path.parent, now.release)
         self._begin(job, lambda: self._current.now.use)
 
     def change_plan(self, path: Path, header: JobHeader) -> str:
@@ -83,6 +96,8 @@ class JobChange:
             The plan or a name cannot be used, or the file cannot be made; nothing has changed then.
         """
         path, now = path.absolute(), self._current.now
+        if self._gear.released_only:
+            require_released(path, plan_release(path))
         if digest(path) == now.file.head.plan_identity:
             self.next_part(replace(header, part=now.use.plan.part))
             return ""
@@ -114,6 +129,10 @@ class JobChange:
         file is closed, and removed where it was ``made`` for this and holds no point.
         """
         before, words = self._current.now, ""
+        lost = before.file.check_name()
+        if lost is not None:
+            give_back(job, made=made)
+            raise lost
         self._parts.close()
         was_paused = before.session.pausing.paused
         try:
@@ -170,7 +189,8 @@ def _job_by(
     plan = load_plan(path)
     use = before.with_plan(plan, path)
     head = replace(like, plan_text=read_text(path))
-    return job_for(replace(header, part=plan.part), head, plan, folder), use
+    header = replace(header, part=plan.part)
+    return job_for(header, head, plan, folder, plan_release(path)), use
 
 
 def _plan_of(job: JobFile, like: JobHead, now: PlanInUse, files: Mapping[str, Path]) -> PlanInUse:

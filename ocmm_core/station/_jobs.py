@@ -11,14 +11,21 @@ from ocmm_core.errors import StorageError
 from ocmm_core.failure import contained
 from ocmm_core.inspection.archive import SUFFIX, require_new_serial
 from ocmm_core.inspection.evaluation import JobHeader
-from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.plan import Plan, note_release
 from ocmm_core.inspection.session import HEADER_EVENT, check_header, header_text
+from ocmm_core.seals import NO_RELEASE, ReleaseState
 from ocmm_core.storage import JobFile, JobHead, now_utc
 
 _log = logging.getLogger(__name__)
 
 
-def job_for(header: JobHeader, like: JobHead, plan: Plan, folder: Path) -> JobFile:
+def job_for(
+    header: JobHeader,
+    like: JobHead,
+    plan: Plan,
+    folder: Path,
+    release: ReleaseState = NO_RELEASE,
+) -> JobFile:
     """Return a new job file for a part that is measured like the one before.
 
     Parameters
@@ -31,6 +38,8 @@ def job_for(header: JobHeader, like: JobHead, plan: Plan, folder: Path) -> JobFi
         What is measured; the file is named after it.
     folder
         Where the file is made.
+    release
+        Of the plan.
 
     Raises
     ------
@@ -52,6 +61,7 @@ def job_for(header: JobHeader, like: JobHead, plan: Plan, folder: Path) -> JobFi
     job = JobFile.create(free_path(folder, plan), head)
     try:
         job.append_event(HEADER_EVENT, header_text(header))
+        note_release(job, release)
     except BaseException:
         job.close()
         job.path.unlink(missing_ok=True)
@@ -69,7 +79,8 @@ def drop_if_empty(job: JobFile) -> None:
     """
     empty = job.next_number() == 1
     job.close()
-    if empty:
+    # The name of a lost job may mean another one.
+    if empty and job.given_up is None:
         try:
             job.path.unlink(missing_ok=True)
         except OSError as error:
@@ -109,7 +120,8 @@ def free_path(folder: Path, plan: Plan) -> Path:
     stem = plan.name.replace(" ", "_")
     for number in range(1, 100_000):
         path = folder / f"{stem}-{number:03d}{SUFFIX}"
-        if not path.exists():
+        # A log without its file would be taken for that of the new one.
+        if not path.exists() and not path.with_name(f"{path.name}-wal").exists():
             return path
     raise StorageError(
         "job.names", f"{folder}: no free name for a new job.", "Choose another folder."

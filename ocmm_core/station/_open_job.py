@@ -11,12 +11,13 @@ from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse
 from ocmm_core.camera import Rig
 from ocmm_core.fieldbus.described import refuse_unproven
 from ocmm_core.inspection.evaluation import SessionOptions
-from ocmm_core.inspection.plan import Plan, climate_for, part_of_plan
+from ocmm_core.inspection.plan import Plan, climate_for, part_of_plan, release_in_job
 from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.seals import NO_RELEASE, ReleaseState
 from ocmm_core.station._drift_watch import ChangeWatch
 from ocmm_core.station._faults import StationEvents, StationFaults
 from ocmm_core.station._probe_watch import PAUSE, ProbeWatch
-from ocmm_core.storage import JobFile
+from ocmm_core.storage import JobFile, saved_sentence
 from ocmm_core.tracking import ProbeBody, ReferenceBody
 
 
@@ -31,6 +32,10 @@ class Gear:
     """The reference body to which everything is given; None without one."""
     pause: timedelta = PAUSE
     """After so long without a point or a check the tip must be checked."""
+    released_only: bool = False
+    """Refuse plans that are not released."""
+    rescue: Path | None = None
+    """Folder for a job whose own file is lost; None is that of the user."""
 
     @property
     def rig(self) -> Rig:
@@ -75,7 +80,9 @@ class OpenJob:
     """Its plan."""
     changes: ChangeWatch
     probe: ProbeWatch
-    """`changes`, `probe`: Hold back its points where cameras or tip are in doubt."""
+    """`changes`, `probe`: Hold back its points if cameras or tip are suspect."""
+    release: ReleaseState = NO_RELEASE
+    """Of its plan, when it was started."""
 
 
 def open_job(file: JobFile, use: PlanInUse, gear: Gear) -> OpenJob:
@@ -86,12 +93,15 @@ def open_job(file: JobFile, use: PlanInUse, gear: Gear) -> OpenJob:
     InputError
         Its plan does not allow cameras that cannot prove the age of their data.
     """
+    file.rescue_into(gear.rescue)
     device = gear.calibration.device
     if device is not None:
         refuse_unproven(device, allowed=use.plan.cameras == "unproven")
     session = InspectionSession(use.plan, gear.rig, gear.body, file, use.options)
     changes = ChangeWatch(gear.calibration, gear.body, session, file)
-    return OpenJob(file, session, use, changes, ProbeWatch(gear.probe, session, file, gear.pause))
+    watch = ProbeWatch(gear.probe, session, file, gear.pause)
+    release = release_in_job(file.head, file.events())
+    return OpenJob(file, session, use, changes, watch, release)
 
 
 class CurrentJob:
@@ -111,7 +121,7 @@ class CurrentJob:
 
     def what_is_safe(self) -> str:
         """Return the sentence that says what is not lost."""
-        return f"All points taken are saved in {self.now.file.path.absolute()}."
+        return saved_sentence(self.now.file.saved_in)
 
 
 class PartLoader:

@@ -31,5 +31,9 @@ class StationOptions:
     """How points and poses are given to other programs; None where they are not."""
     plan_file: Path | None = None
     """Where the plan is, with its pictures beside it; None where that is not known."""
+    released_only: bool = False
+    """Refuse plans that are not released."""
+    rescue: Path | None = None
+    """Folder for a job whose own file is lost; None is that of the user."""
     simulated: bool = False
     """The frames come from a virtual rig; the job says so, for good."""

@@ -41,10 +41,11 @@ class Reports:
         MeasuringError
             The job changes faster than it can be reported.
         OcmmError
-            The job file cannot be read.
+            The job file cannot be read, or is not on the disk under its name.
         """
         for _ in range(_TRIES):
             job = self._current.now
+            job.file.require_name()
             view = job.session.view
             found = self._data_of(job, view)
             # A point that came meanwhile would be in one half of the report only.
@@ -97,4 +98,5 @@ class Reports:
             taken_back=back,
             explained=job.session.explanations(),
             seal=job.file.seal(),
+            release=job.release,
         )

@@ -26,6 +26,7 @@ from ocmm_core.station._frame_loop import FrameLoop, FrameSink
 from ocmm_core.station._instruments import Instruments
 from ocmm_core.station._job import StationJob
 from ocmm_core.station._job_change import JobChange
+from ocmm_core.station._job_watch import JobWatch
 from ocmm_core.station._live import LiveState
 from ocmm_core.station._looks import Looks
 from ocmm_core.station._maintenance import StationMaintenance
@@ -80,7 +81,10 @@ class MeasuringStation:
         self._acquisition, self._ring, self._recorder = acquisition, ring, recorder
         # What is said about results depends on how their poses were computed.
         session = replace(options.session, method=options.tracking.method)
-        gear = Gear(calibration, probe, session.reference, options.pause)
+        gear = Gear(
+            calibration, probe, session.reference, options.pause, options.released_only,
+            options.rescue,
+        )  # fmt: skip
         use = PlanInUse(plan, session, options.plan_file)
         self._current = current = CurrentJob(open_job(job, use, gear))
         halt = threading.Event()
@@ -88,6 +92,7 @@ class MeasuringStation:
         """What has failed, and the signal that tells it."""
         self.events = events = StationEvents(faults)
         """Signals of what changes."""
+        self._job_watch = JobWatch(current, faults)
         bus = BusWatch(ring) if options.live_source else None
         live = LiveState(gear.rig, gear.body, session.point, bus, gear.reference)
         objects = None
@@ -161,6 +166,7 @@ class MeasuringStation:
             self._acquisition.start()
             self._calibration.start()
             self._frames.start()
+            self._job_watch.start()
             self._parts.begin(self._current.now)
         except Exception as error:
             raise self.faults.fail(error, "The start", tell=False) from error
@@ -189,6 +195,7 @@ class MeasuringStation:
             _log.error("The acquisition did not end within %s s.", _STOP_S)
         if self.stream is not None and not self.stream.close():
             _log.error("The stream did not end in time.")
+        self._job_watch.close()
         self._current.ended = True
         self.looks.close()
         self._ring.close()

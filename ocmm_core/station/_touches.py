@@ -10,6 +10,7 @@ from ocmm_core.measuring import Refusal, Touch
 from ocmm_core.station._faults import StationEvents, StationFaults
 from ocmm_core.station._frame_loop import Tracked
 from ocmm_core.station._instruments import Instruments
+from ocmm_core.station._job_watch import PART
 from ocmm_core.station._live import LiveState
 from ocmm_core.station._maintenance import StationMaintenance
 from ocmm_core.station._open_job import CurrentJob
@@ -95,8 +96,13 @@ class TouchTaker:
             job.session.conditions.note_origin(simulated=self._instruments.simulated)
             outcome = job.session.touches.take(touch, feature)
         except OcmmError as error:
-            # A point that could not be made durable is no point; measuring goes on.
-            self._faults.tell(error)
+            # A point that could not be made durable is no point. Measuring goes on, unless the
+            # file is lost.
+            lost = job.file.given_up
+            if lost is None:
+                self._faults.tell(error)
+            else:
+                self._faults.fail(lost, PART)
             return
         if isinstance(outcome, Refusal):
             events.emit(events.point_refused, outcome)

@@ -4,7 +4,8 @@ In: points, events, documents of a job. Out: one SQLite file per job, and the sa
 
 Read `_job_file` (the file and its promises), `_tables` and `_rows` (what stands in it, bit for
 bit), `_job_steps` (points and annulments in order), `_audit` (the hash-linked chain),
-`_job_seal` (who signed it), `_job_writer` (until the disk fails), `_event_text`, `_connection`
+`_job_seal` (who signed it), `_job_writer` (until the disk fails), `_job_keeper` (until its name is
+lost: then it is rescued), `_event_text`, `_connection`
 and `_faults` (what is the matter, in one sentence), `_guard`, `_schema` and `_checks` (what a file
 from elsewhere may cost and hold), `_migrations` (versions),
 `_glance` (a summary without opening it to write), `_held_jobs` (what an archive holds back).
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from ocmm_core.storage._audit import AUDITED, AuditedStep, digest_row, now_utc
     from ocmm_core.storage._connection import is_current, require_size
     from ocmm_core.storage._event_text import bad_event, event_value
-    from ocmm_core.storage._faults import damaged, no_job, not_writable
+    from ocmm_core.storage._faults import damaged, no_job, not_writable, saved_sentence
     from ocmm_core.storage._glance import JobSummary, read_summary, settled_trace
     from ocmm_core.storage._guard import LARGEST_FILE, guarded_connection
     from ocmm_core.storage._held_jobs import (
@@ -32,7 +33,8 @@ if TYPE_CHECKING:
         write_held_jobs,
     )
     from ocmm_core.storage._job_file import JobFile
-    from ocmm_core.storage._job_seal import ADOPTED, JobSeal
+    from ocmm_core.storage._job_keeper import RESCUED
+    from ocmm_core.storage._job_seal import ADOPTED, JobSeal, judge_head
     from ocmm_core.storage._job_steps import JobStep
     from ocmm_core.storage._rows import JobEvent, JobHead, JobReference, make_head
     from ocmm_core.storage._tables import CLOCK, Observed
@@ -42,12 +44,13 @@ else:
         _audit="AUDITED AuditedStep digest_row now_utc",
         _connection="is_current require_size",
         _event_text="bad_event event_value",
-        _faults="damaged no_job not_writable",
+        _faults="damaged no_job not_writable saved_sentence",
         _glance="JobSummary read_summary settled_trace",
         _guard="LARGEST_FILE guarded_connection",
         _held_jobs="HeldJobs held_jobs_file held_sentences read_held_jobs write_held_jobs",
         _job_file="JobFile",
-        _job_seal="ADOPTED JobSeal",
+        _job_keeper="RESCUED",
+        _job_seal="ADOPTED JobSeal judge_head",
         _job_steps="JobStep",
         _rows="JobEvent JobHead JobReference make_head",
         _tables="CLOCK Observed",
@@ -58,6 +61,7 @@ __all__ = [
     "AUDITED",
     "CLOCK",
     "LARGEST_FILE",
+    "RESCUED",
     "AuditedStep",
     "HeldJobs",
     "JobEvent",
@@ -76,6 +80,7 @@ __all__ = [
     "held_jobs_file",
     "held_sentences",
     "is_current",
+    "judge_head",
     "make_head",
     "no_job",
     "not_writable",
@@ -83,6 +88,7 @@ __all__ = [
     "read_held_jobs",
     "read_summary",
     "require_size",
+    "saved_sentence",
     "settled_trace",
     "write_held_jobs",
 ]

@@ -49,12 +49,9 @@ def make_file(path: Path, fill: Callable[[sqlite3.Connection], None]) -> None:
             db.execute("BEGIN")
             fill(db)
             db.execute("COMMIT")
-        content = bytearray(db.serialize())
-    # Of a file with a write-ahead log (SQLite, "Database File Format", 1.3.3); a database in
-    # memory has none.
-    content[_FORMAT_VERSIONS] = b"\2\2"
+        content = job_bytes(db)
     try:
-        write_new(path, bytes(content))
+        write_new(path, content)
     except FileExistsError as error:
         raise StorageError(
             "job.exists",
@@ -63,6 +60,24 @@ def make_file(path: Path, fill: Callable[[sqlite3.Connection], None]) -> None:
         ) from error
     except OSError as error:
         raise not_writable(path, error.strerror or str(error)) from error
+
+
+def job_bytes(db: sqlite3.Connection) -> bytes:
+    """Return the bytes of a job file with what a connection in memory holds."""
+    content = bytearray(db.serialize())
+    # Of a file with a write-ahead log (SQLite, "Database File Format", 1.3.3); a database in
+    # memory has none.
+    content[_FORMAT_VERSIONS] = b"\2\2"
+    return bytes(content)
+
+
+def opened_bytes(content: bytes) -> sqlite3.Connection:
+    """Return a connection in memory to the bytes of a job file that this program has written."""
+    held = bytearray(content)
+    held[_FORMAT_VERSIONS] = b"\1\1"
+    db = sqlite3.connect(":memory:", isolation_level=None)
+    db.deserialize(held)
+    return db
 
 
 @contextlib.contextmanager
@@ -90,6 +105,8 @@ def connection_to(path: Path, *, read_only: bool) -> Iterator[GuardedConnection]
     with _closing_on_error(path, _connect(path, mode, alone=not read_only)) as db:
         _require_job(db, path, read_only=read_only)
         if not read_only:
+            # Only files of version 1 may be without a log.
+            db.execute("PRAGMA journal_mode = WAL").fetchall()
             # What a killed program or a failed sync left in the log may only be in memory: from
             # here on it is on the disk, before anything is written behind it.
             checkpoint(db)
@@ -146,8 +163,13 @@ def _require_job(db: sqlite3.Connection, path: Path, *, read_only: bool) -> None
         raise damaged(path, " ".join(fault.split()))
 
 
-def checkpoint(db: sqlite3.Connection) -> None:
-    """Take the write-ahead log into the file; where there is no room for it, it stays as it is.
+def checkpoint(db: sqlite3.Connection) -> bool:
+    """Write the write-ahead log into the file; without room for it, the log stays as it is.
+
+    Returns
+    -------
+    done
+        The log is empty.
 
     Raises
     ------
@@ -155,10 +177,11 @@ def checkpoint(db: sqlite3.Connection) -> None:
         The disk failed: the connection must be given up.
     """
     try:
-        db.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchall()
+        return bool(db.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0] == 0)
     except sqlite3.Error as error:
         if primary_code(error) != sqlite3.SQLITE_FULL:
             raise
+    return False
 
 
 def give_up(db: sqlite3.Connection) -> None:

@@ -79,8 +79,20 @@ def damaged(path: Path, why: str) -> StorageError:
     )
 
 
-def disk_failed(path: Path) -> StorageError:
-    """Return the error for a disk that failed while it was written."""
+def disk_failed(path: Path, saved: Path | None = None) -> StorageError:
+    """Return the error for a disk that failed while it was written.
+
+    Parameters
+    ----------
+    saved
+        The new file with all acknowledged steps; None if there is none.
+    """
+    if saved is not None:
+        return StorageError(
+            "job.disk",
+            f"{path}: the last point or note could not be written to disk. {saved_sentence(saved)}",
+            "Resume that job, on another disk.",
+        )
     return StorageError(
         "job.disk",
         (
@@ -88,6 +100,36 @@ def disk_failed(path: Path) -> StorageError:
             "it is stored."
         ),
         "Close the job, copy it with its -wal file to another disk, and continue the copy.",
+    )
+
+
+def saved_sentence(saved: Path | None) -> str:
+    """Return where all acknowledged points are; None stands for memory."""
+    if saved is None:
+        return "All points taken are only in the memory of this program."
+    return f"All points taken are saved in {saved.absolute()}."
+
+
+def lost_name(path: Path, words: str, saved: Path | None) -> StorageError:
+    """Return the error for a job that is no longer on the disk under its name.
+
+    Parameters
+    ----------
+    words
+        What happened.
+    saved
+        The new file with all acknowledged steps; None if no folder took them.
+    """
+    if saved is None:
+        return StorageError(
+            "job.lost",
+            f"{path}: {words}. {saved_sentence(None)}",
+            "Leave the program open and free disk space: it tries again to save them.",
+        )
+    return StorageError(
+        "job.lost",
+        f"{path}: {words}. {saved_sentence(saved)}",
+        "Resume that job. Exclude the job folder from programs that synchronise or clean up.",
     )
 
 

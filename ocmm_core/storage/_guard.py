@@ -49,6 +49,14 @@ class GuardedConnection(sqlite3.Connection):
         self._path: Path | None = None
         self._size = 0
         self._until_s = 0.0
+        self.inserts: list[tuple[str, tuple[object, ...]]] | None = None
+        """The statements that inserted rows, with their values; None if not collected."""
+
+    def execute(self, sql: str, parameters: Any = (), /) -> sqlite3.Cursor:
+        """Execute a statement as `sqlite3.Connection`, and collect it if it inserts."""
+        if self.inserts is not None and sql.startswith("INSERT"):
+            self.inserts.append((sql, tuple(parameters)))
+        return super().execute(sql, parameters)
 
     def guard(self, path: Path | None, size: int = 0) -> None:
         """Bound everything that is read of a file; before the first statement.

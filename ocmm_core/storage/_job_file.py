@@ -18,8 +18,9 @@ from types import MappingProxyType, TracebackType
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.named_file import NameLoss
 from ocmm_core.part_model import PartModel
-from ocmm_core.seals import KeyFolder, SealWord, StationKey
+from ocmm_core.seals import KeyFolder, StationKey
 from ocmm_core.storage._audit import (
     AuditedStep,
     find_faults,
@@ -28,15 +29,18 @@ from ocmm_core.storage._audit import (
     read_links,
 )
 from ocmm_core.storage._connection import connection_in_memory, connection_to, make_file
-from ocmm_core.storage._faults import FAULTS, disk_failed, not_writable, storage_error
+from ocmm_core.storage._faults import FAULTS, not_writable, storage_error
 from ocmm_core.storage._guard import GuardedConnection
+from ocmm_core.storage._job_keeper import JobKeeper
 from ocmm_core.storage._job_seal import (
     ADOPTED,
     JobSeal,
     check_line,
+    expect_job,
     insert_seal,
     read_seal,
     remember_job,
+    require_adoptable,
     require_sealed,
 )
 from ocmm_core.storage._job_steps import JobStep, read_steps
@@ -60,7 +64,8 @@ from ocmm_core.storage._tables import (
     stored_times,
 )
 
-_NEVER_ADOPTED = (SealWord.UNKNOWN_KEY, SealWord.FORGED)
+_LOCK_S = 0.4
+"""Longest wait for a step in progress, when the name of the file is lost."""
 
 
 class JobFile:
@@ -94,11 +99,61 @@ class JobFile:
         self._lock = threading.Lock()
         self._writer = JobWriter(path)
         self._key: StationKey | None = None
+        self._closing = False
+        self._keeper: JobKeeper | None = None
+        if not (read_only or scratch):
+            self._keeper = JobKeeper(path, head.job_uuid, db)
+            db.inserts = []
 
     @property
     def given_up(self) -> StorageError | None:
         """Return why nothing is stored any more, None while it is; never None again after that."""
-        return disk_failed(self.path) if self._writer.failed else None
+        return None if self._keeper is None else self._keeper.error
+
+    @property
+    def saved_in(self) -> Path | None:
+        """Return the file with all acknowledged steps; None if they are only in memory."""
+        return self.path if self._keeper is None else self._keeper.saved_in
+
+    def rescue_into(self, folder: Path | None) -> None:
+        """Set the folder for a new file if this one is lost; None is that of the user."""
+        if self._keeper is not None:
+            self._keeper.second = folder
+
+    def check_name(self) -> StorageError | None:
+        """Return why the job is not on the disk under its name; None while it is.
+
+        If it is not, all acknowledged steps are written to a new file and nothing is stored any
+        more. Cheap: for a timer, and before each report.
+        """
+        keeper = self._keeper
+        if keeper is None or self._closing:
+            return self.given_up
+        if keeper.error is not None:
+            if keeper.saved_in is None:
+                keeper.lose(NameLoss(""))
+            return keeper.error
+        if keeper.name_loss() is None and keeper.is_as_noted and not keeper.is_write_protected():
+            return None
+        # The program itself may be writing or closing just now; a disk may hang.
+        if self._lock.acquire(timeout=_LOCK_S):
+            try:
+                if self._db is not None:
+                    self._note_loss(with_log=True)
+                    keeper.lose_if_write_protected()
+            finally:
+                self._lock.release()
+        elif not self._closing:
+            loss = keeper.name_loss()
+            if loss is not None:
+                keeper.lose(loss)
+        return keeper.error
+
+    def require_name(self) -> None:
+        """Raise StorageError if the job is not on the disk under its name."""
+        error = self.check_name()
+        if error is not None:
+            raise error
 
     @classmethod
     def create(cls, path: Path | str, head: JobHead) -> JobFile:
@@ -116,6 +171,7 @@ class JobFile:
             insert_audited(db, "head", row_from_head(head))
             insert_seal(db, key)
 
+        expect_job(head.job_uuid, path)
         make_file(path, fill)
         made = cls.open(path)
         seal = made.seal()
@@ -143,7 +199,10 @@ class JobFile:
         path = Path(path)
         with connection_to(path, read_only=read_only) as db:
             head = stored_head(db, path)
-            return cls(path, db, head, read_only=read_only, scratch=scratch)
+            try:
+                return cls(path, db, head, read_only=read_only, scratch=scratch)
+            except OSError as error:
+                raise not_writable(path, error.strerror or str(error)) from error
 
     @classmethod
     def in_memory(cls, path: Path, content: bytes) -> JobFile:
@@ -352,29 +411,22 @@ class JobFile:
             remember_job(seal.job_uuid, seal.steps, seal.head, place)
 
     def adopt(self, who: str, reason: str) -> None:
-        """Answer from now on for what this station did not sign; a reader sees who did and why.
+        """Take over what this station did not sign; every reader sees who did so, why, and of what.
 
-        Only for a job of a version that did not sign, or for an older copy where no newer one is
-        left: never for one that a stranger signed, nor for one that was changed.
+        Only for a job of a version that did not sign, for an older copy if no newer one is left,
+        or for a job that this station signed and has no memory of.
 
         Raises
         ------
         StorageError
-            The job is sealed as it is, or its content speaks against it.
+            As `require_adoptable`.
         """
         with self._reading() as db:
             seal = self._sealed(db)
-            faults = find_faults(db) or [
-                doubt for doubt in seal.doubts if seal.state.word in _NEVER_ADOPTED
-            ]
-        if faults or not seal.doubts:
-            raise StorageError(
-                "job.not_adopted",
-                f"{self.path}: {faults[0] if faults else 'the job is sealed already.'}",
-                "It cannot be taken over: restore a good copy." if faults else "Nothing is needed.",
-            )
+            require_adoptable(seal, self.path, find_faults(db))
         self._key = KeyFolder().station_key()
-        text = f"Steps 1 to {seal.steps} were taken over by {who}: {reason}. {seal.doubts[0]}"
+        suspect = " ".join(seal.doubts)
+        text = f"Steps 1 to {seal.steps} were taken over by {who}: {reason}. {suspect}"
         self.append_event(ADOPTED, text)
 
     def backup(self, path: Path | str) -> None:
@@ -402,11 +454,23 @@ class JobFile:
             raise not_writable(path, error.strerror or str(error)) from error
 
     def close(self) -> None:
-        """Close the file; may be called twice."""
+        """Close the file; may be called twice. Afterwards `given_up` is set if it was lost."""
+        self.check_name()
+        keeper = self._keeper
+        self._closing = True
         with self._lock:
-            if self._db is not None:
-                self._writer.close(self._db)
-                self._db = None
+            if self._db is None:
+                return
+            if keeper is not None and keeper.error is not None:
+                # A file that was moved gets its last steps from the log, which stays behind.
+                keeper.complete_moved(self._db)
+                self._writer.failed = True
+            self._writer.close(self._db)
+            self._db = None
+            if keeper is not None:
+                keeper.require_closed()
+                keeper.remove_stray_log()
+                keeper.close()
 
     def __enter__(self) -> JobFile:
         """Return the open job file."""
@@ -422,7 +486,7 @@ class JobFile:
         self.close()
 
     @contextlib.contextmanager
-    def _reading(self) -> Iterator[sqlite3.Connection]:
+    def _reading(self) -> Iterator[GuardedConnection]:
         with self._lock:
             if self._db is None:
                 raise StorageError(
@@ -443,17 +507,55 @@ class JobFile:
                     f"{self.path}: the job was opened read-only.",
                     "Open it for measuring to add to it.",
                 )
+            self._note_loss(with_log=True)
+            keeper = self._keeper
+            if keeper is not None and keeper.error is not None:
+                raise keeper.error
             if self._key is None and not self._scratch:
                 require_sealed(self._sealed(db), self.path)
                 self._key = KeyFolder().station_key()
             sealed = None
-            with self._writer.transaction(db):
-                note_clock(db)
-                yield db
-                if self._key is not None:
-                    sealed = insert_seal(db, self._key)
+            try:
+                with self._writer.transaction(db):
+                    if db.inserts is not None:
+                        db.inserts.clear()
+                    note_clock(db)
+                    yield db
+                    if self._key is not None:
+                        sealed = insert_seal(db, self._key)
+            except FAULTS as error:
+                self._note_loss(with_log=False)
+                if self.given_up is not None:
+                    raise self.given_up from error
+                raise
+            finally:
+                if keeper is not None:
+                    keeper.note_log()
+            if keeper is not None:
+                keeper.key = self._key
+                keeper.acknowledge(tuple(db.inserts or ()), sealed)
+                if self._writer.wrote_file:
+                    keeper.renew(db, whole=self._writer.emptied_log)
+                self._note_loss(with_log=False)
             if sealed is not None:
                 remember_job(self.head.job_uuid, *sealed, self.path)
+
+    def _note_loss(self, *, with_log: bool) -> None:
+        """Give the file up if it is not as the program left it; the caller holds the lock.
+
+        Parameters
+        ----------
+        with_log
+            The log must be as it was noted; not in the middle of a step.
+        """
+        keeper = self._keeper
+        if keeper is None or keeper.error is not None:
+            return
+        loss = keeper.name_loss() or keeper.content_loss(with_log=with_log)
+        if loss is None and self._writer.failed:
+            keeper.lose(NameLoss("the disk failed"), disk=True)
+        elif loss is not None:
+            keeper.lose(loss)
 
     def _sealed(self, db: sqlite3.Connection, keys: KeyFolder | None = None) -> JobSeal:
         return read_seal(db, self.path, self.head.job_uuid, keys or KeyFolder())

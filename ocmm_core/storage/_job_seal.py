@@ -10,11 +10,13 @@ cut off at the end shows by what this station remembers (`seals`), or by a line 
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.seals import (
+    THIS_STATION,
     KeyFolder,
     SealState,
     SealWord,
@@ -22,7 +24,9 @@ from ocmm_core.seals import (
     Signature,
     Signed,
     StationKey,
+    expect,
     judge_signature,
+    memory_loss,
     recall,
     remember,
     shown_key,
@@ -53,7 +57,11 @@ class JobSeal:
     unsigned: int = 0
     """Rows at the beginning that nobody signed when they were stored."""
     missing: str = ""
-    """What this station has seen and is no longer there, as a sentence; empty where all is."""
+    """Contradiction with the memory of the station, as a sentence; empty if none."""
+    older: bool = False
+    """The contradiction is only that later steps, or the memory itself, are missing."""
+    adopted: tuple[str, ...] = ()
+    """By whom steps were taken over, why, and what was suspect about them."""
 
     @property
     def line(self) -> str:
@@ -108,9 +116,23 @@ def read_seal(db: sqlite3.Connection, path: Path, job_uuid: str, keys: KeyFolder
     signature = None if row is None else Signature(*row)
     state = judge_signature(keys, Signed.JOB, _content(steps, head), signature)
     (first,) = db.execute("SELECT coalesce(min(sequence), 0) FROM seal").fetchone()
+    missing, older = _missing(db, job_uuid, steps, state, keys)
+    adopted = db.execute("SELECT text FROM event WHERE kind = ? ORDER BY rowid", (ADOPTED,))
     return JobSeal(
-        job_uuid, steps, head, state, signature, max(first - 1, 0), _missing(db, job_uuid, steps)
-    )
+        job_uuid, steps, head, state, signature, max(first - 1, 0), missing, older,
+        tuple(str(text) for (text,) in adopted),
+    )  # fmt: skip
+
+
+def judge_head(keys: KeyFolder, steps: int, head: str, signature: Signature | None) -> SealState:
+    """Return the state of a signature on the head of a job, without the job file.
+
+    Raises
+    ------
+    StorageError
+        The ring of known keys cannot be read.
+    """
+    return judge_signature(keys, Signed.JOB, _content(steps, head), signature)
 
 
 def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder) -> str:
@@ -156,8 +178,42 @@ def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder
 
 
 def remember_job(job_uuid: str, steps: int, head: str, place: Path) -> None:
-    """Keep how far a job goes."""
-    remember(Seen(name=_name(job_uuid), count=steps, link=head, place=str(place)))
+    """Store how far a job goes."""
+    seen = Seen(name=_name(job_uuid), count=steps, link=head, place=str(place))
+    remember(seen, sync=False)
+
+
+def expect_job(job_uuid: str, place: Path) -> None:
+    """Open the memory of a new job, before it is signed for the first time."""
+    expect(_name(job_uuid), place)
+
+
+def require_adoptable(seal: JobSeal, path: Path, faults: Sequence[str]) -> None:
+    """Refuse to take over a job that needs no adoption, or that is proven to be changed.
+
+    Parameters
+    ----------
+    faults
+        Of the file against its own chain.
+
+    Raises
+    ------
+    StorageError
+        The job is sealed, was changed, was signed by an unknown station, or contradicts the memory
+        of this station by more than missing steps at the end.
+    """
+    word, found = seal.state.word, list(faults)
+    if word in (SealWord.UNKNOWN_KEY, SealWord.FORGED) or (seal.missing and not seal.older):
+        found += seal.doubts
+    elif word is SealWord.NOT_SIGNED and seal.missing:
+        # A job enters the memory when it is signed: its signatures were removed since.
+        found += ["This station signed this job, and the signatures were removed.", seal.missing]
+    if found or not seal.doubts:
+        raise StorageError(
+            "job.not_adopted",
+            f"{path}: {' '.join(found) or 'the job is sealed already.'}",
+            "It cannot be taken over: restore a good copy." if found else "Nothing is needed.",
+        )
 
 
 def require_sealed(seal: JobSeal, path: Path) -> None:
@@ -170,7 +226,8 @@ def require_sealed(seal: JobSeal, path: Path) -> None:
     """
     if not seal.doubts:
         return
-    adopt = seal.state.word is SealWord.NOT_SIGNED or (seal.state.sound and bool(seal.missing))
+    adopt = not seal.missing or seal.older
+    adopt = adopt and (seal.state.sound or seal.state.word is SealWord.NOT_SIGNED)
     raise StorageError(
         "job.not_sealed",
         f"{path}: nothing can be added to this job. {seal.doubts[0]}",
@@ -183,19 +240,32 @@ def require_sealed(seal: JobSeal, path: Path) -> None:
     )
 
 
-def _missing(db: sqlite3.Connection, job_uuid: str, steps: int) -> str:
-    seen = recall(_name(job_uuid))
+def _missing(
+    db: sqlite3.Connection, job_uuid: str, steps: int, state: SealState, keys: KeyFolder
+) -> tuple[str, bool]:
+    """Return how a job contradicts the memory, and whether only its end or the memory is lost."""
+    try:
+        seen = recall(_name(job_uuid))
+    except StorageError as error:
+        return f"{error.what} {error.remedy}", True
     if seen is None:
-        return ""
+        last = db.execute("SELECT max(time_utc) FROM audit").fetchone()[0]
+        own = state.station == THIS_STATION and last
+        lost = memory_loss(_name(job_uuid), last, keys) if own else None
+        return ("", False) if lost is None else (f"{lost.what} {lost.remedy}", True)
     if seen.count > steps:
         return (
             f"{seen.count - steps} of {seen.count} steps that this computer has seen are missing "
-            "at the end: it is an older copy of the job, or its end was removed."
+            "at the end: it is an older copy of the job, or its end was removed.",
+            True,
         )
     row = db.execute("SELECT hash FROM audit WHERE sequence = ?", (seen.count,)).fetchone()
-    if row is not None and row[0] == seen.link:
-        return ""
-    return f"Step {seen.count} is not the one that this computer has seen: the job was replaced."
+    if not seen.count or (row is not None and row[0] == seen.link):
+        return "", False
+    return (
+        f"Step {seen.count} is not the one that this computer has seen: the job was replaced.",
+        False,
+    )
 
 
 def _last(db: sqlite3.Connection) -> tuple[int, str]:

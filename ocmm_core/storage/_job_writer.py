@@ -21,16 +21,15 @@ class JobWriter:
     ----------
     path
         Of the job, for what is told.
-
-    Attributes
-    ----------
-    failed
-        The disk has failed: nothing is written or synced any more.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self.failed = False
+        """The disk has failed: nothing is written or synced any more."""
+        self.wrote_file = self.emptied_log = False
+        """Whether the last transaction was followed by writing the log into the file, and whether
+        that was done completely."""
         self._steps = 0
 
     @contextlib.contextmanager
@@ -60,9 +59,11 @@ class JobWriter:
                 raise bad_text(self._path, error) from error
             raise
         self._steps += 1
-        if self._steps % _STEPS_A_CHECKPOINT == 0:
+        self.wrote_file = self._steps % _STEPS_A_CHECKPOINT == 0
+        self.emptied_log = False
+        if self.wrote_file:
             try:
-                checkpoint(db)
+                self.emptied_log = checkpoint(db)
             except sqlite3.Error as error:
                 # This step is stored; the next one is refused.
                 self._note(error)

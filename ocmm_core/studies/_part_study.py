@@ -25,9 +25,10 @@ from ocmm_core.acceptance import (
     load_procedure,
     part_uncertainty,
 )
-from ocmm_core.calibration.records import load, save
+from ocmm_core.calibration.records import SignedRecord, load_signed, save
 from ocmm_core.documents import Document, load_document
 from ocmm_core.errors import InputError
+from ocmm_core.seals import Signed
 
 TASK_SCHEMA = "ocmm.part-task/1"
 PART_STUDY_SCHEMA = "ocmm.part-study/1"
@@ -200,13 +201,19 @@ def make_part_study(
 
 
 def save_part_study(folder: Path, study: PartStudy) -> Path:
-    """Write a study under its hash; raise CalibrationError where it cannot be."""
-    return save(folder, study)
+    """Write a study under its hash, signed; raise CalibrationError if it cannot be written."""
+    return save(folder, study, Signed.STUDY)
 
 
-def load_part_study(path: Path) -> PartStudy:
-    """Return a study; raise CalibrationError where a byte of it was changed."""
-    return load(path, PartStudy)
+def load_part_study(path: Path) -> SignedRecord[PartStudy]:
+    """Return a study with the state of its signature.
+
+    Raises
+    ------
+    CalibrationError
+        A byte of it was changed, or the signature does not belong to it.
+    """
+    return load_signed(path, PartStudy, Signed.STUDY)
 
 
 def uncertainty_for(study: PartStudy, wanted: PartTask, temperature_c: float) -> PartUncertainty:

@@ -14,8 +14,9 @@ from ocmm_core.acceptance import ArtefactEntry, typed_entry
 from ocmm_core.composition import AcceptanceBench
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
-from ocmm_core.export.certificate import artefact_fields, read_dcc
+from ocmm_core.export.certificate import artefact_fields, read_dcc, trusted_laboratories
 from ocmm_core.failure import contained
+from ocmm_core.seals import KeyFolder
 from ocmm_gui.acceptance._artefact_form import ArtefactForm
 from ocmm_gui.acceptance._start_parts import kind_word
 from ocmm_gui.kit import (
@@ -70,7 +71,8 @@ class _Reading:
 
     def __call__(self, tell: Teller) -> dict[str, str]:
         tell(later("Reading the certificate"), 0.3)
-        return artefact_fields(read_dcc(read_bytes(self.path)), self.kind, quantity=self.quantity)
+        dcc = read_dcc(read_bytes(self.path), trusted_laboratories(KeyFolder().folder))
+        return artefact_fields(dcc, self.kind, quantity=self.quantity)
 
 
 class ArtefactSheet(WorkSheet):

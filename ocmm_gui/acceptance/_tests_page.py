@@ -138,8 +138,8 @@ def _words(one: FinishedTest) -> tuple[str, ...]:
             quantity=worst.quantity, error=1e3 * worst.error_mm, limit=1e3 * worst.limit_mm
         )
     verdict = said_word(record.verdict.value)
-    if record.instrument.states:
-        verdict = " ".join((*record.instrument.states, verdict))
+    if one.states:
+        verdict = " ".join((*map(said_word, one.states), verdict))
     return (
         verdict, record.procedure.title, time_words(ended), record.made_by, value,
         record.number,

@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QTableWidgetItem
 
 from ocmm_core.archive.questions import ArchiveAnswer
+from ocmm_core.archive.records import shown_text
 from ocmm_core.tolerances.decisions import PartWord, Verdict
 from ocmm_gui.kit import DataTable, Theme, digit_font, localised, said_word, tr
 
@@ -77,4 +78,4 @@ class AnswerTable(DataTable):
 def _text(cell: object) -> str:
     if cell is None:
         return "–"
-    return localised(f"{cell:.4f}") if isinstance(cell, float) else said_word(str(cell))
+    return localised(f"{cell:.4f}") if isinstance(cell, float) else said_word(shown_text(str(cell)))

@@ -1,4 +1,4 @@
-"""Which plan a new job is measured by: those used last, those of the plan folder, those shipped."""
+"""Choice of the plan for a new job: recent plans, those of the plan folder, those shipped."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import QListWidget, QListWidgetItem
 
 from ocmm_core.settings import is_shipped
-from ocmm_gui.kit import ActionInfo, Sheet, later, literal, text_font, tr
+from ocmm_gui.kit import ActionInfo, Sheet, later, literal, said, text_font, tr
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.plan import PlanSummary
@@ -52,8 +52,8 @@ class PlanList(Sheet):
         for plan in plans:
             where = tr("shipped with OCMM") if is_shipped(plan.path) else str(plan.path)
             item = QListWidgetItem(
-                tr("{name}, part {part}\n{where}").format(
-                    name=plan.name, part=plan.part, where=where
+                tr("{name}, part {part}; {release}\n{where}").format(
+                    name=plan.name, part=plan.part, release=said(plan.release.words), where=where
                 ),
                 self.list,
             )

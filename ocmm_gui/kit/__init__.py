@@ -79,6 +79,7 @@ if TYPE_CHECKING:
         NumberStyle,
         day_words,
         field_length,
+        is_ambiguous,
         length_number,
         length_of_field,
         length_words,
@@ -89,6 +90,7 @@ if TYPE_CHECKING:
         style_of,
         time_words,
         to_mm,
+        typed_value,
         unit_word,
         use_numbers,
     )
@@ -169,9 +171,9 @@ else:
         _narrow="HintField NarrowButton NarrowItems fits is_longer",
         _notify="Banner ErrorHooks Level Notice NoticeCentre",
         _numbers=(
-            "INCH_MM NumberStyle day_words field_length length_number length_of_field "
+            "INCH_MM NumberStyle day_words field_length is_ambiguous length_number length_of_field "
             "length_words localised numbers_in_use plain_number split_unit style_of time_words "
-            "to_mm unit_word use_numbers"
+            "to_mm typed_value unit_word use_numbers"
         ),
         _painted="SCENE_LEAST SCENE_SIZE Painted",
         _parts="ColouredRow DataTable NumberTable panel sentence_label stacked value_label",
@@ -267,6 +269,7 @@ __all__ = [
     "form_words",
     "has_failed",
     "header_words",
+    "is_ambiguous",
     "is_held",
     "is_longer",
     "key_words",
@@ -321,6 +324,7 @@ __all__ = [
     "tr",
     "tr_all",
     "trouble",
+    "typed_value",
     "unit_word",
     "usable_keys",
     "use_language",

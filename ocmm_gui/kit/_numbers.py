@@ -18,6 +18,8 @@ from datetime import date, datetime
 from numbers import Real
 from typing import Any, ClassVar
 
+from ocmm_core.tables import typed_number
+
 INCH_MM = 25.4
 """Exact, by the definition of 1959."""
 
@@ -79,13 +81,25 @@ def localised(text: str) -> str:
 
 
 def plain_number(text: str) -> str:
-    """Return one number that somebody typed as Python reads it: with a point, whatever was typed.
+    """Return one typed number as Python reads it, with a decimal point.
 
-    Both signs in one number mean that one of them parts thousands; such a text is returned as it
-    is, and is no number: a guess could be wrong by a factor of a thousand. So are two commas.
+    A text with both signs, with two commas, or with a sign that could separate thousands (1,234
+    where numbers have a decimal point) is returned with a question mark, so that it is not a
+    number: a guess could be wrong by a factor of a thousand.
     """
     text = text.strip()
-    return text if "." in text or text.count(",") > 1 else text.replace(",", ".")
+    return f"{text}?" if is_ambiguous(text) else text.replace(",", ".")
+
+
+def is_ambiguous(text: str) -> bool:
+    """Return whether a typed number could mean two values."""
+    digits = any(sign.isdigit() for sign in text)
+    return digits and bool(_BOTH.search(text)) and typed_value(text) is None
+
+
+def typed_value(text: str) -> float | None:
+    """Return a typed number; None if it is none or ambiguous."""
+    return typed_number(text, comma=_InUse.style.comma)
 
 
 def unit_word() -> str:

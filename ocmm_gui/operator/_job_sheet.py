@@ -328,7 +328,8 @@ class JobSheet(Sheet):
         self.plans.addItem(tr("{name} (current job)").format(name=station.job.plan.name))
         for card in others:
             changed = ", " + tr("changed since") if card.path == station.job.plan_file else ""
-            self.plans.addItem(f"{card.name}, {card.path.name}{changed}")
+            release = said(card.release.words)
+            self.plans.addItem(f"{card.name}, {card.path.name}{changed}, {release}")
             self.plans.setItemData(
                 self.plans.count() - 1, literal(str(card.path)), Qt.ItemDataRole.ToolTipRole
             )

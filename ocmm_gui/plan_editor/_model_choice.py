@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import Signal
 
-from ocmm_core.inspection.plan import number
 from ocmm_core.inspection.step import Offer
 from ocmm_core.part_model import PartModel
 from ocmm_gui.kit import (
@@ -18,6 +17,7 @@ from ocmm_gui.kit import (
     split_unit,
     to_mm,
     tr,
+    typed_value,
     unit_word,
 )
 from ocmm_gui.plan_editor._part_choice import ChoiceLine, ChoiceWords, PartChoice
@@ -78,7 +78,7 @@ class ModelChoice(PartChoice):
     def zone_mm(self) -> float | None:
         """Return the zone of free forms; None where none is chosen, or no zone is given."""
         typed, unit = split_unit(self.zone.text())
-        found = number(typed)
+        found = typed_value(typed)
         value = None if found is None else to_mm(found, unit)
         has_free = any(offer.free_form is not None for offer in self.chosen())
         return value if has_free and value is not None and value > 0.0 else None

@@ -55,8 +55,10 @@ class JobSource:
             lambda: report.view,
             lambda done, _failed: done(report),
             read_only=True,
-            calibration=tr("Cameras: {cameras}. Probe: {probe}.").format(
-                cameras=said(report.calibration.label), probe=said(report.probe.label)
+            calibration=tr("Cameras: {cameras}. Probe: {probe}. Plan: {release}.").format(
+                cameras=said(report.calibration.label),
+                probe=said(report.probe.label),
+                release=said(report.release.words),
             ),
             doubts=opened.doubts,
             remarks=opened.remarks,

@@ -377,9 +377,10 @@ def _folder_of(store: RecordStore[Any] | None) -> Path | None:
 
 
 def calibration_words(bridge: StationBridge) -> str:
-    """Return how cameras and probe stand now, in one line."""
+    """Return the state of cameras, probe and plan, in one line."""
     instruments = bridge.station.instruments
-    return tr("Cameras: {cameras}. Probe: {probe}.").format(
+    return tr("Cameras: {cameras}. Probe: {probe}. Plan: {release}.").format(
         cameras=said(instruments.calibration().label),
         probe=said(instruments.probe().label),
+        release=said(bridge.station.job.release.words),
     )

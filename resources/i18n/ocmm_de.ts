@@ -1487,9 +1487,9 @@ Startet: {source}</translation>
         <translation>mit OCMM geliefert</translation>
     </message>
     <message>
-        <source>{name}, part {part}
+        <source>{name}, part {part}; {release}
 {where}</source>
-        <translation>{name}, Werkstück {part}
+        <translation>{name}, Teil {part}; {release}
 {where}</translation>
     </message>
     <message>
@@ -6040,8 +6040,8 @@ Startet: {source}</translation>
         <translation>Markiert: {points_words}. Pfeiltasten drehen die Ansicht, Plus und Minus zoomen.</translation>
     </message>
     <message>
-        <source>Cameras: {cameras}. Probe: {probe}.</source>
-        <translation>Kameras: {cameras}. Taster: {probe}.</translation>
+        <source>Cameras: {cameras}. Probe: {probe}. Plan: {release}.</source>
+        <translation>Kameras: {cameras}. Taster: {probe}. Plan: {release}.</translation>
     </message>
     <message>
         <source>Current job {job}, part {part}. {who}.</source>
@@ -8330,6 +8330,14 @@ Startet: {source}</translation>
     <message>
         <source>Where plans are looked for; empty: recent places only</source>
         <translation>Wo nach Plänen gesucht wird; leer: nur zuletzt benutzte Orte</translation>
+    </message>
+    <message>
+        <source>Released plans only</source>
+        <translation>Nur freigegebene Pläne</translation>
+    </message>
+    <message>
+        <source>Refuse plans that are not released, or were changed after the release</source>
+        <translation>Pläne ablehnen, die nicht freigegeben oder danach geändert sind</translation>
     </message>
     <message>
         <source>Proposed for a new job</source>

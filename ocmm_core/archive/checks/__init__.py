@@ -2,7 +2,7 @@
 
 In: an archive, job files. Out: an archive with the same rows, or where they differ.
 
-Read `_rebuild`. It must not know how jobs come.
+Read `_rebuild`, then `_verify`. It must not know how jobs come.
 """
 
 from __future__ import annotations
@@ -13,26 +13,26 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.archive.checks._rebuild import (
-        Checked,
         Rebuilt,
-        differences,
         files_in,
         files_of,
         key_and_name,
-        mark_altered,
         rebuild,
-        records_of,
         stations_of,
+    )
+    from ocmm_core.archive.checks._verify import (
+        Checked,
+        differences,
+        mark_altered,
+        records_of,
         verify_archive,
         verify_files,
     )
 else:
     __getattr__ = door(
         __name__,
-        _rebuild=(
-            "Checked Rebuilt differences files_in files_of "
-            "key_and_name mark_altered rebuild records_of stations_of verify_archive verify_files"
-        ),
+        _rebuild="Rebuilt files_in files_of key_and_name rebuild stations_of",
+        _verify="Checked differences mark_altered records_of verify_archive verify_files",
     )
 
 __all__ = [

@@ -6,6 +6,7 @@ archive has it, and the archive keeps what it knows already only once.
 
 from __future__ import annotations
 
+import contextlib
 import getpass
 import random
 import socket
@@ -16,10 +17,19 @@ from datetime import UTC, datetime
 from ocmm_core.archive.outbox._learn import learn_marks
 from ocmm_core.archive.outbox._outbox import Outbox
 from ocmm_core.archive.outbox._outbox_rows import Item, ItemState
-from ocmm_core.archive.records import Delivery, Extract, Sender, extract_job
+from ocmm_core.archive.records import (
+    Delivery,
+    Extract,
+    Sender,
+    delivery_claim,
+    extract_job,
+    shown_text,
+    station_claim,
+)
 from ocmm_core.archive.stores import Remedy, SqlArchive, remedy_of
 from ocmm_core.errors import OcmmError
 from ocmm_core.failure import contained
+from ocmm_core.seals import KeyFolder, Signature, Signed, sign
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 300.0
 
@@ -44,10 +54,19 @@ def sender_of(outbox: Outbox, station: str) -> Sender:
         user = _shown(getpass.getuser())
     except (KeyError, OSError):
         user = ""
+    name = station or host
+    proof = _signature(Signed.STATION, station_claim(name))
     return Sender(
-        outbox=outbox.identity, station=station or host, machine=outbox.machine, host=host,
-        user=user,
+        outbox=outbox.identity, station=name, machine=outbox.machine, host=host, user=user,
+        key=proof.key, proof=proof.value,
     )  # fmt: skip
+
+
+def _signature(what: Signed, content: bytes) -> Signature:
+    """Return the signature of this station; empty if its key cannot be used: the job goes on."""
+    with contextlib.suppress(OcmmError):
+        return sign(KeyFolder().station_key(), what, content)
+    return Signature("", "")
 
 
 class Courier:
@@ -158,7 +177,8 @@ class Courier:
         content = self._outbox.content(item)
         try:
             made = self._extract(content, item.name, sender.station, None)
-            known = archive.heads(made.record.job.job_uuid)
+            # What other stations have sent of it says nothing of this file: readers judge both.
+            known = archive.heads(made.record.job.job_uuid, sender.station)
             if known:
                 made = self._extract(content, item.name, sender.station, known)
         except OcmmError:
@@ -166,8 +186,10 @@ class Courier:
         except Exception as error:
             # A job that breaks the program must not keep the others from being handed over.
             raise contained(error, f"The reading of {item.name}") from error
+        claim = delivery_claim(sender.outbox, item.sequence, made.record.job.sha256)
         return Delivery(
             sender=sender,
+            signature=_signature(Signed.DELIVERY, claim).value,
             sequence=item.sequence,
             sent_utc=datetime.now(UTC).isoformat(timespec="milliseconds"),
             record=made.record,
@@ -200,4 +222,4 @@ class BackOff:
 
 
 def _shown(text: str) -> str:
-    return "".join(c for c in text if c.isprintable())[:100]
+    return shown_text(text, "")[:100]

@@ -74,6 +74,7 @@ _WORDS = {
     "archive.newer": "archive newer than this program",
     "archive.older": "archive older than this program",
     "archive.version": "archive of another version",
+    "archive.admitted": "login not admitted as this station",
     "archive.station": "name of the station taken",
     "archive.read_only": "server takes no writing",
     "archive.shop": "program part missing",

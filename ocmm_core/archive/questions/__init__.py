@@ -2,8 +2,8 @@
 
 In: an archive, and what it is about. Out: a table, charts, and what must be known about them.
 
-Read `_registry` (all questions), `_asked` (what one is about), `_lists` and `_statistics` (the
-answers), `_answers` (what an answer is, and its files).
+Read `_registry` (all questions), `_asked` (what one is about), `_judge` (who signed), `_lists` and
+`_statistics` (the answers), `_answers` (what an answer is, and its files).
 It must not know how jobs come, nor how an answer is shown. What counts is said by the views.
 """
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         csv_of,
         export_answer,
         parquet_of,
+        shown_cell,
     )
     from ocmm_core.archive.questions._asked import Asked, parts
     from ocmm_core.archive.questions._lists import passed, today, used
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _answers="ArchiveAnswer csv_of export_answer parquet_of",
+        _answers="ArchiveAnswer csv_of export_answer parquet_of shown_cell",
         _asked="Asked parts",
         _lists="passed today used",
         _registry="QUESTIONS Question",
@@ -46,6 +47,7 @@ __all__ = [
     "parts",
     "passed",
     "rr",
+    "shown_cell",
     "today",
     "trend",
     "used",

@@ -9,13 +9,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ocmm_core.archive.stores import Row
+from ocmm_core.archive.records import shown_text
+from ocmm_core.archive.stores import Cell, Row
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.inspection.archive import Trend
 from ocmm_core.studies import GaugeStudy
 
-_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\uff1d", "\uff0b", "\uff0d", "\uff20")
+"""Also the wide forms, which a spreadsheet in Japanese takes for the same."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,17 +86,23 @@ def parquet_of(columns: Sequence[str], rows: Sequence[Row]) -> bytes:
     import pyarrow
     import pyarrow.parquet
 
-    fields = [[row[at] for row in rows] for at in range(len(columns))]
+    fields = [[shown_cell(row[at]) for row in rows] for at in range(len(columns))]
     table = pyarrow.table(dict(zip(columns, fields, strict=True)))
     sink = pyarrow.BufferOutputStream()
     pyarrow.parquet.write_table(table, sink)
     return bytes(sink.getvalue())
 
 
-def _cell(cell: object) -> object:
+def shown_cell(cell: Cell) -> Cell:
+    """Return a cell of a row as it may be shown: somebody else wrote its text."""
+    return shown_text(cell) if isinstance(cell, str) else cell
+
+
+def _cell(cell: Cell) -> object:
     """Return what a spreadsheet takes for text and not for a formula."""
     if isinstance(cell, float):
         return repr(cell)
-    if isinstance(cell, str) and cell.startswith(_FORMULA):
-        return f"'{cell}"
+    if isinstance(cell, str):
+        text = shown_text(cell)
+        return f"'{text}" if cell.startswith(_FORMULA) else text
     return "" if cell is None else cell

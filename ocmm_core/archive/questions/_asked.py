@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, timedelta
 
-from ocmm_core.archive.stores import Archive, Cell, Row
+from ocmm_core.archive.questions._judge import Entry
+from ocmm_core.archive.records import shown_text
+from ocmm_core.archive.stores import Archive, Cell
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.evaluation import SIMULATED, SIMULATED_LINE
+from ocmm_core.inspection.evaluation import SIMULATED
 
 MOST_SHOWN = 500
 """Jobs of a trend, the newest ones: more are no chart that anybody reads."""
@@ -39,7 +41,7 @@ class Asked:
 def parts(archive: Archive) -> tuple[tuple[str, str], ...]:
     """Return the parts and characteristics that are archived, sorted."""
     table = archive.ask("SELECT part, characteristic FROM archive_characteristic ORDER BY 1, 2")
-    return tuple((str(part), str(name)) for part, name in table.rows)
+    return tuple((shown_text(str(part)), shown_text(str(name))) for part, name in table.rows)
 
 
 def nothing_of(archive: Archive, asked: Asked) -> InputError:
@@ -84,23 +86,21 @@ def wall(utc: Cell) -> str:
     return datetime.fromisoformat(str(utc)).astimezone().strftime("%Y-%m-%d %H:%M")
 
 
-def remark(simulated: bool, fault: str, held: bool) -> str:
-    words = [SIMULATED] if simulated else []
-    words += [fault] if fault else []
-    words += ["Held back: see the marks."] if held else []
+def remark(entry: Entry) -> str:
+    """Return what must be known of a judged job."""
+    words = [SIMULATED] if entry["simulated"] else []
+    words += [str(entry["doubt"])] if entry["doubt"] else []
+    if entry["copies"]:
+        words.append(f"Other versions of this job, not shown: {entry['copies']!s}.")
     return " ".join(words)
 
 
-def simulated_note(rows: list[dict[str, Cell]]) -> list[str]:
-    computed = [row for row in rows if row["simulated"]]
-    if not computed:
-        return []
-    if len(computed) == len(rows):
-        return [SIMULATED_LINE]
-    return [f"Simulated jobs, not counted beside real ones: {len(computed)}."]
+def part_of(entry: Entry) -> str:
+    """Return what tells parts apart: the serial number, or the job where none was entered."""
+    return f"serial {entry['serial']!s}" if entry["serial"] else f"job {entry['job_uuid']!s}"
 
 
-def cut(rows: tuple[Row, ...], most: int) -> tuple[str, ...]:
+def cut(rows: Sequence[object], most: int) -> tuple[str, ...]:
     return (f"Only the first {most} are shown.",) if len(rows) >= most else ()
 
 

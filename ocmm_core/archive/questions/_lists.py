@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
 from datetime import date, datetime
 
 from ocmm_core.archive.questions._answers import ArchiveAnswer
 from ocmm_core.archive.questions._asked import (
+    MOST_VALUES,
     Asked,
     at_station,
     cut,
     needs,
+    part_of,
     remark,
     span,
     wall,
 )
+from ocmm_core.archive.questions._judge import JUDGED, Entry, Judge
 from ocmm_core.archive.records import USES
-from ocmm_core.archive.stores import Archive, Cell, Row
+from ocmm_core.archive.stores import Archive, Cell
 from ocmm_core.errors import InputError
 from ocmm_core.tolerances.decisions import PartWord
 
@@ -29,23 +33,33 @@ def today(archive: Archive, asked: Asked) -> ArchiveAnswer:
     first = asked.first or datetime.now().astimezone().date()
     last = asked.last or first
     low, high = span(first, last)
-    table = archive.ask(
-        "SELECT changed_utc, station, part, serial, operator, state, verdict, points, simulated,"
-        " fault, held FROM archived_job WHERE changed_utc >= :low AND changed_utc < :high"
-        " AND (:station = '' OR station = :station) ORDER BY changed_utc DESC LIMIT :most",
-        {"low": low, "high": high, "station": asked.station, "most": asked.most},
-    )
+    entries = [
+        entry
+        for entry in Judge(archive).rows(
+            f"SELECT {JUDGED}, changed_utc, part, serial, operator, state, verdict, points,"  # noqa: S608
+            " simulated FROM archived_line WHERE changed_utc >= :low AND changed_utc < :high"
+            " ORDER BY changed_utc DESC, job_id DESC",
+            {"low": low, "high": high}, asked.most, lambda entry: _is_at(entry, asked),
+        )
+        if _is_at(entry, asked)
+    ]  # fmt: skip
+    shown = ("station", "part", "serial", "operator", "state", "verdict", "points")
     rows = tuple(
-        (wall(row[0]), *row[1:8], remark(bool(row[8]), str(row[9]), bool(row[10])))
-        for row in table.rows
+        (wall(one["changed_utc"]), *(one[name] for name in shown), remark(one)) for one in entries
     )
+    finished = [one for one in entries if one["state"] == "finished" and not one["doubt"]]
+    real = {(one["part"], part_of(one)) for one in finished if not one["simulated"]}
     days = first.isoformat() if first == last else f"{first.isoformat()} to {last.isoformat()}"
     return ArchiveAnswer(
         f"Measured on {days}{at_station(asked.station)}",
         ("Time", "Station", "Part", "Serial", "Operator", "State", "Verdict", "Points", "Remark"),
         rows,
-        cut(rows, asked.most),
+        (f"Finished real parts: {len(real)}.", *cut(rows, asked.most)) if rows else (),
     )
+
+
+def _is_at(entry: Entry, asked: Asked) -> bool:
+    return not asked.station or entry["station"] == asked.station
 
 
 def used(archive: Archive, asked: Asked) -> ArchiveAnswer:
@@ -63,22 +77,24 @@ def used(archive: Archive, asked: Asked) -> ArchiveAnswer:
     needs(asked, "what")
     # Each search goes along its index and ends at the most that is shown, however many jobs there
     # are; a hash may be shortened as screens show it.
-    found: dict[tuple[Cell, ...], Row] = {}
+    found: dict[tuple[Cell, ...], Entry] = {}
+    judge = Judge(archive)
     for column, word in _words_for(archive, asked):
-        table = archive.ask(
-            "SELECT used_utc, station, part, serial, operator, verdict, identity, name, simulated,"  # noqa: S608 - two columns
-            f" fault, held, job_uuid FROM archived_use WHERE used_kind = :kind AND {column} = :word"
-            " ORDER BY used_utc DESC LIMIT :most",
-            {"kind": asked.kind, "word": word, "most": asked.most},
-        )
-        found |= {(row[11], row[6]): row for row in table.rows}
-    newest = sorted(found.values(), key=lambda row: str(row[0]), reverse=True)[: asked.most]
+        entries = judge.rows(
+            f"SELECT {JUDGED}, used_utc, part, serial, operator, verdict, identity, name,"  # noqa: S608
+            f" simulated FROM archived_use WHERE used_kind = :kind AND {column} = :word"
+            " ORDER BY used_utc DESC",
+            {"kind": asked.kind, "word": word}, asked.most, lambda _: True,
+        )  # fmt: skip
+        found |= {(one["job_uuid"], one["identity"]): one for one in entries}
+    newest = sorted(found.values(), key=lambda one: str(one["used_utc"]), reverse=True)
+    shown = ("station", "part", "serial", "operator", "verdict", "name")
     rows = tuple(
         (
-            wall(row[0]), *row[1:6], row[7], str(row[6])[:12],
-            remark(bool(row[8]), str(row[9]), bool(row[10])),
+            wall(one["used_utc"]), *(one[name] for name in shown), str(one["identity"])[:12],
+            remark(one),
         )
-        for row in newest
+        for one in newest[: asked.most]
     )  # fmt: skip
     return ArchiveAnswer(
         f"Measured with {asked.kind} {asked.what[:40]}",
@@ -110,40 +126,48 @@ def _words_for(archive: Archive, asked: Asked) -> Iterator[tuple[str, str]]:
 
 
 def passed(archive: Archive, asked: Asked) -> ArchiveAnswer:
-    """Return who passed what: finished real jobs by operator, part and verdict."""
+    """Return who passed what: finished real parts by operator, part and verdict."""
     low, high = span(asked.first or date(1970, 1, 1), asked.last or date(9000, 1, 1))
-    table = archive.ask(
-        "SELECT operator, part, station, count(*),"
-        " sum(CASE WHEN verdict = :conforms THEN 1 ELSE 0 END),"
-        " sum(CASE WHEN verdict = :fails THEN 1 ELSE 0 END),"
-        " sum(CASE WHEN verdict NOT IN (:conforms, :fails)"
-        " THEN 1 ELSE 0 END), max(changed_utc) FROM archived_job"
-        " WHERE state = 'finished' AND simulated = 0 AND fault = '' AND held = 0"
-        " AND changed_utc >= :low AND changed_utc < :high"
-        " AND (:operator = '' OR operator = :operator) AND (:part = '' OR part = :part)"
-        " AND (:station = '' OR station = :station)"
-        " GROUP BY operator, part, station ORDER BY operator, part, station LIMIT :most",
-        {
-            "low": low, "high": high, "operator": asked.operator, "part": asked.part,
-            "station": asked.station, "most": asked.most, "conforms": PartWord.CONFORMS.value,
-            "fails": PartWord.DOES_NOT_CONFORM.value,
-        },
+    entries = list(
+        Judge(archive).rows(
+            f"SELECT {JUDGED}, operator, part, serial, verdict, changed_utc FROM archived_line"  # noqa: S608
+            " WHERE state = 'finished' AND simulated = 0"
+            " AND changed_utc >= :low AND changed_utc < :high"
+            " AND (:operator = '' OR operator = :operator) AND (:part = '' OR part = :part)"
+            " ORDER BY changed_utc DESC, job_id DESC",
+            {"low": low, "high": high, "operator": asked.operator, "part": asked.part},
+            MOST_VALUES, lambda _: True,
+        )
     )  # fmt: skip
+    entries = [one for one in entries if _is_at(one, asked)]
+    # Of a part that was measured again the last result counts, for whoever measured it last.
+    last: dict[tuple[Cell, str], Entry] = {}
+    for one in entries:
+        if not one["doubt"]:
+            last.setdefault((one["part"], part_of(one)), one)
+    groups: dict[tuple[str, str, str], list[Entry]] = defaultdict(list)
+    for one in last.values():
+        groups[str(one["operator"]), str(one["part"]), str(one["station"])].append(one)
     rows = tuple(
-        (*row[:3], *(int(str(cell)) for cell in row[3:7]), wall(row[7])) for row in table.rows
-    )
-    left = archive.ask(
-        "SELECT count(*) FROM archived_job WHERE (fault <> '' OR held = 1)"
-        " AND changed_utc >= :low AND changed_utc < :high",
-        {"low": low, "high": high},
-    ).rows[0][0]
-    notes = (f"Jobs in doubt, not counted: {int(str(left))}.",) if left else ()
+        (*names, len(group), *_verdicts(group), wall(max(str(one["changed_utc"]) for one in group)))
+        for names, group in sorted(groups.items())
+    )[: asked.most]
+    left = sum(bool(one["doubt"]) for one in entries)
+    again = len(entries) - left - len(last)
+    notes = [f"Jobs in doubt, not counted: {left}."] if left else []
+    notes += [f"Measured again, counted once: {again}."] if again else []
     return ArchiveAnswer(
         "Who passed what",
-        ("Operator", "Part", "Station", "Jobs", "Conform", "Do not conform", "Neither", "Last"),
+        ("Operator", "Part", "Station", "Parts", "Conform", "Do not conform", "Neither", "Last"),
         rows,
-        (*notes, *cut(rows, asked.most)),
+        (*notes, *cut(rows, asked.most), *cut(entries, MOST_VALUES)),
     )
+
+
+def _verdicts(group: Sequence[Entry]) -> tuple[int, int, int]:
+    words = [one["verdict"] for one in group]
+    good, bad = words.count(PartWord.CONFORMS.value), words.count(PartWord.DOES_NOT_CONFORM.value)
+    return good, bad, len(words) - good - bad
 
 
 def _is_short_hash(text: str) -> bool:

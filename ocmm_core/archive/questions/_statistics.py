@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,13 +17,14 @@ from ocmm_core.archive.questions._asked import (
     needs,
     nothing_of,
     number_of,
-    simulated_note,
+    part_of,
     wall,
 )
+from ocmm_core.archive.questions._judge import JUDGED, Entry, Judge
 from ocmm_core.archive.stores import Archive, Cell, Row
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive import PartValue, Trend
-from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
+from ocmm_core.inspection.evaluation import SIMULATED_LINE
 from ocmm_core.measuring import COVERAGE_FACTOR
 from ocmm_core.studies import gauge_study
 from ocmm_core.tolerances.decisions import Verdict, capability, control_chart
@@ -37,53 +39,131 @@ def trend(archive: Archive, asked: Asked) -> ArchiveAnswer:
         No part or characteristic is named, or none is known by that name.
     """
     needs(asked, "part", "characteristic")
-    table = archive.ask(
-        "SELECT created_utc, station, serial, operator, value, uncertainty, verdict, low, high,"
-        " unit, kind, counted, why_not, simulated, job_uuid FROM archived_result"
-        " WHERE part = :part AND characteristic = :name AND (:station = '' OR station = :station)"
-        " ORDER BY created_utc DESC LIMIT :most",
-        {
-            "part": asked.part, "name": asked.characteristic, "station": asked.station,
-            "most": asked.most,
-        },
-    )  # fmt: skip
-    if not table.rows:
-        raise nothing_of(archive, asked)
-    rows = [dict(zip(table.columns, row, strict=True)) for row in reversed(table.rows)]
-    limits = {(row["low"], row["high"], row["unit"]) for row in rows}
-    notes = list(cut(table.rows, asked.most))
-    newest = rows[-1]
-    if len(limits) > 1:
-        keep = (newest["low"], newest["high"], newest["unit"])
-        other = [row for row in rows if (row["low"], row["high"], row["unit"]) != keep]
-        rows = [row for row in rows if (row["low"], row["high"], row["unit"]) == keep]
-        notes.append(
-            "1 job had other limits and is left out."
-            if len(other) == 1
-            else f"{len(other)} jobs had other limits and are left out."
-        )
-    made = _trend(asked.characteristic, rows)
-    if made.why_not:
-        notes.append(made.why_not)
-    if made.caution:
-        notes.append(made.caution)
-    if made.capability is not None:
-        notes.append(made.capability.words)
-    notes += simulated_note(rows)
+    values = _values(archive, asked, asked.most)
+    groups = _by_limits(values.entries)
+    trends = [_trend(asked.characteristic, group) for group in groups.values()]
+    notes = [*values.notes]
+    if len(groups) > 1:
+        notes.insert(0, f"Limits were changed: {len(groups)} trends, one for each pair of limits.")
+    for (_, low, high, unit), made in zip(groups, trends, strict=True):
+        words = f"{_limits(low, high, unit)}: " if len(groups) > 1 else ""
+        able = "" if made.capability is None else made.capability.words
+        notes += [f"{words}{text}" for text in (made.why_not, made.caution, able) if text]
     shown = tuple(
         (
-            wall(row["created_utc"]), row["station"], row["serial"], row["operator"],
-            row["value"], row["uncertainty"], row["verdict"], row["why_not"],
+            wall(one["created_utc"]), one["station"], one["serial"], one["operator"],
+            one["value"], one["uncertainty"], one["low"], one["high"], one["verdict"],
+            one["why_not"],
         )
-        for row in reversed(rows)
+        for one in values.entries
     )  # fmt: skip
     return ArchiveAnswer(
         f"{asked.part}: {asked.characteristic}{at_station(asked.station)}",
-        ("Time", "Station", "Serial", "Operator", "Value", "U", "Verdict", "Not counted because"),
+        ("Time", "Station", "Serial", "Operator", "Value", "U", "Low", "High", "Verdict",
+         "Not counted because"),
         shown,
         tuple(notes),
-        (made,),
-    )
+        tuple(trends),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class _Values:
+    """Values of one kind, real or simulated, newest first, with what must be known of them."""
+
+    entries: list[Entry]
+    notes: list[str]
+
+    @property
+    def counted(self) -> list[Entry]:
+        return [one for one in self.entries if one["counted"]]
+
+
+def _values(archive: Archive, asked: Asked, most: int, *, repeated: bool = False) -> _Values:
+    """Return the values of a part; ``most`` limits those that count.
+
+    Parameters
+    ----------
+    repeated
+        A part counts as often as it was measured; otherwise once under the same limits, with its
+        last finished job.
+
+    Raises
+    ------
+    InputError
+        No such value is known.
+    """
+    judge = Judge(archive)
+    named: dict[str, Cell] = {"part": asked.part, "name": asked.characteristic}
+    for simulated in (0, 1):
+        seen: set[tuple[Cell, ...]] = set()
+
+        def count(entry: Entry, seen: set[tuple[Cell, ...]] = seen) -> bool:
+            if asked.station and entry["station"] != asked.station:
+                entry["counted"] = None
+                return False
+            if entry["counted"] and entry["state"] != "finished":
+                entry |= {"counted": 0, "why_not": "Not finished."}
+            key = (*_limits_of(entry), part_of(entry))
+            if entry["counted"] and key in seen and not repeated:
+                entry |= {"counted": 0, "why_not": "Measured again later."}
+            if entry["counted"]:
+                seen.add(key)
+            return bool(entry["counted"])
+
+        entries = judge.rows(
+            f"SELECT {JUDGED}, characteristic, created_utc, state, serial, operator, value,"  # noqa: S608
+            " uncertainty, verdict, low, high, unit, kind, counted, why_not, simulated"
+            " FROM archived_line_result WHERE part = :part AND simulated = :simulated"
+            " AND (:name = '' OR characteristic = :name) ORDER BY created_utc DESC, job_id DESC",
+            named | {"simulated": simulated}, most, count,
+        )  # fmt: skip
+        found = [one for one in entries if one["counted"] is not None]
+        if found:
+            return _Values(found, _notes(archive, named, found, most, simulated=bool(simulated)))
+    raise nothing_of(archive, asked)
+
+
+def _notes(
+    archive: Archive, named: dict[str, Cell], found: list[Entry], most: int, *, simulated: bool
+) -> list[str]:
+    notes = list(cut([one for one in found if one["counted"]], most))
+    again = sum(one["why_not"] == "Measured again later." for one in found)
+    left = sum(not one["counted"] for one in found) - again
+    notes += [f"Measured again, counted once: {again}."] if again else []
+    notes += [f"Not counted, with their reason: {left}."] if left else []
+    if any(one["counted"] and not one["serial"] for one in found):
+        notes.append("Jobs without a serial number count as a part each.")
+    if simulated:
+        return [SIMULATED_LINE, *notes]
+    others = archive.ask(
+        "SELECT count(DISTINCT job_uuid) FROM archived_result WHERE part = :part"
+        " AND simulated = 1 AND (:name = '' OR characteristic = :name)", named,
+    ).rows[0][0]  # fmt: skip
+    if others:
+        notes.append(f"Simulated jobs, not counted beside real ones: {others!s}.")
+    return notes
+
+
+def _limits_of(entry: Entry) -> tuple[Cell, ...]:
+    return entry["characteristic"], entry["low"], entry["high"], entry["unit"]
+
+
+def _by_limits(entries: list[Entry]) -> dict[tuple[Cell, ...], list[Entry]]:
+    """Return entries by characteristic and limits, those with the most counted parts first."""
+    groups: dict[tuple[Cell, ...], list[Entry]] = defaultdict(list)
+    for one in entries:
+        groups[_limits_of(one)].append(one)
+    parts = {key: sum(bool(one["counted"]) for one in group) for key, group in groups.items()}
+    return {key: groups[key] for key in sorted(groups, key=lambda key: -parts[key])}
+
+
+def _limits(low: Cell, high: Cell, unit: Cell) -> str:
+    """Return limits in words."""
+    if low is None or high is None:
+        one = high if low is None else low
+        return "No limit" if one is None else f"Limit {number_of(one):.4f} {unit!s}"
+    return f"Limits {number_of(low):.4f} to {number_of(high):.4f} {unit!s}"
 
 
 def cpk_by_month(archive: Archive, asked: Asked) -> ArchiveAnswer:
@@ -95,50 +175,46 @@ def cpk_by_month(archive: Archive, asked: Asked) -> ArchiveAnswer:
         No part is named, or nothing is known of it.
     """
     needs(asked, "part")
-    table = archive.ask(
-        "SELECT characteristic, created_utc, value, uncertainty, low, high, unit, simulated"
-        " FROM archived_result WHERE part = :part AND counted = 1"
-        " AND (:name = '' OR characteristic = :name) AND (:station = '' OR station = :station)"
-        " ORDER BY characteristic, created_utc LIMIT :most",
-        {
-            "part": asked.part, "name": asked.characteristic, "station": asked.station,
-            "most": MOST_VALUES,
-        },
-    )  # fmt: skip
-    if not table.rows:
-        raise nothing_of(archive, asked)
-    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
-    notes = simulated_note(rows)
-    real = [row for row in rows if not row["simulated"]] or rows
+    found = _values(archive, asked, MOST_VALUES)
     groups: dict[tuple[str, str, Cell, Cell, Cell], list[tuple[float, float]]] = defaultdict(list)
-    for row in real:
-        month = wall(row["created_utc"])[:7]
-        key = (str(row["characteristic"]), month, row["low"], row["high"], row["unit"])
-        groups[key].append((number_of(row["value"]), number_of(row["uncertainty"])))
+    for one in sorted(found.counted, key=lambda one: (one["characteristic"], one["created_utc"])):
+        month = wall(one["created_utc"])[:7]
+        key = (str(one["characteristic"]), month, one["low"], one["high"], one["unit"])
+        groups[key].append((number_of(one["value"]), number_of(one["uncertainty"])))
     shown: list[Row] = []
     for (name, month, low, high, unit), values in groups.items():
-        found = np.array(values)
+        pairs = np.array(values)
         try:
             able = capability(
-                found[:, 0], -math.inf if low is None else number_of(low),
+                pairs[:, 0], -math.inf if low is None else number_of(low),
                 math.inf if high is None else number_of(high),
-                float(np.median(found[:, 1])) / COVERAGE_FACTOR,
+                float(np.median(pairs[:, 1])) / COVERAGE_FACTOR,
             )  # fmt: skip
             shown.append(
                 (name, month, able.count, able.mean, able.sigma_within, able.cp, able.cpk,
-                 able.cpk_low, able.cpk_high, unit, "")
+                 able.cpk_low, able.cpk_high, low, high, unit, "")
             )  # fmt: skip
         except OcmmError as error:
             why = error.what
             shown.append(
-                (name, month, len(values), float(found[:, 0].mean()), *(None,) * 5, unit, why)
+                (
+                    name,
+                    month,
+                    len(values),
+                    float(pairs[:, 0].mean()),
+                    *(None,) * 5,
+                    low,
+                    high,
+                    unit,
+                    why,
+                )
             )
     return ArchiveAnswer(
         f"{asked.part}: capability by month{at_station(asked.station)}",
-        ("Characteristic", "Month", "Jobs", "Mean", "Sigma", "Cp", "Cpk", "Cpk low", "Cpk high",
-         "Unit", "No index because"),
+        ("Characteristic", "Month", "Parts", "Mean", "Sigma", "Cp", "Cpk", "Cpk low", "Cpk high",
+         "Low", "High", "Unit", "No index because"),
         tuple(shown),
-        (*notes, *cut(table.rows, MOST_VALUES)),
+        tuple(found.notes),
     )  # fmt: skip
 
 
@@ -154,20 +230,17 @@ def rr(archive: Archive, asked: Asked) -> ArchiveAnswer:
         There are fewer than two parts, stations or trials.
     """
     needs(asked, "part", "characteristic")
-    table = archive.ask(
-        "SELECT serial, station, value, low, high, simulated FROM archived_result"
-        " WHERE part = :part AND characteristic = :name AND counted = 1 AND state = 'finished'"
-        " ORDER BY created_utc, job_id LIMIT :most",
-        {"part": asked.part, "name": asked.characteristic, "most": MOST_VALUES},
-    )
-    if not table.rows:
+    found = _values(archive, asked, MOST_VALUES, repeated=True)
+    groups = _by_limits(found.counted)
+    if not groups:
         raise nothing_of(archive, asked)
-    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
-    notes = simulated_note(rows)
-    real = [row for row in rows if not row["simulated"]] or rows
+    (_, low, high, unit), chosen = next(iter(groups.items()))
+    notes = [*found.notes]
+    if left := len(found.counted) - len(chosen):
+        notes.append(f"{_limits(low, high, unit)}; values with other limits, left out: {left}.")
     cells: dict[tuple[str, str], list[float]] = defaultdict(list)
-    for row in real:
-        cells[str(row["serial"]), str(row["station"])].append(number_of(row["value"]))
+    for one in reversed(chosen):
+        cells[str(one["serial"]), str(one["station"])].append(number_of(one["value"]))
     stations = sorted({station for _, station in cells})
     serials = sorted({serial for serial, _ in cells})
     whole = [one for one in serials if all(len(cells.get((one, at), ())) >= 2 for at in stations)]
@@ -180,7 +253,6 @@ def rr(archive: Archive, asked: Asked) -> ArchiveAnswer:
         )
     trials = min(len(cells[one, at]) for one in whole for at in stations)
     values = np.array([[cells[one, at][:trials] for at in stations] for one in whole])
-    low, high = real[-1]["low"], real[-1]["high"]
     both = low is not None and high is not None
     study = gauge_study(
         values,
@@ -209,28 +281,26 @@ def rr(archive: Archive, asked: Asked) -> ArchiveAnswer:
     )
 
 
-def _trend(name: str, rows: list[dict[str, Cell]]) -> Trend:
-    real = any(not row["simulated"] for row in rows)
+def _trend(name: str, entries: list[Entry]) -> Trend:
+    """Return the trend of values under the same limits; they come newest first."""
     items, left_out, counted = [], [], []
-    for row in rows:
-        why = str(row["why_not"])
-        if row["simulated"] and real:
-            why = f"{SIMULATED}. {NO_REAL_PART}"
-        label = f"{row['station']!s} {row['serial']!s}"
-        value = None if why else number_of(row["value"])
-        uncertainty = None if why else number_of(row["uncertainty"])
-        if why:
-            left_out.append(f"{label}: {why}")
-        elif value is not None and uncertainty is not None:
+    for one in reversed(entries):
+        label = f"{one['station']!s} {one['serial']!s}"
+        value = number_of(one["value"]) if one["counted"] else None
+        uncertainty = number_of(one["uncertainty"]) if one["counted"] else None
+        if value is None or uncertainty is None:
+            left_out.append(f"{label}: {one['why_not']!s}")
+        else:
             counted.append((value, uncertainty))
         items.append(
             PartValue(
-                label, str(row["serial"]), str(row["created_utc"]), value, uncertainty,
-                Verdict(row["verdict"]),
+                label, str(one["serial"]), str(one["created_utc"]), value, uncertainty,
+                Verdict(one["verdict"]),
             )
         )  # fmt: skip
-    low = -math.inf if rows[-1]["low"] is None else number_of(rows[-1]["low"])
-    high = math.inf if rows[-1]["high"] is None else number_of(rows[-1]["high"])
+    newest = entries[0]
+    low = -math.inf if newest["low"] is None else number_of(newest["low"])
+    high = math.inf if newest["high"] is None else number_of(newest["high"])
     chart, able, why_not = None, None, ""
     try:
         values = np.array([value for value, _ in counted])
@@ -241,5 +311,5 @@ def _trend(name: str, rows: list[dict[str, Cell]]) -> Trend:
     except OcmmError as error:
         why_not = f"{error.what} {error.remedy}"
     return Trend(
-        name, str(rows[-1]["kind"]), low, high, tuple(items), tuple(left_out), chart, able, why_not
+        name, str(newest["kind"]), low, high, tuple(items), tuple(left_out), chart, able, why_not
     )

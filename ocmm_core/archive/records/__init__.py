@@ -2,7 +2,8 @@
 
 In: a job file. Out: rows that hold together, or a sentence why nothing of it counts.
 
-Read `_rows` (what is kept), `_checks` (what must hold before it is), `_extract` (rows from a file).
+Read `_rows` (what is kept), `_checks` (what must hold before it is), `_extract` (rows from a file),
+`_shown` (text of rows at every output).
 It must not know how rows are stored.
 """
 
@@ -14,9 +15,18 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.archive.records._checks import check_delivery, check_mark, utc_text
-    from ocmm_core.archive.records._extract import Extract, ExtractedJob, extract_job, snapshot
+    from ocmm_core.archive.records._extract import (
+        Extract,
+        ExtractedJob,
+        extract_job,
+        signature_of,
+        snapshot,
+    )
     from ocmm_core.archive.records._rows import (
+        FORGED,
         LONGEST_SENTENCE,
+        NOT_SIGNED,
+        SIGNED,
         USES,
         Delivery,
         JobRecord,
@@ -25,17 +35,25 @@ if TYPE_CHECKING:
         ResultRow,
         Sender,
         UseRow,
+        delivery_claim,
+        station_claim,
     )
+    from ocmm_core.archive.records._shown import shown_text
 else:
     __getattr__ = door(
         __name__,
         _checks="check_delivery check_mark utc_text",
-        _extract="Extract ExtractedJob extract_job snapshot",
-        _rows="LONGEST_SENTENCE USES Delivery JobRecord JobRow MarkRow ResultRow Sender UseRow",
+        _extract="Extract ExtractedJob extract_job signature_of snapshot",
+        _rows="FORGED LONGEST_SENTENCE NOT_SIGNED SIGNED USES Delivery JobRecord JobRow MarkRow "
+        "ResultRow Sender UseRow delivery_claim station_claim",
+        _shown="shown_text",
     )
 
 __all__ = [
+    "FORGED",
     "LONGEST_SENTENCE",
+    "NOT_SIGNED",
+    "SIGNED",
     "USES",
     "Delivery",
     "Extract",
@@ -48,7 +66,11 @@ __all__ = [
     "UseRow",
     "check_delivery",
     "check_mark",
+    "delivery_claim",
     "extract_job",
+    "shown_text",
+    "signature_of",
     "snapshot",
+    "station_claim",
     "utc_text",
 ]

@@ -16,6 +16,7 @@ from ocmm_core.archive.records._rows import (
     LONGEST_SENTENCE,
     MOST_RESULTS,
     PART_VERDICTS,
+    SEALS,
     STATES,
     USES,
     VERDICTS,
@@ -47,6 +48,7 @@ def check_delivery(delivery: Delivery) -> None:
     check_sender(delivery.sender)
     _whole("sequence", delivery.sequence, 1, 1 << 53)
     utc_text(delivery.sent_utc)
+    _name("signature", delivery.signature, empty=True)
     if not isinstance(delivery.content, bytes):
         raise _bad("file", type(delivery.content).__name__, "is no content of a file")
     if len(delivery.content) > LARGEST_CONTENT:
@@ -62,7 +64,7 @@ def check_delivery(delivery: Delivery) -> None:
 
 def check_sender(sender: Sender) -> None:
     """Raise InputError where the names of a sender cannot be kept."""
-    for field in ("station", "machine", "host", "user"):
+    for field in ("station", "machine", "host", "user", "key", "proof"):
         _name(field, getattr(sender, field), empty=field != "station")
     if not _has_form(_UUID, sender.outbox):
         raise _bad("outbox", sender.outbox, "is no identity")
@@ -78,7 +80,7 @@ def check_record(record: JobRecord) -> None:
             raise _bad(field, getattr(job, field), "is no SHA-256")
     for field in (
         "station", "part", "serial", "order_name", "batch", "operator", "plan", "program", "rig",
-        "calibration", "probe", "tip", "seal", "signer",
+        "calibration", "probe", "tip", "signer", "key", "signature",
     ):  # fmt: skip
         _name(field, getattr(job, field), empty=True)
     _name("fault", job.fault, LONGEST_SENTENCE, empty=True)
@@ -92,6 +94,7 @@ def check_record(record: JobRecord) -> None:
     _whole("size", job.size, 1, LARGEST_CONTENT)
     _one_of("state", job.state, STATES)
     _one_of("verdict", job.verdict, PART_VERDICTS)
+    _one_of("seal", job.seal, SEALS)
     if len(record.results) > MOST_RESULTS or len(record.uses) > MOST_RESULTS:
         raise _bad("results", len(record.results), f"are more than {MOST_RESULTS}")
     for flag in ("complete", "simulated"):

@@ -1,4 +1,4 @@
-"""The rows of a job, from its file alone: the same on every computer that knows the key.
+"""The rows of a job, from its file alone: the same on every computer, whatever keys it knows.
 
 Histories of calibrations and tips are not asked: what becomes known later is a mark or a recall in
 the archive, not a row. So an archive that is made again from the files has the same rows.
@@ -11,16 +11,20 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypedDict
 
 from ocmm_core.archive.records._checks import utc_text
 from ocmm_core.archive.records._rows import (
+    FORGED,
     LONGEST_NAME,
-    LONGEST_SENTENCE,
+    NOT_SIGNED,
+    SIGNED,
     JobRecord,
     JobRow,
     ResultRow,
     UseRow,
 )
+from ocmm_core.archive.records._shown import shown_text
 from ocmm_core.calibration.records import record_hash
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import (
@@ -32,6 +36,7 @@ from ocmm_core.inspection.archive import (
     reopen_alone,
     why_not_counted,
 )
+from ocmm_core.seals import SealWord
 from ocmm_core.storage import JobFile, JobHead, JobSeal, is_current
 from ocmm_core.tolerances.decisions import PartWord
 from ocmm_core.tolerances.kinds import spec_of
@@ -84,8 +89,8 @@ def extract_job(
     station
         Where it was measured.
     known
-        Hash of the audit by its number of rows, for versions that the archive has of this job: a
-        file that does not go on from them was altered.
+        Hash of the audit by its number of rows, for versions that this station archived of this
+        job: a file that does not continue them was altered.
 
     Raises
     ------
@@ -116,8 +121,7 @@ def _unreadable(head: JobHead, seal: JobSeal, content: bytes, station: str, why:
         program=_name(head.software_version), created_utc=created, changed_utc=created, rig="",
         calibration="", probe="", tip="", part_c=None, probe_c=None,
         verdict=PartWord.NOT_PROVEN.value, complete=False, simulated=False, points=0,
-        seal=seal.state.word.value,
-        signer=seal.state.fingerprint, fault=why or "The job cannot be read.",
+        **_sealed(seal), fault=why or "The job cannot be read.",
     )  # fmt: skip
     return JobRecord(job=row, results=(), uses=())
 
@@ -169,8 +173,7 @@ def _record(job: ReopenedJob, content: bytes, station: str, fault: str) -> JobRe
         complete=bool(view.part_verdict.complete),
         simulated=bool(view.simulated),
         points=len(job.points),
-        seal=job.seal.state.word.value,
-        signer=job.seal.state.fingerprint,
+        **_sealed(job.seal),
         fault=fault,
     )
     results = []
@@ -224,16 +227,36 @@ def _record(job: ReopenedJob, content: bytes, station: str, fault: str) -> JobRe
     return JobRecord(job=row, results=tuple(results), uses=ordered)
 
 
+def signature_of(content: bytes) -> tuple[str, str]:
+    """Return public key and signature of the head of a job file; empty if it has none."""
+    with content_to_look_at(_CALLED, content) as file:
+        signed = file.seal().signature
+    return ("", "") if signed is None else (signed.key, signed.value)
+
+
+class _Sealed(TypedDict):
+    seal: str
+    signer: str
+    key: str
+    signature: str
+
+
+def _sealed(seal: JobSeal) -> _Sealed:
+    word = {SealWord.NOT_SIGNED: NOT_SIGNED, SealWord.FORGED: FORGED}.get(seal.state.word, SIGNED)
+    signed = seal.signature
+    # What is no key cannot verify anything: a damaged row must not break the archive.
+    key, value = ("", "") if signed is None or word == FORGED else (signed.key, signed.value)
+    return _Sealed(seal=word, signer=seal.state.fingerprint, key=key, signature=value)
+
+
 def _limit(value: float) -> float | None:
     return float(value) + 0.0 if math.isfinite(value) else None
 
 
 def _name(text: str) -> str:
     """Return a name as it can be shown; job files from elsewhere hold any text."""
-    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)[
-        :LONGEST_NAME
-    ]
+    return shown_text(text)[:LONGEST_NAME]
 
 
 def _sentence(text: str) -> str:
-    return "".join(c if c.isprintable() else " " for c in text)[:LONGEST_SENTENCE]
+    return shown_text(text, " ")

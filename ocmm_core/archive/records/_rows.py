@@ -17,6 +17,9 @@ USES: tuple[UseKind, ...] = (
 VERDICTS = tuple(one.value for one in Verdict)
 PART_VERDICTS = tuple(one.value for one in PartWord)
 
+SIGNED, NOT_SIGNED, FORGED = SEALS = ("SIGNED", "NOT SIGNED", "FORGED")
+"""A signature that verifies by its own key, none, and one that does not belong to the content."""
+
 LONGEST_NAME = 300
 LONGEST_SENTENCE = 3000
 MOST_RESULTS = 20_000
@@ -106,10 +109,14 @@ class JobRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     points: int
     """That count."""
     seal: str
+    """One of `SEALS`, whoever signed: readers decide which keys they trust."""
     signer: str
-    """`seal`, `signer`: What is said of the signature of its head, and fingerprint of the key."""
+    """Fingerprint of the key that signed its head."""
     fault: str
-    """Why nothing of it counts; empty where nothing speaks against the file."""
+    """Why nothing of it counts; empty if the file is sound."""
+    key: str = ""
+    signature: str = ""
+    """`key`, `signature`: Public key and signature of the head, Base64; empty if not signed."""
 
 
 class JobRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -133,6 +140,10 @@ class Sender(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     host: str
     user: str
     """`host`, `user`: Names, for people."""
+    key: str = ""
+    proof: str = ""
+    """`key`, `proof`: Public key of the station, and its signature of `station_claim`, Base64;
+    empty if it has no key."""
 
 
 class Delivery(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -147,6 +158,18 @@ class Delivery(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     record: JobRecord
     content: bytes
     """`record`, `content`: The rows, and the bytes of the job file."""
+    signature: str = ""
+    """Of `delivery_claim` by the key of the sender, Base64; empty if it has no key."""
+
+
+def station_claim(station: str) -> bytes:
+    """Return what a station signs to prove that a key is its own."""
+    return station.encode()
+
+
+def delivery_claim(outbox: str, sequence: int, sha256: str) -> bytes:
+    """Return what a station signs with each delivery: its number is bound to its key."""
+    return f"{outbox} {sequence} {sha256}".encode()
 
 
 class MarkRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

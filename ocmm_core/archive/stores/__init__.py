@@ -2,10 +2,10 @@
 
 In: rows and files. Out: the same, once each, and answers to SQL that can change nothing.
 
-Read `_interface` (what the rest knows), `_reader` and `_store` with `_statements` (what both do
-alike), `_sqlite`, `_postgresql` with `_patience` (for a silent server), `_open` and `_address`
-(where it is, and its password), `_schema`, `_views` and `_roles` (its SQL), `_faults`
-(what goes wrong, as sentences).
+Read `_interface` (what the rest knows), `_keys` (of stations), `_reader` and `_store` with
+`_statements` (what both do alike), `_sqlite`, `_postgresql` with `_patience` (for a silent server),
+`_open` and `_address` (where it is, and its password), `_schema`, `_views` and `_roles` (its SQL),
+`_faults` (what goes wrong, as sentences).
 It must not know how jobs come, nor what is asked.
 """
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         Row,
         Table,
     )
+    from ocmm_core.archive.stores._keys import stations_by_key, verifies
     from ocmm_core.archive.stores._open import default_archive, open_archive
     from ocmm_core.archive.stores._reader import time_of
     from ocmm_core.archive.stores._roles import ROLES, give_roles, role_statements, roles_sql
@@ -40,6 +41,7 @@ else:
         _address="check_address is_server parse_server",
         _faults="Remedy not_understood remedy_of",
         _interface="CLOCK_TELL_S Answer Archive Cell Finding Receipt Row Table",
+        _keys="stations_by_key verifies",
         _open="default_archive open_archive",
         _reader="time_of",
         _roles="ROLES give_roles role_statements roles_sql",
@@ -72,5 +74,7 @@ __all__ = [
     "remedy_of",
     "role_statements",
     "roles_sql",
+    "stations_by_key",
     "time_of",
+    "verifies",
 ]

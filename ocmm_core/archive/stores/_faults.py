@@ -223,6 +223,12 @@ def _slow(place: str, said: str) -> StorageError:
 
 
 def _rights(place: str, said: str) -> StorageError:
+    if "row-level security" in said:
+        return StorageError(
+            "archive.admitted",
+            f"{place}: this login is not admitted as this station.",
+            "Quality or the owner admits it: ocmm archive admit LOGIN STATION. The job waits here.",
+        )
     return StorageError(
         "archive.rights",
         f"{place}: this user may not do that there ({said}).",

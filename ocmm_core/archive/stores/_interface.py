@@ -81,14 +81,14 @@ class Archive(Protocol):
     def put_all(self, deliveries: Sequence[Delivery]) -> list[Receipt]:
         """Keep many, all or none."""
 
-    def heads(self, job_uuid: str) -> dict[int, str]:
-        """Return the head of each sound version of a job by its number of steps."""
+    def heads(self, job_uuid: str, station: str) -> dict[int, str]:
+        """Return the head of each sound version that a station sent of a job, by its steps."""
 
     def last_sequence(self, outbox: str) -> int:
-        """Return the highest number of an outbox that arrived; 0 for none."""
+        """Return the highest number of an outbox that arrived from this login; 0 for none."""
 
     def arrived(self, outbox: str, sequences: Sequence[int]) -> set[int]:
-        """Return which of these numbers of an outbox arrived."""
+        """Return which of these numbers of an outbox arrived from this login."""
 
     def content(self, sha256: str) -> bytes:
         """Return a job file as it was stored; StorageError where it is not."""
@@ -116,6 +116,9 @@ class Archive(Protocol):
 
     def marks(self, after: int = 0) -> list[tuple[int, MarkRow]]:
         """Return marks with a higher number, oldest first, each with its number."""
+
+    def admit(self, login: str, station: str) -> None:
+        """Let a login of the server send as a station, from now on."""
 
     def replace_computer(self, station: str, sender: Sender) -> None:
         """Let another computer be this station from now on."""

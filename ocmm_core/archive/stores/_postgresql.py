@@ -84,6 +84,8 @@ class PostgresArchive(SqlArchive):
         The server cannot be reached, does not let us in, or has no archive of this version.
     """
 
+    _who = "SESSION_USER"
+
     def __init__(
         self, address: PostgresAddress, *, set_up: bool = False, read_only: bool = False
     ) -> None:
@@ -187,6 +189,7 @@ class PostgresArchive(SqlArchive):
                     "INSERT INTO migration (version, program) VALUES (:version, :program)",
                     {"version": step + 1, "program": __version__},
                 )
+                self._filled(step + 1)
 
     def _open(self) -> psycopg.Connection[tuple[Any, ...]]:
         if self._db is None:

@@ -13,7 +13,7 @@ from typing import Self
 
 import msgspec
 
-from ocmm_core.archive.records import LONGEST_SENTENCE, JobRecord, MarkRow
+from ocmm_core.archive.records import JobRecord, MarkRow, shown_text
 from ocmm_core.archive.stores._faults import damaged_file, not_understood
 from ocmm_core.archive.stores._interface import Cell, Finding, Kind, Row, Table
 from ocmm_core.archive.stores._statements import JOB_FIELDS, OF_JOB, RESULT_FIELDS, USE_FIELDS
@@ -25,6 +25,8 @@ class SqlReader(ABC):
 
     place: str
     """What people call it; without a password."""
+    _who: str
+    """In SQL: the login, as column ``role`` has it."""
 
     @abstractmethod
     def _run(self, sql: str, values: Mapping[str, Cell] | None = None) -> Table:
@@ -47,11 +49,12 @@ class SqlReader(ABC):
         with self._reading():
             return self._now()
 
-    def heads(self, job_uuid: str) -> dict[int, str]:
+    def heads(self, job_uuid: str, station: str) -> dict[int, str]:
         """Return the head of each version of a job: see `Archive`."""
         table = self.ask(
-            "SELECT steps, head FROM job WHERE job_uuid = :job_uuid AND sound = 1 ORDER BY id DESC",
-            {"job_uuid": job_uuid}, int, str,
+            "SELECT steps, head FROM job WHERE job_uuid = :job_uuid AND station = :station"
+            " AND sound = 1 ORDER BY id DESC",
+            {"job_uuid": job_uuid, "station": station}, int, str,
         )  # fmt: skip
         return {whole_of(steps): str(head) for steps, head in table.rows}
 
@@ -59,7 +62,8 @@ class SqlReader(ABC):
         """Return the highest number of an outbox that arrived: see `Archive`."""
         with self._reading():
             (last,) = self._one(
-                "SELECT coalesce(max(sequence), 0) FROM delivery WHERE outbox = :outbox",
+                "SELECT coalesce(max(sequence), 0) FROM delivery WHERE outbox = :outbox"  # noqa: S608
+                f" AND role = {self._who}",
                 {"outbox": outbox}, int,
             )  # fmt: skip
         return whole_of(last)
@@ -69,7 +73,7 @@ class SqlReader(ABC):
         if not sequences:
             return set()
         table = self.ask(
-            "SELECT sequence FROM delivery WHERE outbox = :outbox"
+            f"SELECT sequence FROM delivery WHERE outbox = :outbox AND role = {self._who}"  # noqa: S608
             " AND sequence BETWEEN :least AND :most",
             {"outbox": outbox, "least": min(sequences), "most": max(sequences)}, int,
         )  # fmt: skip
@@ -198,7 +202,7 @@ def whole_of(cell: Cell) -> int:
 
 def _line(cell: Cell) -> str:
     """Return what somebody wrote with SQL as it may be shown; a mark holds whatever it says."""
-    return "".join(c if c.isprintable() else " " for c in str(cell)[:LONGEST_SENTENCE])
+    return shown_text(str(cell), " ")
 
 
 def time_of(place: str, cell: Cell) -> datetime:

@@ -2,10 +2,13 @@
 
 `ocmm_station` adds jobs, deliveries and its own name; it reads what it needs to know what arrived,
 and the marks and findings that it holds back by. `ocmm_reader` reads the views, no job file.
-`ocmm_quality` reads everything, adds findings and marks, and lets a computer be replaced.
+`ocmm_quality` reads everything, adds findings and marks, admits the logins of stations, and lets a
+computer be replaced.
 
-Nobody may change or delete a row, but the owner. Who added one stands in its column ``role``, which
-the server fills in (``SESSION_USER``) and nobody may give.
+Only the owner may change or delete a row. Column ``role`` names the login that added a row: the
+server fills it in (``SESSION_USER``), and no login may give it. Row-level security binds a login to
+its stations (`station_login`), its outboxes, its jobs and their rows: it adds nothing in the name
+of another station, and takes no number of another outbox.
 """
 
 from __future__ import annotations
@@ -23,8 +26,53 @@ _ADDS = {
     "job": (*JobRow.__struct_fields__, "sound"),
     "result": ("job", "part", "created_utc", *ResultRow.__struct_fields__),
     "used": ("job", "kind", "identity", "name", "created_utc"),
-    "delivery": ("outbox", "sequence", "job", "sha256", "sent_utc"),
+    "delivery": ("outbox", "sequence", "job", "sha256", "sent_utc", "signature"),
+    "station_key": ("station", "key", "proof"),
 }
+_OWN = "{0} IN (SELECT l.station FROM ocmm.station_login l WHERE l.login = SESSION_USER)"
+# Rows of a job say of it what it says of itself.
+_OF_JOB = (
+    "EXISTS (SELECT 1 FROM ocmm.job j WHERE j.id = {0}.job AND j.role = SESSION_USER"
+    " AND j.created_utc = {0}.created_utc{1})"
+)
+_MACHINE = (
+    " AND EXISTS (SELECT 1 FROM ocmm.station s WHERE s.name = sender.station"
+    " AND s.machine IN ('', sender.machine))"
+)
+_DELIVERED = (
+    "EXISTS (SELECT 1 FROM ocmm.job j JOIN ocmm.sender s ON s.outbox = delivery.outbox"
+    " AND s.role = SESSION_USER WHERE j.id = delivery.job AND "
+)
+_BOUND = {
+    "station": _OWN.format("name"),
+    "station_key": _OWN.format("station"),
+    "sender": _OWN.format("station") + _MACHINE,
+    "file": "true",
+    "job": _OWN.format("station"),
+    "result": _OF_JOB.format("result", " AND j.part = result.part"),
+    "used": _OF_JOB.format("used", ""),
+    "delivery": _DELIVERED + _OWN.format("j.station") + ")",
+}
+"""What a row must fulfil that a station adds."""
+
+
+def _policies() -> tuple[str, ...]:
+    made: list[str] = []
+    for table, condition in _BOUND.items():
+        made += [
+            f"ALTER TABLE ocmm.{table} ENABLE ROW LEVEL SECURITY",
+            f"DROP POLICY IF EXISTS read_all ON ocmm.{table}",
+            f"DROP POLICY IF EXISTS add_own ON ocmm.{table}",
+            # Which login reads which table, grants decide.
+            f"CREATE POLICY read_all ON ocmm.{table} FOR SELECT USING (true)",
+            f"CREATE POLICY add_own ON ocmm.{table} FOR INSERT TO ocmm_station"
+            f" WITH CHECK ({condition})",
+        ]
+    return (
+        *made,
+        "DROP POLICY IF EXISTS replace ON ocmm.station",
+        "CREATE POLICY replace ON ocmm.station FOR UPDATE TO ocmm_quality USING (true)",
+    )
 
 
 def role_statements() -> tuple[str, ...]:
@@ -56,21 +104,24 @@ def role_statements() -> tuple[str, ...]:
             f"GRANT INSERT ({', '.join(columns)}) ON ocmm.{table} TO ocmm_station"
             for table, columns in _ADDS.items()
         ),
-        "GRANT SELECT ON ocmm.station, ocmm.sender, ocmm.job, ocmm.delivery, ocmm.mark, "
-        "ocmm.finding TO ocmm_station",
+        "GRANT SELECT ON ocmm.station, ocmm.station_login, ocmm.station_key, ocmm.sender, ocmm.job,"
+        " ocmm.delivery, ocmm.mark, ocmm.finding TO ocmm_station",
         "GRANT SELECT (sha256, size) ON ocmm.file TO ocmm_station",
         "GRANT SELECT ON ALL TABLES IN SCHEMA ocmm TO ocmm_quality",
         "GRANT INSERT (kind, subject, document, who, utc) ON ocmm.finding TO ocmm_quality",
         f"GRANT INSERT ({', '.join(MarkRow.__struct_fields__)}) ON ocmm.mark TO ocmm_quality",
         "GRANT UPDATE (machine, host) ON ocmm.station TO ocmm_quality",
+        "GRANT INSERT (login, station) ON ocmm.station_login TO ocmm_quality",
+        *_policies(),
     )
 
 
 def roles_sql() -> str:
     """Return the same as a script, with an example of logins."""
     return (
-        ";\n".join(role_statements()) + ";\n\n-- One login for each station and person, e.g.:\n"
+        ";\n".join(role_statements()) + ";\n\n-- One login for each station and person, e.g.:\n"  # noqa: S608
         "-- CREATE ROLE station3 LOGIN PASSWORD '...' IN ROLE ocmm_station;\n"
+        "-- INSERT INTO ocmm.station_login (login, station) VALUES ('station3', 'Station 3');\n"
         "-- CREATE ROLE grafana LOGIN PASSWORD '...' IN ROLE ocmm_reader;\n"
         "-- CREATE ROLE anna LOGIN PASSWORD '...' IN ROLE ocmm_quality;\n"
     )

@@ -1,16 +1,20 @@
 """The tables of an archive, and the steps by which they came to be: forward only.
 
-One text for both stores; words in braces are those of the store. A step that was released is never
-changed. An archive of a later version is not opened, neither to write nor to read.
+One text for both stores; words in braces are those of the store. The tables of a step that was
+released are never changed. An archive of a later version is not opened, neither to write nor to
+read.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
-from ocmm_core.archive.stores._views import GROWING, VIEWS
+from ocmm_core.archive.stores._views import JUDGED_VIEWS
 
 APPLICATION_ID = 0x4F434D41  # "OCMA"
+SIGNATURES_SINCE = 3
+"""Version from which on a job has the signature of its head."""
 NEWER_CODE = "archive.newer"
 
 
@@ -31,10 +35,6 @@ class Dialect:
     8601 text."""
     hash_check: str
     """A condition on table ``file``; empty where the store cannot compute SHA-256."""
-    drop_view: str
-    create_view: str
-    """`drop_view`, `create_view`: How ``archived_use`` comes to have another column; the former may
-    be empty."""
 
 
 SQLITE = Dialect(
@@ -46,8 +46,6 @@ SQLITE = Dialect(
     who="'local'",
     now="(strftime('%Y-%m-%dT%H:%M:%f+00:00', 'now'))",
     hash_check="",
-    drop_view="DROP VIEW archived_use",
-    create_view="CREATE",
 )
 POSTGRESQL = Dialect(
     id="bigint GENERATED ALWAYS AS IDENTITY PRIMARY KEY",
@@ -58,10 +56,51 @@ POSTGRESQL = Dialect(
     who="SESSION_USER",
     now="to_char(clock_timestamp() AT TIME ZONE 'UTC', 'YYYY-MM-DD\"T\"HH24:MI:SS.MS+00:00')",
     hash_check=", CHECK (sha256 = encode(sha256(content), 'hex'))",
-    drop_view="",
-    create_view="CREATE OR REPLACE",
 )
 
+_SENDER = """CREATE TABLE sender (
+    outbox {text} PRIMARY KEY CHECK (length(outbox) = 36),
+    station {text} NOT NULL REFERENCES station (name),
+    machine {text} NOT NULL,
+    username {text} NOT NULL,
+    role {text} NOT NULL DEFAULT {who},
+    since_utc {text} NOT NULL DEFAULT {now})"""
+_JOB = """CREATE TABLE job (
+    id {id},
+    job_uuid {text} NOT NULL CHECK (length(job_uuid) = 36),
+    steps {whole} NOT NULL CHECK (steps > 0),
+    head {text} NOT NULL CHECK (length(head) = 64),
+    sha256 {text} NOT NULL REFERENCES file (sha256),
+    size {whole} NOT NULL,
+    station {text} NOT NULL REFERENCES station (name),
+    state {text} NOT NULL CHECK (state IN ('finished', 'paused', 'open')),
+    part {text} NOT NULL, serial {text} NOT NULL, order_name {text} NOT NULL,
+    batch {text} NOT NULL, operator {text} NOT NULL,
+    plan {text} NOT NULL, plan_sha256 {text} NOT NULL, program {text} NOT NULL,
+    created_utc {text} NOT NULL CHECK (length(created_utc) = 29),
+    changed_utc {text} NOT NULL CHECK (length(changed_utc) = 29),
+    rig {text} NOT NULL, calibration {text} NOT NULL,
+    probe {text} NOT NULL, tip {text} NOT NULL,
+    part_c {real}, probe_c {real},
+    verdict {text} NOT NULL CHECK (verdict IN ('PART CONFORMS', 'PART DOES NOT CONFORM',
+        'NOT PROVEN', 'NOT COMPLETE', 'NO TOLERANCE')),
+    complete {whole} NOT NULL CHECK (complete IN (0, 1)),
+    simulated {whole} NOT NULL CHECK (simulated IN (0, 1)),
+    points {whole} NOT NULL CHECK (points >= 0),
+    seal {text} NOT NULL, signer {text} NOT NULL, fault {text} NOT NULL,
+    sound {whole} NOT NULL CHECK (sound IN (0, 1) AND (sound = 1) = (fault = '')),
+    received_utc {text} NOT NULL DEFAULT {now},
+    role {text} NOT NULL DEFAULT {who},
+    UNIQUE (job_uuid, steps, head, sound))"""
+_DELIVERY = """CREATE TABLE delivery (
+    outbox {text} NOT NULL REFERENCES sender (outbox),
+    sequence {whole} NOT NULL CHECK (sequence > 0),
+    job {whole} NOT NULL REFERENCES job (id),
+    sha256 {text} NOT NULL,
+    sent_utc {text} NOT NULL,
+    received_utc {text} NOT NULL DEFAULT {now},
+    role {text} NOT NULL DEFAULT {who},
+    PRIMARY KEY (outbox, sequence))"""
 _FIRST = (
     """CREATE TABLE migration (
         version {whole} PRIMARY KEY,
@@ -72,44 +111,12 @@ _FIRST = (
         machine {text} NOT NULL,
         host {text} NOT NULL,
         since_utc {text} NOT NULL DEFAULT {now})""",
-    """CREATE TABLE sender (
-        outbox {text} PRIMARY KEY CHECK (length(outbox) = 36),
-        station {text} NOT NULL REFERENCES station (name),
-        machine {text} NOT NULL,
-        username {text} NOT NULL,
-        role {text} NOT NULL DEFAULT {who},
-        since_utc {text} NOT NULL DEFAULT {now})""",
+    _SENDER,
     """CREATE TABLE file (
         sha256 {text} PRIMARY KEY CHECK (length(sha256) = 64),
         size {whole} NOT NULL CHECK (size = length(content)),
         content {blob} NOT NULL{hash_check})""",
-    """CREATE TABLE job (
-        id {id},
-        job_uuid {text} NOT NULL CHECK (length(job_uuid) = 36),
-        steps {whole} NOT NULL CHECK (steps > 0),
-        head {text} NOT NULL CHECK (length(head) = 64),
-        sha256 {text} NOT NULL REFERENCES file (sha256),
-        size {whole} NOT NULL,
-        station {text} NOT NULL REFERENCES station (name),
-        state {text} NOT NULL CHECK (state IN ('finished', 'paused', 'open')),
-        part {text} NOT NULL, serial {text} NOT NULL, order_name {text} NOT NULL,
-        batch {text} NOT NULL, operator {text} NOT NULL,
-        plan {text} NOT NULL, plan_sha256 {text} NOT NULL, program {text} NOT NULL,
-        created_utc {text} NOT NULL CHECK (length(created_utc) = 29),
-        changed_utc {text} NOT NULL CHECK (length(changed_utc) = 29),
-        rig {text} NOT NULL, calibration {text} NOT NULL,
-        probe {text} NOT NULL, tip {text} NOT NULL,
-        part_c {real}, probe_c {real},
-        verdict {text} NOT NULL CHECK (verdict IN ('PART CONFORMS', 'PART DOES NOT CONFORM',
-            'NOT PROVEN', 'NOT COMPLETE', 'NO TOLERANCE')),
-        complete {whole} NOT NULL CHECK (complete IN (0, 1)),
-        simulated {whole} NOT NULL CHECK (simulated IN (0, 1)),
-        points {whole} NOT NULL CHECK (points >= 0),
-        seal {text} NOT NULL, signer {text} NOT NULL, fault {text} NOT NULL,
-        sound {whole} NOT NULL CHECK (sound IN (0, 1) AND (sound = 1) = (fault = '')),
-        received_utc {text} NOT NULL DEFAULT {now},
-        role {text} NOT NULL DEFAULT {who},
-        UNIQUE (job_uuid, steps, head, sound))""",
+    _JOB,
     "CREATE INDEX job_by_day ON job (changed_utc)",
     "CREATE INDEX job_by_station ON job (station, changed_utc)",
     """CREATE TABLE result (
@@ -137,15 +144,7 @@ _FIRST = (
         PRIMARY KEY (job, kind, identity))""",
     "CREATE INDEX used_by_identity ON used (kind, identity, created_utc)",
     "CREATE INDEX used_by_name ON used (kind, name, created_utc)",
-    """CREATE TABLE delivery (
-        outbox {text} NOT NULL REFERENCES sender (outbox),
-        sequence {whole} NOT NULL CHECK (sequence > 0),
-        job {whole} NOT NULL REFERENCES job (id),
-        sha256 {text} NOT NULL,
-        sent_utc {text} NOT NULL,
-        received_utc {text} NOT NULL DEFAULT {now},
-        role {text} NOT NULL DEFAULT {who},
-        PRIMARY KEY (outbox, sequence))""",
+    _DELIVERY,
     "CREATE INDEX delivery_by_job ON delivery (job)",
     """CREATE TABLE finding (
         id {id},
@@ -163,18 +162,113 @@ _FIRST = (
         role {text} NOT NULL DEFAULT {who},
         received_utc {text} NOT NULL DEFAULT {now})""",
     "CREATE INDEX mark_by_job ON mark (job_uuid, kind, id)",
-    *VIEWS,
 )
 
-# PostgreSQL keeps the rights of a view that is replaced, and only adds columns at its end; SQLite
-# has no rights and replaces none.
-_SECOND = (
-    "{drop_view}",
-    *GROWING,
+_VIEWS_BEFORE = tuple(
+    f"DROP VIEW IF EXISTS {name}"
+    for name in (
+        "archived_use", "archive_today", "archive_month", "archived_result", "archived_job",
+        "archive_station", "archive_mark", "archive_characteristic",
+    )
+)  # fmt: skip
+"""The third step makes all views: those of the first two are not made any more."""
+_SECOND = ("CREATE INDEX job_by_arrival ON job (station, received_utc)",)
+
+# The third step: rows bind login, station, key and outbox, and readers judge who signed. The
+# numbers of an outbox belong to the login that uses it, versions of a job to their station.
+_LOGINS = (
+    """CREATE TABLE station_login (
+        login {text} NOT NULL CHECK (length(login) BETWEEN 1 AND 300),
+        station {text} NOT NULL CHECK (length(station) BETWEEN 1 AND 300),
+        role {text} NOT NULL DEFAULT {who},
+        since_utc {text} NOT NULL DEFAULT {now},
+        PRIMARY KEY (login, station))""",
+    """CREATE TABLE station_key (
+        station {text} NOT NULL REFERENCES station (name),
+        key {text} NOT NULL CHECK (length(key) BETWEEN 1 AND 300),
+        proof {text} NOT NULL CHECK (length(proof) BETWEEN 1 AND 300),
+        role {text} NOT NULL DEFAULT {who},
+        since_utc {text} NOT NULL DEFAULT {now},
+        PRIMARY KEY (station, key))""",
+    # Of an older archive: a login that alone has sent under a name is that station.
+    """INSERT INTO station_login (login, station)
+        SELECT min(role), station FROM sender GROUP BY station HAVING min(role) = max(role)""",
+    """INSERT INTO sender (outbox, station, machine, username, role)
+        SELECT DISTINCT d.outbox, s.station, s.machine, s.username, d.role
+        FROM delivery d JOIN sender s ON s.outbox = d.outbox WHERE d.role <> s.role""",
+    "UPDATE job SET seal = 'SIGNED' WHERE seal IN ('SEALED', 'UNKNOWN KEY')",
+    "CREATE INDEX job_by_part ON job (part, created_utc)",
+)
+_BOUND = (
+    ("outbox {text} PRIMARY KEY CHECK", "outbox {text} NOT NULL CHECK"),
+    ("role {text} NOT NULL DEFAULT {who},\n    since_utc {text} NOT NULL DEFAULT {now})",
+     "role {text} NOT NULL DEFAULT {who},\n    since_utc {text} NOT NULL DEFAULT {now},\n"
+     "    PRIMARY KEY (outbox, role))"),
+    ("outbox {text} NOT NULL REFERENCES sender (outbox)", "outbox {text} NOT NULL"),
+    ("PRIMARY KEY (outbox, sequence))",
+     "signature {text} NOT NULL DEFAULT '', PRIMARY KEY (outbox, role, sequence),\n"
+     "    FOREIGN KEY (outbox, role) REFERENCES sender (outbox, role))"),
+    ("UNIQUE (job_uuid, steps, head, sound))",
+     "key {text} NOT NULL DEFAULT '', signature {text} NOT NULL DEFAULT '',\n"
+     "    UNIQUE (job_uuid, station, steps, head, sound))"),
+)  # fmt: skip
+
+
+def _again(table: str, name: str, columns: str) -> tuple[str, ...]:
+    """Return how SQLite, which drops no constraint, gets a table with other ones."""
+    for old, new in _BOUND:
+        table = table.replace(old, new)
+    return (
+        table.replace(f"CREATE TABLE {name} ", f"CREATE TABLE {name}_new "),
+        f"INSERT INTO {name}_new ({columns}) SELECT {columns} FROM {name}",  # noqa: S608
+        f"DROP TABLE {name}",
+        f"ALTER TABLE {name}_new RENAME TO {name}",
+    )
+
+
+_JOB_BEFORE = (
+    "id, job_uuid, steps, head, sha256, size, station, state, part, serial, order_name, batch,"
+    " operator, plan, plan_sha256, program, created_utc, changed_utc, rig, calibration, probe, tip,"
+    " part_c, probe_c, verdict, complete, simulated, points, seal, signer, fault, sound,"
+    " received_utc, role"
+)
+_DELIVERED = "outbox, sequence, job, sha256, sent_utc, received_utc, role"
+_THIRD_SQLITE = (
+    *_again(_SENDER, "sender", "outbox, station, machine, username, role, since_utc"),
+    *_again(_JOB, "job", _JOB_BEFORE),
+    *_again(_DELIVERY, "delivery", _DELIVERED),
+    "CREATE INDEX job_by_day ON job (changed_utc)",
+    "CREATE INDEX job_by_station ON job (station, changed_utc)",
     "CREATE INDEX job_by_arrival ON job (station, received_utc)",
+    "CREATE INDEX delivery_by_job ON delivery (job)",
+)
+_THIRD_POSTGRESQL = (
+    "ALTER TABLE job DROP CONSTRAINT job_job_uuid_steps_head_sound_key,"
+    " ADD COLUMN key {text} NOT NULL DEFAULT '', ADD COLUMN signature {text} NOT NULL DEFAULT '',"
+    " ADD UNIQUE (job_uuid, station, steps, head, sound)",
+    "ALTER TABLE delivery DROP CONSTRAINT delivery_outbox_fkey,"
+    " DROP CONSTRAINT delivery_pkey, ADD COLUMN signature {text} NOT NULL DEFAULT ''",
+    "ALTER TABLE sender DROP CONSTRAINT sender_pkey, ADD PRIMARY KEY (outbox, role)",
+    "ALTER TABLE delivery ADD PRIMARY KEY (outbox, role, sequence),"
+    " ADD FOREIGN KEY (outbox, role) REFERENCES sender (outbox, role)",
 )
 
-MIGRATIONS: tuple[tuple[str, ...], ...] = (_FIRST, _SECOND)
+
+def _third(dialect: Dialect) -> tuple[str, ...]:
+    tables, logins = _LOGINS[:2], _LOGINS[2:]
+    if dialect is SQLITE:
+        # All of SQLite's rows are of one login.
+        return (*_VIEWS_BEFORE, *tables, *_THIRD_SQLITE, *logins[:1], *logins[2:], *JUDGED_VIEWS)
+    # The row of a login that shares an outbox needs the wider key first.
+    wide = (_THIRD_POSTGRESQL[0], _THIRD_POSTGRESQL[1], _THIRD_POSTGRESQL[2])
+    return (*_VIEWS_BEFORE, *tables, *wide, *logins, _THIRD_POSTGRESQL[3], *JUDGED_VIEWS)
+
+
+MIGRATIONS: tuple[Callable[[Dialect], tuple[str, ...]], ...] = (
+    lambda _: _FIRST,
+    lambda _: _SECOND,
+    _third,
+)
 """Statements of each step; the version of an archive is how many of them it has."""
 
 VERSION = len(MIGRATIONS)
@@ -183,4 +277,4 @@ VERSION = len(MIGRATIONS)
 def statements(step: int, dialect: Dialect) -> tuple[str, ...]:
     """Return the statements that bring an archive from ``step`` to the next version."""
     words = {name: getattr(dialect, name) for name in Dialect.__slots__}
-    return tuple(text for one in MIGRATIONS[step] if (text := one.format(**words)))
+    return tuple(text for one in MIGRATIONS[step](dialect) if (text := one.format(**words)))

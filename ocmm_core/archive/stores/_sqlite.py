@@ -38,6 +38,8 @@ class SqliteArchive(SqlArchive):
         It is no archive, of a later version, or cannot be read or written.
     """
 
+    _who = "'local'"
+
     def __init__(self, path: Path, *, read_only: bool = False) -> None:
         self.place = str(path)
         self._read_only = read_only
@@ -89,6 +91,10 @@ class SqliteArchive(SqlArchive):
             raise newer(self.place, version, VERSION)
         if application == APPLICATION_ID and version == VERSION:
             return
+        if application == APPLICATION_ID and self._read_only:
+            # One of an earlier version; this connection sees the new tables then.
+            SqliteArchive(Path(self.place)).close()
+            return
         empty = not db.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
         if (application != APPLICATION_ID and not (application == 0 and empty)) or self._read_only:
             raise foreign(self.place)
@@ -103,6 +109,8 @@ class SqliteArchive(SqlArchive):
 
     def _bring_up_to_date(self) -> None:
         db = self._open()
+        # Tables that others refer to are made again.
+        db.execute("PRAGMA foreign_keys = OFF")
         with self._transaction():
             # Another program may have done so while we waited.
             _, version = self._state()
@@ -113,8 +121,10 @@ class SqliteArchive(SqlArchive):
                     "INSERT INTO migration (version, program) VALUES (?, ?)",
                     (step + 1, __version__),
                 )
+                self._filled(step + 1)
             db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
             db.execute(f"PRAGMA user_version = {VERSION}")
+        db.execute("PRAGMA foreign_keys = ON")
 
     def _open(self) -> sqlite3.Connection:
         if self._db is None:

@@ -21,22 +21,29 @@ ADD_JOB = _insert("job", (*JOB_FIELDS, "sound"), "RETURNING id")
 ADD_RESULT = _insert("result", ("job", "part", "created_utc", *RESULT_FIELDS))
 ADD_USE = _insert("used", ("job", "kind", "identity", "name", "created_utc"))
 ADD_FILE = _insert("file", ("sha256", "size", "content"), "ON CONFLICT DO NOTHING")
-ADD_DELIVERY = _insert("delivery", ("outbox", "sequence", "job", "sha256", "sent_utc"))
+ADD_DELIVERY = _insert("delivery", ("outbox", "sequence", "job", "sha256", "sent_utc", "signature"))
 ADD_STATION = _insert("station", ("name", "machine", "host"), "ON CONFLICT DO NOTHING")
 ADD_SENDER = _insert(
     "sender", ("outbox", "station", "machine", "username"), "ON CONFLICT DO NOTHING"
 )
+ADD_STATION_KEY = _insert("station_key", ("station", "key", "proof"), "ON CONFLICT DO NOTHING")
+ADD_STATION_LOGIN = _insert("station_login", ("login", "station"), "ON CONFLICT DO NOTHING")
 MARK_FIELDS = MarkRow.__struct_fields__
 ADD_MARK = _insert("mark", MARK_FIELDS)
 ADD_FINDING = _insert("finding", ("kind", "subject", "document", "who", "utc"), "RETURNING id")
-OF_DELIVERY = "SELECT job, sha256 FROM delivery WHERE outbox = :outbox AND sequence = :sequence"
+OF_DELIVERY = (
+    "SELECT job, sha256 FROM delivery WHERE outbox = :outbox AND role = {who}"
+    " AND sequence = :sequence"
+)
+"""The numbers of an outbox are those of the login: another one uses up none of them."""
 OF_VERSION = (
     "SELECT id FROM job WHERE job_uuid = :job_uuid AND steps = :steps AND head = :head"
-    " AND sound = :sound"
+    " AND sound = :sound AND station = :station"
 )
 KEPT = (
     "SELECT d.sha256, f.sha256 = j.sha256 FROM delivery d JOIN job j ON j.id = d.job"
-    " JOIN file f ON f.sha256 = j.sha256 WHERE d.outbox = :outbox AND d.sequence = :sequence"
+    " JOIN file f ON f.sha256 = j.sha256 WHERE d.outbox = :outbox AND d.role = {who}"
+    " AND d.sequence = :sequence"
 )
 RESULTS_SHOWN = (
     "SELECT position, characteristic, kind, unit, nominal, low, high, value, uncertainty"

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from datetime import datetime
+from typing import cast
 
 from ocmm_core.archive.records import (
     Delivery,
@@ -15,6 +17,8 @@ from ocmm_core.archive.records import (
     Sender,
     check_delivery,
     check_mark,
+    shown_text,
+    signature_of,
     utc_text,
 )
 from ocmm_core.archive.stores._faults import (
@@ -26,6 +30,7 @@ from ocmm_core.archive.stores._faults import (
 )
 from ocmm_core.archive.stores._interface import Answer, Cell, Receipt
 from ocmm_core.archive.stores._reader import SqlReader, whole_of
+from ocmm_core.archive.stores._schema import SIGNATURES_SINCE
 from ocmm_core.archive.stores._statements import (
     ADD_DELIVERY,
     ADD_FILE,
@@ -35,6 +40,8 @@ from ocmm_core.archive.stores._statements import (
     ADD_RESULT,
     ADD_SENDER,
     ADD_STATION,
+    ADD_STATION_KEY,
+    ADD_STATION_LOGIN,
     ADD_USE,
     JOB_FIELDS,
     KEPT,
@@ -46,7 +53,7 @@ from ocmm_core.archive.stores._statements import (
     RESULTS_SHOWN,
     USES_SHOWN,
 )
-from ocmm_core.errors import InputError
+from ocmm_core.errors import InputError, OcmmError
 
 
 @dataclass(slots=True)
@@ -130,14 +137,15 @@ class SqlArchive(SqlReader):
             "outbox": delivery.sender.outbox, "sequence": delivery.sequence,
         }  # fmt: skip
         job = delivery.record.job
-        if self.ask(KEPT, number).rows != ((job.sha256, True),):
+        if self.ask(KEPT.format(who=self._who), number).rows != ((job.sha256, True),):
             raise not_kept(self.place, job.job_uuid)
 
     def _put(self, delivery: Delivery, now: datetime, rows: _Rows) -> Receipt:
         sender, job = delivery.sender, delivery.record.job
         number: dict[str, Cell] = {"outbox": sender.outbox, "sequence": delivery.sequence}
         off = (datetime.fromisoformat(utc_text(delivery.sent_utc)) - now).total_seconds()
-        found = self._of(self._run(OF_DELIVERY, number), (int, str)).rows
+        of_delivery = OF_DELIVERY.format(who=self._who)
+        found = self._of(self._run(of_delivery, number), (int, str)).rows
         if found:
             if found[0][1] != job.sha256:
                 raise sequence_taken(sender.outbox, delivery.sequence)
@@ -146,7 +154,7 @@ class SqlArchive(SqlReader):
         # A file that was altered without its head is a version of its own: it must be seen.
         version: dict[str, Cell] = {
             "job_uuid": job.job_uuid, "steps": job.steps, "head": job.head,
-            "sound": int(not job.fault),
+            "sound": int(not job.fault), "station": job.station,
         }  # fmt: skip
         there = self._of(self._run(OF_VERSION, version), (int,)).rows
         if there:
@@ -155,7 +163,7 @@ class SqlArchive(SqlReader):
             row, answer = self._add(delivery, rows), Answer.STORED
         self._run(
             ADD_DELIVERY, {**number, "job": row, "sha256": job.sha256,
-                            "sent_utc": delivery.sent_utc},
+                            "sent_utc": delivery.sent_utc, "signature": delivery.signature},
         )  # fmt: skip
         return Receipt(answer, row, off)
 
@@ -179,7 +187,7 @@ class SqlArchive(SqlReader):
             raise not_understood(self.place, f"station '{sender.station}' is not there")
         machine, host, since = found[0]
         if machine not in ("", sender.machine):
-            raise name_taken(sender.station, str(host), str(since))
+            raise name_taken(sender.station, shown_text(str(host)), shown_text(str(since)))
         self._run(
             ADD_SENDER,
             {
@@ -187,6 +195,9 @@ class SqlArchive(SqlReader):
                 "username": sender.user,
             },
         )  # fmt: skip
+        if sender.key:
+            own = {"station": sender.station, "key": sender.key, "proof": sender.proof}
+            self._run(ADD_STATION_KEY, own)
 
     def _add(self, delivery: Delivery, rows: _Rows) -> int:
         record = delivery.record
@@ -235,6 +246,25 @@ class SqlArchive(SqlReader):
                 ],
             )
         return number
+
+    def _filled(self, version: int) -> None:
+        """Fill in what a step of the schema needs and no SQL can compute."""
+        if version != SIGNATURES_SINCE:
+            return
+        for number, sha256 in self._run("SELECT id, sha256 FROM job WHERE signer <> ''").rows:
+            rows = self._run("SELECT content FROM file WHERE sha256 = :sha256", {"sha256": sha256})
+            # A file that cannot be read keeps none: verify names it.
+            with contextlib.suppress(OcmmError, LookupError):
+                key, signature = signature_of(cast("bytes", rows.rows[0][0]))
+                self._run(
+                    "UPDATE job SET key = :key, signature = :signature WHERE id = :id",
+                    {"id": number, "key": key, "signature": signature},
+                )
+
+    def admit(self, login: str, station: str) -> None:
+        """Let a login of the server send as a station: see `Archive`."""
+        with self._transaction():
+            self._run(ADD_STATION_LOGIN, {"login": login, "station": station})
 
     def replace_computer(self, station: str, sender: Sender) -> None:
         """Let another computer be this station from now on: see `Archive`."""

@@ -10,7 +10,7 @@ Reference positions, from a CMM::
     name;x;y;z
     P001;-200,0;-7,5;-200,0
 
-``unit`` is mm, cm, m, um or inch; ``uncertainty`` is the standard uncertainty (k = 1) of one
+``unit`` is one of `ocmm_core.units`; ``uncertainty`` is the standard uncertainty (k = 1) of one
 coordinate in that unit, independent from point to point; ``length uncertainty``, which may be left
 out, that of all lengths together, as a ratio: 3 um/m is 3e-6. ``frame`` says in words what the
 coordinates refer to and becomes the world frame. Without a column ``name`` the points are numbered
@@ -24,7 +24,7 @@ Spots, the mean of many exposures at each point::
     P001,20330001,312.4471,1766.0312
 
 ``sigma`` is the standard deviation of one mean, px per axis. A point that a camera does not see has
-no row for that camera. Separators and decimal signs: `guided.read_table`.
+no row for that camera. Separators and decimal signs: `ocmm_core.tables`.
 """
 
 from __future__ import annotations
@@ -35,14 +35,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.calibration.guided import TextTable, read_table
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Pixels, Points3
-
-UNITS_MM = {
-    "mm": 1.0, "cm": 10.0, "m": 1000.0, "um": 1e-3, "\u00b5m": 1e-3, "\u03bcm": 1e-3,
-    "inch": 25.4, "in": 25.4,
-}  # fmt: skip
+from ocmm_core.tables import NamedColumns, TextTable, read_table
+from ocmm_core.units import named_unit
 
 MAX_COORDINATE_MM = 1e5
 
@@ -90,15 +86,11 @@ def load_reference_points(path: Path | str) -> KnownPoints:
         uncertainty that is no small ratio, a name twice, a cell that is no number or a coordinate
         of more than 100 m.
     """
-    table = read_table(path, ("x", "y", "z"))
+    axes = ("x", "y", "z")
+    table = read_table(path, NamedColumns(axes, axes))
     line, unit = table.value("unit", "the unit of the coordinates")
-    size = UNITS_MM.get(unit.lower())
-    if size is None:
-        raise InputError(
-            "reference_points.unit",
-            f"{table.path}, line {line}: the unit {unit!r} is not known.",
-            "Write mm, cm, m, um or inch.",
-        )
+    size = named_unit(unit, "length", f"{table.path}, line {line}").factor
+    table.unit(axes)
     sigma = size * _positive(table, "uncertainty", "the uncertainty of the points", zero=True)
     _, frame = table.value("frame", "the reference of the coordinates")
     positions = np.array(
@@ -124,7 +116,7 @@ def load_spots(path: Path | str, points: KnownPoints) -> SpotTable:
         The file is no such table, lacks sigma, names a point that is not in the list, or has two
         rows for the same point and camera, or a cell that is no number.
     """
-    table = read_table(path, ("point", "serial", "u", "v"))
+    table = read_table(path, NamedColumns(("point", "serial", "u", "v"), ("u", "v")))
     sigma_px = _positive(table, "sigma", "the uncertainty of an averaged spot, in px")
     index_of = {name: index for index, name in enumerate(points.names)}
     spots: dict[int, Pixels] = {}
@@ -190,9 +182,7 @@ def write_spots(spots: SpotTable, names: Sequence[str]) -> bytes:
 
 
 def _positive(table: TextTable, key: str, what: str, zero: bool = False) -> float:
-    line, text = table.value(key, what)
-    plain = text.replace(",", ".")
-    value = table.parse(line, f"'{key}'", plain if table.decimal_comma else text)
+    line, text, value = table.head_number(key, what)
     if value < 0.0 or (value == 0.0 and not zero):
         raise InputError(
             "table.value",

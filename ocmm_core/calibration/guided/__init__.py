@@ -118,7 +118,6 @@ if TYPE_CHECKING:
         require_no_doubt_since,
     )
     from ocmm_core.calibration.guided._shot_table import Shot, load_shots, write_shots
-    from ocmm_core.calibration.guided._table_text import TextRow, TextTable, read_table
     from ocmm_core.calibration.guided._touches import (
         RestingTouch,
         joint_covariance,
@@ -164,7 +163,6 @@ else:
         ),
         _shocks="ShockDetector record_shock require_no_doubt_since",
         _shot_table="Shot load_shots write_shots",
-        _table_text="TextRow TextTable read_table",
         _touches="RestingTouch joint_covariance shared_covariance tips_of touch_of",
     )
 
@@ -220,8 +218,6 @@ __all__ = [
     "Spots",
     "StaticSpotAverager",
     "Step",
-    "TextRow",
-    "TextTable",
     "Tilt",
     "VerificationOutcome",
     "VerificationView",
@@ -248,7 +244,6 @@ __all__ = [
     "place_of_ball",
     "random_lines",
     "range_limit",
-    "read_table",
     "record_shock",
     "repeat_finding",
     "require_no_doubt_since",

@@ -13,7 +13,7 @@ in an end of the bar), ``repeat`` (in the next of the two seats that a relocatio
 again at its end), ``nest`` (in the next nest of the line under way), ``sphere`` (on the next
 point of it) or ``cone`` (held in the next attitude). ``led`` counts from 1 in the order of the
 probe document. ``sigma`` is the standard deviation of a spot, px per axis. Separators and decimal
-signs: `_table_text`.
+signs: `ocmm_core.tables`.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from ocmm_core.calibration.guided._table_text import TextRow, TextTable, read_table
 from ocmm_core.camera import Rig
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Pixels
+from ocmm_core.tables import NamedColumns, TextRow, TextTable, read_table
 
 ShotKind = Literal["pose", "bar", "seat", "repeat", "nest", "sphere", "cone"]
 
@@ -57,9 +57,9 @@ def load_shots(path: Path | str, rig: Rig, n_leds: int) -> tuple[Shot, ...]:
         The file is no such table, or a row names a kind, camera or LED that is not known, repeats a
         spot, or says something else of its shot than the row before.
     """
-    table = read_table(path, _COLUMNS)
-    line, text = table.value("sigma", "the uncertainty of an averaged spot, in px")
-    sigma_px = table.parse(line, "'sigma'", text)
+    table = read_table(path, NamedColumns(_COLUMNS, ("u", "v")))
+    what = "the uncertainty of an averaged spot, in px"
+    line, text, sigma_px = table.head_number("sigma", what)
     if not sigma_px > 0.0:
         raise _wrong(table, line, f"'sigma' is {text}", "Give a number above zero.")
     rows_of = {str(camera.serial): index for index, camera in enumerate(rig.cameras)}

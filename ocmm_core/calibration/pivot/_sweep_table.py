@@ -11,7 +11,7 @@ One row for each spot. ``sweep`` is 1 for the sweep that calibrates and 2 for th
 with the cone in another place or the probe leaning to another side. ``frame`` numbers the poses of
 a sweep in the order of time; rows may stand in any order. ``led`` counts from 1 in the order of the
 probe document. ``sigma`` is the standard deviation of a spot, px per axis. Separators and decimal
-signs: `guided.read_table`.
+signs: `ocmm_core.tables`.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.calibration.guided import TextRow, TextTable, read_table
 from ocmm_core.calibration.pivot._data import PivotSweep
 from ocmm_core.camera import Rig
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
+from ocmm_core.tables import NamedColumns, TextRow, TextTable, read_table
 
 _COLUMNS = ("sweep", "frame", "serial", "led", "u", "v")
 _SWEEPS = 2
@@ -40,9 +40,8 @@ def load_sweeps(path: Path | str, rig: Rig, n_leds: int) -> tuple[PivotSweep, ..
         The file is no such table, lacks a sweep, or a row names a sweep, camera or LED that is not
         known, or repeats a spot.
     """
-    table = read_table(path, _COLUMNS)
-    line, text = table.value("sigma", "the uncertainty of a spot, in px")
-    sigma_px = table.parse(line, "'sigma'", text)
+    table = read_table(path, NamedColumns(_COLUMNS, ("u", "v")))
+    line, text, sigma_px = table.head_number("sigma", "the uncertainty of a spot, in px")
     if not sigma_px > 0.0:
         raise _wrong(table, line, f"'sigma' is {text}", "Give a number above zero.")
     cameras = {str(camera.serial): index for index, camera in enumerate(rig.cameras)}

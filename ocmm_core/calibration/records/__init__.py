@@ -98,12 +98,15 @@ if TYPE_CHECKING:
         rig_from_record,
     )
     from ocmm_core.calibration.records._sealed import (
+        SignedRecord,
         canonical,
         load,
         load_named,
+        load_signed,
         record_hash,
         save,
         seal,
+        seal_signed,
     )
     from ocmm_core.calibration.records._serials import rests_on, same_serial
     from ocmm_core.calibration.records._trends import Course, Sample
@@ -144,7 +147,9 @@ else:
             "ArtefactUse CameraRecord Check Corner Method Objection RepeatedSeat ResidualMap "
             "SCHEMA VERIFICATION_SCHEMA VerificationRecord entry_of rig_from_record"
         ),
-        _sealed="canonical load load_named record_hash save seal",
+        _sealed=(
+            "SignedRecord canonical load load_named load_signed record_hash save seal seal_signed"
+        ),
         _serials="rests_on same_serial",
         _trends="Course Sample",
         _usable=(
@@ -192,6 +197,7 @@ __all__ = [
     "RepeatedSeat",
     "ResidualMap",
     "Sample",
+    "SignedRecord",
     "Sphere",
     "State",
     "TipCheckRecord",
@@ -214,6 +220,7 @@ __all__ = [
     "load",
     "load_bar",
     "load_named",
+    "load_signed",
     "load_sphere",
     "open_calibration",
     "open_design",
@@ -234,6 +241,7 @@ __all__ = [
     "same_serial",
     "save",
     "seal",
+    "seal_signed",
     "store_folder",
     "write_to_cameras",
 ]

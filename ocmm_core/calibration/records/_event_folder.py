@@ -1,19 +1,22 @@
 """A folder with the chain of what happened to the records in it, and its seal.
 
-The chain (`chain_file`) shows every changed line, its signed seal (`_chain_seal`) every line that
-is missing at the end and every history that another hand wrote, and the memory of this computer
-(`seals`) a folder that was set back as a whole. The files that the events name are the matter of
-`record_store`.
+The chain (`chain_file`) reveals every changed line, its signed seal (`_chain_seal`) every line
+missing at the end and every foreign history, and the memory of this station (`seals`) a history
+that was set back or replaced as a whole. The memory is keyed by the history and by the thing it is
+about, so it does not matter where the folder is or by which path it is opened. `_record_store`
+checks the files that events name.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
 import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from datetime import datetime
 from pathlib import Path
 from typing import Generic, TypeVar
 
@@ -33,7 +36,19 @@ from ocmm_core.calibration.records._evidence import KeptFile, Stamp, stamp_of
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.host import HOST
-from ocmm_core.seals import KeyFolder, SealState, SealWord, Seen, recall, remember
+from ocmm_core.seals import (
+    THIS_STATION,
+    KeyFolder,
+    SealState,
+    SealWord,
+    Seen,
+    expect,
+    memory_loss,
+    recall,
+    remember,
+    set_station_clock,
+    station_clock,
+)
 
 
 class StoredEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -89,8 +104,7 @@ class EventFolder(ABC, Generic[T]):
         self._fault: StorageError | None = None
         self._keys = KeyFolder()
         self._signer = SealState(SealWord.NOT_SIGNED)
-        self._place = f"folder {folder.resolve()}"
-        self._seen = recall(self._place)
+        self._seen: Seen | None = None
         self._chain: ChainFile[T]
         self._known: ChainFile[T] | None = None
         self._read_at = -float("inf")
@@ -119,39 +133,81 @@ class EventFolder(ABC, Generic[T]):
 
     @property
     def seen_utc(self) -> str:
-        """Return the latest moment at which this computer looked at it; empty where none is."""
-        return "" if self._seen is None else self._seen.utc
+        """Return the latest time known to this station, ISO 8601 text; empty if none.
+
+        The time at which it last checked this history or any other one, whichever is later.
+        """
+        own = self._seen
+        with contextlib.suppress(StorageError):
+            own = recall(_identity(self._chain.links)) if self._chain.links else None
+            return max("" if own is None else own.utc, station_clock(), key=_time)
+        return "" if own is None else own.utc
 
     @property
     def exchanged(self) -> StorageError | None:
-        """Return why the history is not believed although it is whole; None where it is.
+        """Return why an unbroken history is not trusted; None if it is.
 
-        It is not the one that was seen here before, or a stranger signed it, or nobody.
+        This station knows a later end of it, or a later history of the same thing, or has lost its
+        memory of it, or does not know the signer.
         """
         links = self._chain.links
-        if not links and self._seen is None:
-            return None
-        # The same history may have been seen further on in another folder: this is a copy of it.
-        elsewhere = recall(_identity(links)) if links else None
-        for seen in (self._seen, elsewhere):
-            if seen is None or (len(links) >= seen.count and links[seen.count - 1] == seen.link):
-                continue
-            where = "there" if seen is self._seen else f"in {seen.place}"
-            return StorageError(
-                "events.exchanged",
-                f"The history in {self._folder} was rolled back or replaced: event {seen.count}, "
-                f"which this computer has seen {where}, is missing.",
-                "Restore the newest backup of that folder. If there is none, verify the "
-                "calibration or check the tip again.",
-            )
-        return stranger(self._folder, self._signer) if links else None
+        if not links:
+            last = self._seen
+            return None if last is None else self._older(_missing(last.count), last.place)
+        try:
+            station_clock()
+            seen = recall(_identity(links))
+            latest = recall(self._thing(seen))
+        except StorageError as error:
+            return error
+        if seen is None and self._signer.station == THIS_STATION:
+            lost = memory_loss(_identity(links), self.events[-1].utc, self._keys)
+            if lost is not None:
+                return lost
+        if seen is not None and seen.replaced_by:
+            return self._older("another one took its place", seen.replaced_by)
+        if seen is not None and not _contains(links, seen):
+            return self._older(_missing(seen.count), seen.place)
+        if (
+            latest is not None
+            and latest.first != links[0]
+            and _time(latest.moment) > _time(self.events[-1].utc)
+        ):
+            return self._older(f"a later one of the same {latest.name} exists", latest.place)
+        return stranger(self._folder, self._signer)
+
+    def _older(self, why: str, place: str) -> StorageError:
+        return StorageError(
+            "events.exchanged",
+            f"The history in {self._folder} is an older copy or another history: {why}, which this "
+            f"computer has seen in {place}.",
+            "Restore the newest backup of the folder. If there is none, or this is the history to "
+            "continue, verify the calibration or check the tip again.",
+        )
+
+    @abstractmethod
+    def _identity_of_thing(self) -> str:
+        """Return what the history is about, by serial numbers; empty if unknown."""
+
+    def _thing(self, seen: Seen | None) -> str:
+        """Return the name of the thing in the memory.
+
+        Virtual probes have the documents of real ones. Only the folder of a new history tells them
+        apart; from then on the memory does.
+        """
+        known = "" if seen is None else seen.thing
+        thing = self._identity_of_thing()
+        if not thing:
+            return known
+        realm = known or self._folder.resolve().parent.name
+        return f"virtual {thing}" if realm.startswith("virtual") else thing
 
     @abstractmethod
     def _doubts(self, reason: str, utc: str) -> Sequence[T]:
-        """Return the events that put everything in doubt."""
+        """Return the events that make everything suspect."""
 
     def _looked(self, utc: str) -> None:
-        """Keep when this computer looked at it last."""
+        """Store when this station last checked it."""
         with self._lock:
             if self._chain.links and self.exchanged is None:
                 self._remember(utc)
@@ -162,14 +218,14 @@ class EventFolder(ABC, Generic[T]):
         Parameters
         ----------
         at
-            The moment, where from now on it is the latest one that was seen, whatever was before.
+            The time that from now on is the latest known one, even if a later one was known.
         """
         with self._lock, self._locked():
             # The lines of another process must not be written over.
             self._refresh(writing=True)
             exchanged = self.exchanged
             if exchanged is not None and self.events:
-                # From here on it is in the history, and not only in the memory of this computer.
+                # From here on the history itself holds it, not only the memory of this station.
                 for doubt in self._doubts(exchanged.what, event.utc):
                     self._write_line(doubt)
             self._write_line(event)
@@ -177,6 +233,9 @@ class EventFolder(ABC, Generic[T]):
 
     def _write_line(self, event: T) -> None:
         event = msgspec.structs.replace(event, sealed=True, signed=True)
+        if not self._chain.links:
+            # Killed after the signature and before `_remember`, the memory would seem to be lost.
+            expect(_identity((self._chain.link_with(event),)), self._folder.resolve())
         write_seal(self._folder, self._chain, self._keys, coming=self._chain.link_with(event))
         self._chain.append(event)
         write_seal(self._folder, self._chain, self._keys)
@@ -269,17 +328,25 @@ class EventFolder(ABC, Generic[T]):
         return chain
 
     def _remember(self, utc: str = "") -> None:
-        """Keep how far it goes, and when it was looked at; empty leaves that as it is."""
-        links, before = self._chain.links, self._seen
-        seen = Seen(
-            name=self._place, count=len(links), link=links[-1], utc=utc or self.seen_utc,
-            place=str(self._folder.resolve()),
-        )  # fmt: skip
-        if seen == before:
-            return
-        remember(seen)
-        remember(msgspec.structs.replace(seen, name=_identity(links)))
-        self._seen = seen
+        """Store how far it goes, and when it was checked; empty leaves that as it is."""
+        links, last = self._chain.links, self.events[-1]
+        with contextlib.suppress(StorageError):
+            known = recall(_identity(links))
+            thing, place = self._thing(known), str(self._folder.resolve())
+            seen = Seen(
+                name=_identity(links), count=len(links), link=links[-1], place=place, thing=thing,
+                utc=utc or ("" if known is None else known.utc),
+            )  # fmt: skip
+            self._seen = seen
+            if seen != known:
+                remember(seen)
+            if thing:
+                latest = msgspec.structs.replace(
+                    seen, name=thing, first=links[0], moment=last.utc, thing="", utc=""
+                )
+                remember(latest)
+            if utc:
+                set_station_clock(utc)
 
     def _stamps_now(self) -> tuple[Stamp | None, Stamp | None]:
         try:
@@ -293,8 +360,20 @@ class EventFolder(ABC, Generic[T]):
 
 
 def _identity(links: Sequence[str]) -> str:
-    """Return the name of a history wherever it lies: its first line is like no other's."""
+    """Return the name of a history: its first line is unique."""
     return f"history {links[0]}"
+
+
+def _missing(event: int) -> str:
+    return f"event {event} of it is missing"
+
+
+def _contains(links: Sequence[str], seen: Seen) -> bool:
+    return not seen.count or (len(links) >= seen.count and links[seen.count - 1] == seen.link)
+
+
+def _time(utc: str) -> float:
+    return datetime.fromisoformat(utc).timestamp() if utc else -float("inf")
 
 
 def _lock(folder: Path, descriptor: int, *, shared: bool) -> None:

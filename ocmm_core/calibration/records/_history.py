@@ -7,6 +7,7 @@ events alone.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
@@ -20,7 +21,8 @@ from ocmm_core.calibration.records._record_store import (
 )
 from ocmm_core.calibration.records._records import CameraRecord, VerificationRecord
 from ocmm_core.calibration.records._sealed import load_named, record_hash
-from ocmm_core.errors import CalibrationError
+from ocmm_core.calibration.records._usable import PRACTICE, is_practice
+from ocmm_core.errors import CalibrationError, OcmmError
 
 
 class CalibrationStore(RecordStore[Event]):
@@ -42,6 +44,7 @@ class CalibrationStore(RecordStore[Event]):
     _renewals = ("calibrate the cameras from known points and verify", "verify the calibration")
 
     def __init__(self, folder: Path) -> None:
+        self._identified = ("", "")
         super().__init__(folder, Event)
 
     def active(self) -> CameraRecord | None:
@@ -221,6 +224,17 @@ class CalibrationStore(RecordStore[Event]):
 
     def _is_about(self, event: Event, about: str | None) -> bool:
         return True
+
+    def _identity_of_thing(self) -> str:
+        digest = self.active_hash
+        if digest is not None and digest != self._identified[0]:
+            self._identified = digest, ""
+            with contextlib.suppress(OcmmError):
+                record = load_named(self._folder, digest, CameraRecord)
+                serials = ", ".join(sorted(str(camera.serial) for camera in record.cameras))
+                practice = f"{PRACTICE} " if is_practice(record.made_by) else ""
+                self._identified = digest, f"{practice}cameras {serials}"
+        return "" if digest is None else self._identified[1]
 
     def _doubts(self, reason: str, utc: str) -> Sequence[Event]:
         digest, last = self.active_hash, self.events[-1].utc

@@ -7,6 +7,7 @@ these events alone, so that it is the same after a crash.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
@@ -26,7 +27,8 @@ from ocmm_core.calibration.records._record_store import (
 )
 from ocmm_core.calibration.records._records import Check
 from ocmm_core.calibration.records._sealed import load_named, record_hash
-from ocmm_core.errors import CalibrationError
+from ocmm_core.calibration.records._usable import PRACTICE, is_practice
+from ocmm_core.errors import CalibrationError, OcmmError
 
 MONITOR = "monitor"
 """Who puts a tip in doubt where no person does."""
@@ -64,6 +66,7 @@ class ProbeStore(RecordStore[TipEvent]):
     )
 
     def __init__(self, folder: Path) -> None:
+        self._identified = ("", "")
         super().__init__(folder, TipEvent)
 
     @property
@@ -227,6 +230,19 @@ class ProbeStore(RecordStore[TipEvent]):
 
     def _is_about(self, event: TipEvent, about: str | None) -> bool:
         return about is None or event.tip == about
+
+    def _identity_of_thing(self) -> str:
+        calibrated = (
+            one.record for one in reversed(self.events) if one.kind is TipEventKind.CALIBRATED
+        )
+        digest = next(calibrated, "")
+        if digest and digest != self._identified[0]:
+            self._identified = digest, ""
+            with contextlib.suppress(OcmmError):
+                record = load_named(self._folder, digest, ProbeRecord)
+                practice = f"{PRACTICE} " if is_practice(record.made_by) else ""
+                self._identified = digest, f"{practice}probe {record.probe_identity[:16]}"
+        return self._identified[1] if digest else ""
 
     def _doubts(self, reason: str, utc: str) -> Sequence[TipEvent]:
         last = self.events[-1].utc

@@ -1,30 +1,40 @@
-"""Records that are written once, sealed by a hash.
+"""Records that are written once, sealed by a hash, and by a signature if no chain names them.
 
-A record is one JSON file that is written once. Its text is canonical (sorted fields, no blanks),
-and the SHA-256 over the content stands beside it, so that any single changed byte is noticed:
-either the hash no longer fits, or the text is no longer the canonical one. This reveals damage
-and casual change; somebody who computes a new hash is revealed by the chain of events that names
-the hashes (`calibration.history`, `calibration.probe_store`).
+A record is one JSON file that is written once: canonical text (sorted fields, no blanks) and its
+SHA-256, so that any changed byte is noticed. Somebody who computes a new hash is revealed by the
+signed chain of events that contains the hashes (`calibration.records._record_store`). A record
+without such a chain (acceptance test, study, recall) holds the signature of the station as well.
 """
 
 from __future__ import annotations
 
 import hashlib
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 import msgspec
 
 from ocmm_core.documents import read_bytes, write_atomic
 from ocmm_core.errors import CalibrationError
+from ocmm_core.seals import KeyFolder, SealState, SealWord, Signature, Signed, judge_signature, sign
 
 R = TypeVar("R", bound=msgspec.Struct)
 """Kinds of records."""
 
 
-class _Sealed(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class _Sealed(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     content: msgspec.Raw
     sha256: str
+    signature: Signature | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SignedRecord(Generic[R]):
+    """A record with the state of its signature."""
+
+    record: R
+    signer: SealState
 
 
 def canonical(record: msgspec.Struct) -> bytes:
@@ -34,8 +44,24 @@ def canonical(record: msgspec.Struct) -> bytes:
 
 def seal(record: msgspec.Struct) -> bytes:
     """Return the file content of a record."""
-    sealed = _Sealed(msgspec.Raw(canonical(record)), record_hash(record))
-    return msgspec.json.encode(sealed)
+    return _sealed(record, None)
+
+
+def seal_signed(record: msgspec.Struct, kind: Signed) -> bytes:
+    """Return the file content of a record, signed with the key of this station as a kind.
+
+    Raises
+    ------
+    StorageError
+        The key of this station cannot be used.
+    """
+    return _sealed(record, sign(KeyFolder().station_key(), kind, canonical(record)))
+
+
+def _sealed(record: msgspec.Struct, signature: Signature | None) -> bytes:
+    return msgspec.json.encode(
+        _Sealed(msgspec.Raw(canonical(record)), record_hash(record), signature)
+    )
 
 
 def record_hash(record: msgspec.Struct) -> str:
@@ -51,13 +77,44 @@ def unseal(path: Path, content: bytes, kind: type[R]) -> R:
     CalibrationError
         It is no record of this kind, or a byte of it is not as it was written.
     """
-    try:
-        record = msgspec.json.decode(msgspec.json.decode(content, type=_Sealed).content, type=kind)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise _changed(path, f"it cannot be read ({error})") from error
-    if seal(record) != content:
+    record, signature = _opened(path, content, kind)
+    if signature is not None:
         raise _changed(path, "its content does not match its hash")
     return record
+
+
+def unseal_signed(
+    path: Path, content: bytes, kind: type[R], signed: Signed, keys: KeyFolder | None = None
+) -> SignedRecord[R]:
+    """Return the record in ``content`` with the state of its signature.
+
+    Raises
+    ------
+    CalibrationError
+        As `unseal`, or the signature does not belong to the record.
+    StorageError
+        The ring of known keys cannot be read.
+    """
+    record, signature = _opened(path, content, kind)
+    state = judge_signature(keys or KeyFolder(), signed, canonical(record), signature)
+    if state.word is SealWord.FORGED:
+        raise CalibrationError(
+            "record.forged",
+            f"{path}: the signature of this record does not belong to it.",
+            "Restore the file from a backup; it is not used.",
+        )
+    return SignedRecord(record, state)
+
+
+def _opened(path: Path, content: bytes, kind: type[R]) -> tuple[R, Signature | None]:
+    try:
+        sealed = msgspec.json.decode(content, type=_Sealed)
+        record = msgspec.json.decode(sealed.content, type=kind)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise _changed(path, f"it cannot be read ({error})") from error
+    if _sealed(record, sealed.signature) != content:
+        raise _changed(path, "its content does not match its hash")
+    return record, sealed.signature
 
 
 def is_sealed_as(content: bytes, digest: str) -> bool:
@@ -73,18 +130,21 @@ def is_sealed_as(content: bytes, digest: str) -> bool:
     )
 
 
-def save(folder: Path, record: msgspec.Struct) -> Path:
-    """Write a record under its hash and return the file.
+def save(folder: Path, record: msgspec.Struct, signed: Signed | None = None) -> Path:
+    """Write a record under its hash, signed as a kind if one is given, and return the file.
 
     Raises
     ------
     CalibrationError
         The folder cannot be written.
+    StorageError
+        The key of this station cannot be used.
     """
+    content = seal(record) if signed is None else seal_signed(record, signed)
     path = folder / f"{record_hash(record)}.json"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_atomic(path, seal(record))
+        write_atomic(path, content)
     except OSError as error:
         raise CalibrationError(
             "record.unwritable",
@@ -95,8 +155,15 @@ def save(folder: Path, record: msgspec.Struct) -> Path:
 
 
 def load(path: Path, kind: type[R]) -> R:
-    """Return the record of a file; raise CalibrationError where it was changed."""
+    """Return the record of a file; raise CalibrationError if it was changed."""
     return unseal(path, read_bytes(path), kind)
+
+
+def load_signed(
+    path: Path, kind: type[R], signed: Signed, keys: KeyFolder | None = None
+) -> SignedRecord[R]:
+    """Return the record of a file with the state of its signature; errors as `unseal_signed`."""
+    return unseal_signed(path, read_bytes(path), kind, signed, keys)
 
 
 def load_named(folder: Path, digest: str, kind: type[R]) -> R:

@@ -178,22 +178,30 @@ def recompute(
     tip: TipOption = None,
 ) -> None:
     """Compute all numbers of a record from its raw data, and compare."""
-    from ocmm_core.acceptance import differences, load_record, recompute_tips
+    from ocmm_core.acceptance import differences, load_signed_record, recompute_tips
     from ocmm_core.acceptance import recompute as compute
     from ocmm_core.cli.acceptance._report import print_record
     from ocmm_core.composition import choose_calibration, choose_probe
 
-    console, stored = make_console(), load_record(file)
+    console, loaded = make_console(), load_signed_record(file)
+    stored, signer = loaded.record, loaded.signer
     again = compute(stored)
     found = differences(stored, again)
     if spots:
         cameras = choose_calibration(source, rig, calibrations, uncalibrated=False)
         body = choose_probe(source, probe, probes, tip, uncalibrated=False).body
         found += recompute_tips(stored, cameras.rig, body)
+    console.print(
+        f"{lead('Signed   ')}{signer.word.value}, {signer.signer}", highlight=False, markup=False
+    )
     print_record(console, again)
     for one in found:
         console.print(f"{lead('Differs  ')}{say(one)}", style="red", highlight=False)
-    if found:
+    if not signer.sound:
+        console.print(
+            say(f"The record is not vouched for. {signer.fault}"), style="red", highlight=False
+        )
+    if found or not signer.sound:
         raise typer.Exit(2)
     console.print(say("Recomputed from raw data: matches the file."))
     _exit(again)
@@ -204,7 +212,7 @@ def status(*, folder: FolderOption = None) -> None:
     """List the tests of a folder: unfinished ones, and records with their verdicts."""
     from rich.table import Table
 
-    from ocmm_core.acceptance import AcceptanceSession, load_record
+    from ocmm_core.acceptance import AcceptanceSession, FinishedTest, load_signed_record
     from ocmm_core.composition import default_test_folder
     from ocmm_core.errors import OcmmError
 
@@ -238,7 +246,7 @@ def status(*, folder: FolderOption = None) -> None:
             )
     for path in sorted(base.rglob("records/*.json")):
         try:
-            one = load_record(path)
+            loaded = load_signed_record(path)
         except OcmmError as error:
             console.print(
                 f"{lead('Left out ')}{say(error.what)}",
@@ -247,9 +255,11 @@ def status(*, folder: FolderOption = None) -> None:
                 markup=False,
             )
             continue
+        one = loaded.record
+        states = FinishedTest(path, one, loaded.signer).states
         table.add_row(
             one.procedure.id, one.begun_utc[:16], str(len(one.observations)),
-            say_word(one.verdict.value),
+            " ".join(map(say_word, (*states, one.verdict.value))),
             path.name,
         )  # fmt: skip
     console.print(table)

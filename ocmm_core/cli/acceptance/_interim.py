@@ -68,6 +68,8 @@ def interim(
     )
     base = tests_folder(folder, site)
     history = InterimHistory(base)
+    if history.doubt:
+        console.print(say(history.doubt), style="yellow", highlight=False)
     for attempt in range(2):
         record = run_test(
             replace(site, seed=seed + attempt), base, console, temperature_c=temperature, who=who,

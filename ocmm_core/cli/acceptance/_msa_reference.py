@@ -210,7 +210,13 @@ def part_use(
     """Print the U of a study for a similar task; another task is refused with the reason."""
     from ocmm_core.studies import load_part_study, load_task, uncertainty_for
 
-    kept = load_part_study(study)
+    loaded = load_part_study(study)
+    kept = loaded.record
+    if not loaded.signer.sound:
+        raise InputError(
+            "msa.not_signed", f"{study}: the U of this study may not be used. {loaded.signer.fault}",
+            "Make the study again from its jobs (ocmm msa part), or trust its key: ocmm key trust.",
+        )  # fmt: skip
     found = uncertainty_for(kept, load_task(task), temperature)
     console = make_console()
     _say_simulated(console, kept.simulated)

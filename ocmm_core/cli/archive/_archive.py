@@ -139,6 +139,21 @@ def set_up(
         )
 
 
+@archive_app.command()
+def admit(
+    login: Annotated[str, typer.Argument(help="Login of the server, e.g. station3.")],
+    station: Annotated[str, typer.Argument(help='Name of its station, e.g. "Station 3".')],
+    *,
+    archive: ArchiveOption = None,
+) -> None:
+    """Let a login send jobs as a station, and as no other; by quality or the owner."""
+    with opened(place_of(archive, None)) as open_one:
+        open_one.admit(login, station)
+    make_console().print(
+        say(f"Login {login} sends as station {station} now."), highlight=False, markup=False
+    )
+
+
 @archive_app.command(name="replace-computer")
 def replace_computer(
     station: Annotated[str, typer.Argument(help="Name of the station.")],

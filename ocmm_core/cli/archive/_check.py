@@ -83,6 +83,7 @@ def verify(
     Names every job that was altered after it was archived; ends with 1 where there is one.
     """
     from ocmm_core.archive.checks import differences, mark_altered, verify_archive, verify_files
+    from ocmm_core.archive.records import shown_text
     from ocmm_core.archive.stores import open_archive
 
     console = make_console()
@@ -93,7 +94,9 @@ def verify(
             with open_archive(against, read_only=True) as other:
                 told = differences(open_one, other)
             for sentence in told:
-                console.print(say(sentence), style="yellow", highlight=False, markup=False)
+                console.print(
+                    say(shown_text(sentence)), style="yellow", highlight=False, markup=False
+                )
             console.print(
                 say("The same rows.")
                 if not told
@@ -109,7 +112,8 @@ def verify(
                 else verify_archive(open_one, deep=not quick, tell=tell)
             )
         for job, why in found.faults:
-            console.print(f"{job[:8]}  {say(why)}", style="yellow", highlight=False, markup=False)
+            line = shown_text(f"{job[:8]}  {say(why)}")
+            console.print(line, style="yellow", highlight=False, markup=False)
         if mark:
             marked = mark_altered(open_one, found, who)
             console.print(

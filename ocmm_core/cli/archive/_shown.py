@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ocmm_core.archive.questions import ArchiveAnswer
+from ocmm_core.archive.records import shown_text
 from ocmm_core.cli.terminal import say, say_word
 from ocmm_core.tolerances.decisions import PartWord, Verdict
 
@@ -24,7 +25,7 @@ _STYLES = {
 
 def print_answer(console: Console, answer: ArchiveAnswer) -> None:
     """Print a table with what must be known about it."""
-    table = Table(title=answer.title, title_justify="left", box=box.SIMPLE_HEAD)
+    table = Table(title=Text(answer.title), title_justify="left", box=box.SIMPLE_HEAD)
     for number, name in enumerate(answer.columns):
         numbers = any(isinstance(row[number], int | float) for row in answer.rows)
         table.add_column(name, justify="right" if numbers else "left")
@@ -32,7 +33,7 @@ def print_answer(console: Console, answer: ArchiveAnswer) -> None:
         table.add_row(*(_cell(cell) for cell in row))
     console.print(table)
     for note in answer.notes:
-        console.print(say(note), style="yellow", highlight=False, markup=False)
+        console.print(say(shown_text(note)), style="yellow", highlight=False, markup=False)
     for trend in answer.trends:
         if trend.chart is not None:
             counted = [part for part in trend.parts if part.value is not None]
@@ -52,4 +53,4 @@ def _cell(cell: object) -> Text:
         return Text("–")
     if isinstance(cell, float):
         return Text(f"{cell:.4f}")
-    return Text(str(cell), _STYLES.get(str(cell), ""))
+    return Text(shown_text(str(cell)), _STYLES.get(str(cell), ""))

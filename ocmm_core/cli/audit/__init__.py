@@ -3,7 +3,7 @@
 In: a job, a folder of records, the seal of a report; a public key. Out: sentences, and exit codes.
 
 Read `_audit` (files looked at and taken over) and `_key` (keys of this station and of others). It
-judges nothing itself: that is `export.audit` and `seals`.
+judges nothing itself: that is `export.audits` and `seals`.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,12 +12,11 @@ from ocmm_core.cli.terminal import lead, say, told
 from ocmm_core.errors import OcmmError
 
 if TYPE_CHECKING:
-    from ocmm_core.export import Audit
+    from ocmm_core.export.audits import Audit
 
 audit_app = typer.Typer(
     no_args_is_help=True,
-    help="Say who wrote jobs, records and reports, when, and whether they are as they were "
-    "written.",
+    help="List who wrote files of this program, when, and whether they are unchanged.",
 )
 
 _SHOWN = 10
@@ -28,8 +28,9 @@ def verify(
     paths: Annotated[
         list[Path],
         typer.Argument(
-            help="Job files, folders of calibrations (of one rig or probe), or seals of reports "
-            "(.seal.json)."
+            help="Any file or folder of this program: jobs, histories of calibrations, acceptance "
+            "records, studies, the register of artefacts, plans, templates, settings, reports, "
+            "certificates."
         ),
     ],
     line: Annotated[
@@ -41,13 +42,13 @@ def verify(
 ) -> None:
     """Verify signatures, chains and hashes, and list who did what; nothing is written.
 
-    Exit code 0 where everything is intact, 1 where something speaks against it, 2 where something
-    cannot be read.
+    Exit code 0 if everything is intact, 1 if something is suspect or adopted, 2 if something cannot
+    be read.
     """
-    from ocmm_core.export import audit
+    from ocmm_core.export.audits import audit, files_to_audit
 
     worst = 0
-    for path in paths:
+    for path in chain.from_iterable(map(files_to_audit, paths)):
         try:
             found = audit(path, line)
         except OcmmError as error:
@@ -60,16 +61,36 @@ def verify(
 
 
 @audit_app.command()
+def release(
+    *,
+    files: Annotated[list[Path], typer.Argument(help="Templates or other documents (TOML).")],
+    who: Annotated[str, typer.Option("--by", help="Name of the person who answers for them.")],
+    reason: Annotated[str, typer.Option("--reason", help="Why.")] = "",
+) -> None:
+    """Release documents by name: templates, artefacts, procedures, rigs; plans: ocmm plan release.
+
+    The release is signed and kept next to the document (.release.json).
+    """
+    from ocmm_core.export.audits import document_kind
+    from ocmm_core.seals import release_file
+
+    for path in files:
+        release_file(path, document_kind(path), who, reason)
+        typer.echo(say(f"{path}: released by {who}."))
+
+
+@audit_app.command()
 def adopt(
     *,
     jobs: Annotated[list[Path], typer.Argument(help="Job files (.ocmm).")],
     who: Annotated[str, typer.Option("--who", help="Name of the person who answers for them.")],
     reason: Annotated[str, typer.Option("--reason", help="Why.")],
 ) -> None:
-    """Take over jobs that no station signed, or older copies of which no newer one is left.
+    """Take over jobs that no station signed, or older copies if no newer one is left.
 
-    The job keeps who did so and why, and every reader is told. What a stranger signed, or what was
-    changed, cannot be taken over.
+    The job keeps who did so, why, and what was suspect; it is ADOPTED from then on, never INTACT.
+    Jobs of unknown stations, changed jobs, and jobs that contradict the memory of this station are
+    refused.
     """
     from ocmm_core.storage import JobFile
 
@@ -87,9 +108,11 @@ def adopt(
 
 
 def _print(found: Audit, *, everything: bool) -> None:
-    word = say("INTACT") if found.intact else say("NOT INTACT")
-    typer.echo(f"{found.path}: {word} ({found.kind.value})")
-    typer.echo(say(f"  Signed   {found.signer.word.value}, by {found.signer.signer}"))
+    typer.echo(f"{_plain(str(found.path))}: {say(found.word)} ({found.kind.value})")
+    signed = "ADOPTED" if found.adopted else found.signer.word.value
+    typer.echo(say(f"  Signed   {signed}, by {found.signer.signer}"))
+    for text in found.adopted:
+        typer.echo(f"{lead('  Adopted  ')}{_plain(text)}")
     for fault in found.faults:
         typer.echo(f"{lead('  Fault    ')}{_plain(say(fault))}")
     for proof in found.proofs:

@@ -93,6 +93,19 @@ def replace(
     typer.echo(say("Tell those who trust this station: ocmm key show prints the new public key."))
 
 
+@key_app.command()
+def restored(*, who: WhoOption, reason: ReasonOption) -> None:
+    """Accept the files that this key signed up to now without the memory of the station.
+
+    After the key was brought to another computer or user, or the memory was lost. An end that was
+    removed from such a file before is not noticed: check the last step of each on its report.
+    """
+    from ocmm_core.seals import KeyFolder, start_memory
+
+    utc = start_memory(KeyFolder(), who, reason, datetime.now(UTC))
+    typer.echo(say(f"The memory of this station starts at {utc[:19]} UTC, by {who}."))
+
+
 def _place(token: str, module: Path | None, pin_file: Path | None) -> TokenPlace | None:
     from ocmm_core.documents import read_bytes
     from ocmm_core.errors import InputError

@@ -9,7 +9,7 @@ import msgspec
 import typer
 
 from ocmm_core.cli.measure._pages import print_pages
-from ocmm_core.cli.terminal import lead, make_console, say
+from ocmm_core.cli.terminal import lead, make_console, say, say_word
 
 certificate_app = typer.Typer(
     name="certificate",
@@ -102,6 +102,8 @@ def check(
     found = check_dcc_seal(file, KeyFolder())
     console = make_console(soft_wrap=True)
     dcc = found.dcc
+    if dcc.title:
+        console.print(dcc.title, highlight=False, markup=False)
     console.print(
         f"{dcc.number}: {dcc.laboratory}, {dcc.begin} – {dcc.end}. {say(found.words)}",
         highlight=False, markup=False,
@@ -112,7 +114,9 @@ def check(
         console.print(
             f"  {one.name}: {one.value:.9g} {one.unit}{unc}{word}", highlight=False, markup=False
         )
-    if not found.state.sound:
+    for name in dcc.left_out:
+        console.print(f"{say_word('Left out')}: {name}", highlight=False, markup=False)
+    if not found.sound:
         raise typer.Exit(1)
 
 
@@ -136,14 +140,20 @@ def artefact(
     """Make the document of a bar or a sphere from its certificate: nobody types a number."""
     from ocmm_core.calibration.records import load_bar, load_sphere
     from ocmm_core.documents import read_bytes, write_new
-    from ocmm_core.export.certificate import Expansion, artefact_text, read_dcc
+    from ocmm_core.export.certificate import (
+        Expansion,
+        artefact_text,
+        read_dcc,
+        trusted_laboratories,
+    )
+    from ocmm_core.seals import KeyFolder
 
     grows = (
         None
         if expansion is None or expansion_sigma is None
         else Expansion(expansion, expansion_sigma)
     )
-    dcc = read_dcc(read_bytes(file))
+    dcc = read_dcc(read_bytes(file), trusted_laboratories(KeyFolder().folder))
     text = artefact_text(dcc, kind, due, quantity=quantity, expansion=grows)
     write_new(out, text.encode("utf-8"))
     # The reader of the product has the last word: what it refuses does not stay.
@@ -152,4 +162,20 @@ def artefact(
     except Exception:
         out.unlink()
         raise
-    make_console(soft_wrap=True).print(f"{lead('Artefact  ')}{out}", highlight=False, markup=False)
+    console = make_console(soft_wrap=True)
+    console.print(f"{lead('Artefact  ')}{out}", highlight=False, markup=False)
+    console.print(dcc.signature.words, highlight=False, markup=False)
+
+
+@certificate_app.command()
+def trust(
+    file: Annotated[Path, typer.Argument(help="X.509 certificate of the laboratory (PEM).")],
+) -> None:
+    """Trust the XML signatures of a calibration laboratory from now on."""
+    from ocmm_core.export.certificate import trust_laboratory
+    from ocmm_core.seals import KeyFolder
+
+    found = trust_laboratory(file, KeyFolder().folder)
+    make_console(soft_wrap=True).print(
+        say(f"Trusted: {found.subject.rfc4514_string()}"), highlight=False, markup=False
+    )

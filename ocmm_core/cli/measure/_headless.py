@@ -59,6 +59,8 @@ def run_job(
 
     Raises
     ------
+    StorageError
+        The job is not on the disk under its name: no report of it is kept.
     MeasuringError
         The source ended or failed before the job was complete; the points stay in the job file.
     CalibrationError
@@ -67,6 +69,7 @@ def run_job(
         The station has failed; the points stay in the job file.
     """
     station, reported = built.station, False
+    files: tuple[Path, ...] = ()
     chosen = chosen_formats(formats or [DEFAULT_FORMAT])
     console.print(f"{lead('Source  ')}{built.description.name}")
     console.print(say(f"Plan    {station.job.plan.name}, part {station.job.plan.part}"))
@@ -101,7 +104,8 @@ def run_job(
         if view.part_verdict.complete or incomplete:
             reported = True
             tables = [name for name in chosen if name != PDF.name]
-            files = station.reports.export(out, tables, incomplete=incomplete) if tables else ()
+            if tables:
+                files = station.reports.export(out, tables, incomplete=incomplete)
             for file in files:
                 console.print(f"{lead('Report  ')}{file}")
         if not view.complete:
@@ -109,6 +113,12 @@ def run_job(
     finally:
         station.close()
         print_counters(console, station.looks.acquisition())
+        lost = station.job.lost
+        if lost is not None:
+            # Nothing on paper refers to a job that cannot be found.
+            for file in files:
+                file.unlink(missing_ok=True)
+            raise lost
         if reported and PDF.name in chosen:
             _print_pages(built.job_path, out, console, incomplete=incomplete)
     return view

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from ocmm_core.inspection.step import Offer, StepModel, StepRequest
+    from ocmm_core.inspection.step import FacesAccount, Offer, StepModel, StepRequest
 
 BallOption = Annotated[
     float | None,
@@ -123,6 +123,15 @@ def print_offers(offers: Sequence[Offer], model: StepModel, console: Console) ->
         console.print(free_form_words(model), highlight=False)
     if model.remark:
         console.print(say(model.remark), style="yellow", highlight=False)
+
+
+def print_faces(account: FacesAccount, console: Console) -> None:
+    """Print how many faces of a model became features, and why the others did not."""
+    console.print(say(account.sentence()), highlight=False)
+    for why, count in account.left_out:
+        console.print(f"{count:5}  {say(why)}", highlight=False)
+    if words := account.recognised_sentence():
+        console.print(say(words), highlight=False)
 
 
 def free_form_words(model: StepModel) -> str:

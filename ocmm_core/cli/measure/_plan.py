@@ -9,15 +9,23 @@ import msgspec
 import typer
 
 from ocmm_core.cli.measure import _offers as offers
-from ocmm_core.cli.terminal import make_console, say, say_word
+from ocmm_core.cli.terminal import (
+    ColumnsOption,
+    DecimalOption,
+    SkipOption,
+    TableUnitOption,
+    make_console,
+    print_table_account,
+    say,
+    say_word,
+)
 from ocmm_core.errors import InputError
+from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from ocmm_core.features.shapes import NominalFeature
     from ocmm_core.inspection.plan import Plan
-    from ocmm_core.inspection.step import StepModel
+    from ocmm_core.inspection.step import FacesAccount
 
 
 plan_app = typer.Typer(no_args_is_help=True, help="Check, create and import plans.")
@@ -35,8 +43,8 @@ OverwriteOption = Annotated[
 def check(
     plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
 ) -> None:
-    """Check a plan, and say what is not wrong but missing: pictures, sizes for the guidance."""
-    from ocmm_core.inspection.plan import load_plan
+    """Check a plan and its release, and list missing pictures and sizes for the guidance."""
+    from ocmm_core.inspection.plan import load_plan, plan_release
 
     loaded = load_plan(plan)
     console = make_console()
@@ -51,8 +59,32 @@ def check(
         say(f"{plan}: good. {features} with {points}, {constructions}, {characteristics}."),
         highlight=False,
     )
+    console.print(
+        say(f"Plan release: {say(plan_release(plan).words)}."), highlight=False, markup=False
+    )
     for warning in warnings_of(loaded, plan.parent):
         console.print(say(warning), style="yellow", highlight=False)
+
+
+@plan_app.command()
+def release(
+    plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
+    who: Annotated[
+        str, typer.Option("--by", help="Name of the person who answers for the limits.")
+    ],
+    reason: Annotated[str, typer.Option("--reason", help="E.g. the revision of the drawing.")] = "",
+) -> None:
+    """Release a plan by name: its release is signed and kept next to it (.release.json).
+
+    Any later change of the plan, e.g. of a limit, voids the release. Jobs contain the release of
+    the plan that they were measured by.
+    """
+    from ocmm_core.inspection.plan import plan_release, release_plan
+
+    release_plan(plan, who, reason)
+    make_console(soft_wrap=True).print(
+        f"{plan}: {say(plan_release(plan).words)}.", highlight=False, markup=False
+    )
 
 
 @plan_app.command()
@@ -120,11 +152,15 @@ def import_(
     as_json: Annotated[
         bool, typer.Option("--json", help="Of a model: what became of it as JSON.")
     ] = False,
+    unit: TableUnitOption = "",
+    columns: ColumnsOption = "",
+    decimal: DecimalOption = "",
+    skip: SkipOption = "",
 ) -> None:
     """Make a plan of the features of a table or of the surfaces of a model.
 
     Columns of a table: name, shape, x, y, z; and if wanted i, j, k, diameter, length, width, angle,
-    side, points, text. A decimal comma needs semicolons between the columns. The features of a
+    side, points, text. Headings may state units ("x [inch]"). The features of a
     model get targets on its trimmed faces, where the probe reaches and the cameras see it while the
     part stands in the middle of the measuring volume; what is left out is told with the reason.
     --list shows what can be chosen. Free forms come with --profile: each as points and the profile
@@ -133,12 +169,13 @@ def import_(
     """
     from ocmm_core.cli.measure._account import account_json, print_account
     from ocmm_core.inspection.drawing import Account, general_of, plan_with_tolerances
-    from ocmm_core.inspection.plan import features_from_csv, with_model, with_profiles
+    from ocmm_core.inspection.plan import feature_table, with_model, with_profiles
     from ocmm_core.inspection.step import (
         STEP_ENDINGS,
         Choice,
         ask_for_chosen,
         chosen,
+        faces_account,
         offers_of,
         read_model,
     )
@@ -157,7 +194,9 @@ def import_(
             raise InputError(
                 "plan.list", f"{file}: only a model offers surfaces.", "Give a STEP file."
             )
-        _write(_plan(features_from_csv(file), output, name, part), output, overwrite=overwrite)
+        table = feature_table(file, TableOptions(unit, columns, decimal, skip))
+        print_table_account(table.account)
+        _write(_plan(table.features, output, name, part), output, overwrite=overwrite)
         return
     general_of(general)
     if output is not None and not as_list:
@@ -184,6 +223,7 @@ def import_(
             "Give --profile with the tolerance of the drawing, mm.",
         )
     asked = ask_for_chosen(model, taken)
+    faces = faces_account(model, asked.taken, asked.refused)
     taken = asked.taken
     free_forms = [one.free_form for one in taken if one.free_form is not None]
     surfaces = tuple(one.feature for one in taken if one.free_form is None)
@@ -197,11 +237,11 @@ def import_(
         plan = with_model(plan, output, file, model.part)
     _write(plan, output, overwrite=overwrite, silent=as_json)
     if as_json:
-        told = {**_told(plan, output, model), "reach": list(asked.sentences())}
+        told = {**_told(plan, output, faces), "reach": list(asked.sentences())}
         typer.echo(account_json(account or Account(), told))
     else:
         console = make_console()
-        _print_left_out(model, console, whole=whole)
+        offers.print_faces(faces, console)
         for sentence in asked.sentences():
             console.print(say(sentence), style="yellow", highlight=False)
         if model.free_forms and not free_forms:
@@ -262,23 +302,15 @@ def _import_qif(
         raise typer.Exit(1)
 
 
-def _print_left_out(model: StepModel, console: Console, *, whole: bool) -> None:
-    if whole and model.left_out:
-        count = len(model.left_out)
-        console.print(say(f"{count} of these have no targets on their faces:"), highlight=False)
-    elif model.why_not():
-        how = "; --all takes all but free-form and tessellated faces" if model.left_out else ""
-        console.print(say(f"Left out{how}:"), highlight=False)
-    for why, count in model.why_not():
-        console.print(f"{count:5}  {say(why)}", highlight=False)
-
-
-def _told(plan: Plan, output: Path, model: StepModel) -> dict[str, Any]:
+def _told(plan: Plan, output: Path, faces: FacesAccount) -> dict[str, Any]:
     return {
         "plan": str(output),
         "features": len(plan.features),
         "characteristics": len(plan.characteristics),
-        "left_out": dict(model.why_not()),
+        "faces": faces.faces,
+        "faces_taken": faces.taken,
+        "left_out": dict(faces.left_out),
+        "recognised": dict(faces.recognised),
     }
 
 

@@ -145,10 +145,11 @@ def write_recall(
     console: Console, record: RecallRecord, json_file: Path | None, pdf_file: Path | None
 ) -> None:
     """Write the sealed recall and its pages where they are asked for."""
-    from ocmm_core.calibration.records import seal
+    from ocmm_core.calibration.records import seal_signed
+    from ocmm_core.seals import Signed
 
     if json_file is not None:
-        _write(json_file, seal(record))
+        _write(json_file, seal_signed(record, Signed.RECALL))
         console.print(f"{lead('Recall  ')}{json_file}", highlight=False, markup=False)
     if pdf_file is not None:
         _print_pages(record, pdf_file)

@@ -97,6 +97,23 @@ def set_command(
 
 
 @settings_app.command()
+def confirm(
+    who: Annotated[str, typer.Option("--by", help="Name of the person who answers for them.")],
+    *,
+    station: _STATION = False,
+) -> None:
+    """Sign the settings that change verdicts, after they were edited outside the program."""
+    if not who.strip():
+        raise InputError("settings.name", "No name given.", "Give it with --by.")
+    store = SettingsStore.of_this_user()
+    file = store.station if station else store.user
+    file.confirm(who.strip())
+    make_console(soft_wrap=True).print(
+        say(f"{file.path}: confirmed by {who.strip()}."), highlight=False, markup=False
+    )
+
+
+@settings_app.command()
 def check() -> None:
     """Check the documents and the files that they name; exit code 2 where something is wrong."""
     loaded = SettingsStore.of_this_user().load()

@@ -13,7 +13,17 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ocmm_core.cli.terminal import make_console, say, say_later, say_word
+from ocmm_core.cli.terminal import (
+    ColumnsOption,
+    DecimalOption,
+    SkipOption,
+    TableUnitOption,
+    make_console,
+    print_table_account,
+    say,
+    say_later,
+    say_word,
+)
 from ocmm_core.errors import FitError, InputError
 from ocmm_core.features.shapes import Shape
 
@@ -54,7 +64,11 @@ class CriterionWord(StrEnum):
 
 def fit_command(
     file: Annotated[
-        Path, typer.Argument(help="Text file, one row x y z in mm per point.", metavar="FILE")
+        Path,
+        typer.Argument(
+            help="Text file, one row x y z per point, or PLY, OBJ, OFF, STL or PCD.",
+            metavar="FILE",
+        ),
     ],
     shape: Annotated[
         Shape,
@@ -76,17 +90,24 @@ def fit_command(
     json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object instead of the table.")
     ] = False,
+    unit: TableUnitOption = "",
+    columns: ColumnsOption = "",
+    decimal: DecimalOption = "",
+    skip: SkipOption = "",
 ) -> None:
     """Fit one element to points and print it with its form, uncertainty and outliers.
 
-    The points are taken as they are: no ball is taken off. The uncertainty is what the scatter of
-    the residuals says, as if it were random and equal everywhere; it knows nothing of the measuring
-    system. U holds the true value in 95 of 100 cases, however few points there are; where the
-    points determine a number too weakly for that, it is shown without U.
+    The points are used as they are: no ball radius is subtracted. The account of the file (columns,
+    unit, decimal sign, lines left out) is printed to the standard error output.
+
+    The uncertainty follows from the scatter of the residuals, as if it were random and equal
+    everywhere; it excludes the measuring system. U covers the true value in 95 of 100 cases for any
+    number of points; numbers that the points determine too weakly are shown without U.
     """
     from ocmm_core.cli.study._fit_json import fit_json
     from ocmm_core.features.measured import fit_shape
     from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, read_points_file
+    from ocmm_core.tables import TableOptions
     from ocmm_core.tolerances.uncertainty import fit_uncertainty
 
     if free and not shape.spec.may_be_free:
@@ -97,7 +118,7 @@ def fit_command(
         raise InputError(
             "fit.free", "--free goes with least-squares and minimum-zone only.", "Omit one."
         )
-    held = read_points_file(file)
+    held = read_points_file(file, TableOptions(unit, columns, decimal, skip))
     points = held.points
     try:
         fit = fit_shape(shape, points, criterion=Criterion[criterion.name], free=free)
@@ -105,14 +126,14 @@ def fit_command(
         raise FitError(error.code, f"{file}: {error.what}", error.remedy) from error
     found = fit_uncertainty(fit, points)
     if json:
-        typer.echo(fit_json(file, held.unit, fit, points, criterion.value, found))
+        typer.echo(fit_json(file, held.account, fit, points, criterion.value, found))
         return
+    print_table_account(held.account)
     console = make_console()
     if held.unit != "mm":
         console.print(
             say(
-                f"The file names the unit {held.unit}: all numbers are in mm, "
-                f"{held.factor:g} times those of the file."
+                f"Unit {held.unit}: all numbers are in mm, {held.factor:g} times those of the file."
             ),
             style="yellow",
             highlight=False,

@@ -10,6 +10,7 @@ from ocmm_core.cli.study._fit_rows import FitRow, rows_of
 from ocmm_core.features.measured import outliers
 from ocmm_core.features.shapes import Criterion, Fit
 from ocmm_core.geometry import Points3
+from ocmm_core.tables import TableAccount
 from ocmm_core.tolerances.uncertainty import TWO_SIDED, FitUncertainty
 
 SCHEMA = "ocmm.fit/1"
@@ -48,6 +49,8 @@ class FitFile(msgspec.Struct, frozen=True, kw_only=True):
     schema: str
     file: str
     file_unit: str
+    account: dict[str, object]
+    """What was read of the file and what was left out."""
     shape: str
     criterion: str
     criterion_letter: str
@@ -61,14 +64,20 @@ class FitFile(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def fit_json(
-    file: Path, unit: str, fit: Fit, points: Points3, criterion: str, found: FitUncertainty | None
+    file: Path,
+    account: TableAccount,
+    fit: Fit,
+    points: Points3,
+    criterion: str,
+    found: FitUncertainty | None,
 ) -> str:
     """Return the text, numbers with all their digits."""
     least_squares = fit.criterion is Criterion.LEAST_SQUARES
     whole = FitFile(
         schema=SCHEMA,
         file=str(file),
-        file_unit=unit,
+        file_unit=account.unit,
+        account=account.as_json(),
         shape=fit.shape.value,
         criterion=criterion,
         criterion_letter=fit.criterion.value,

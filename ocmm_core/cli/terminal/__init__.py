@@ -61,6 +61,13 @@ if TYPE_CHECKING:
     from ocmm_core.cli.terminal._speech import heads, language, lead, say, say_later, say_word, told
     from ocmm_core.cli.terminal._svg import histogram, label, nice_limit, page, points_in_space
     from ocmm_core.cli.terminal._svg_maps import bending, tip_map
+    from ocmm_core.cli.terminal._table_options import (
+        ColumnsOption,
+        DecimalOption,
+        SkipOption,
+        TableUnitOption,
+        print_table_account,
+    )
 else:
     __getattr__ = door(
         __name__,
@@ -81,6 +88,7 @@ else:
         _speech="heads language lead say say_later say_word told",
         _svg="histogram label nice_limit page points_in_space",
         _svg_maps="bending tip_map",
+        _table_options="ColumnsOption DecimalOption SkipOption TableUnitOption print_table_account",
     )
 
 __all__ = [
@@ -88,8 +96,10 @@ __all__ = [
     "BusProcessorOption",
     "CalibrationsOption",
     "CheckAfterOption",
+    "ColumnsOption",
     "CompensatePartOption",
     "CompensateProbeOption",
+    "DecimalOption",
     "ForceOption",
     "HumidityOption",
     "IncompleteOption",
@@ -108,6 +118,7 @@ __all__ = [
     "RigOption",
     "RoomOption",
     "SeedOption",
+    "SkipOption",
     "SourceOption",
     "SpeedOption",
     "StreamCertOption",
@@ -115,6 +126,7 @@ __all__ = [
     "StreamKeyOption",
     "StreamOption",
     "StreamTokenOption",
+    "TableUnitOption",
     "TemperatureSigmaOption",
     "TipOption",
     "UncalibratedOption",
@@ -130,6 +142,7 @@ __all__ = [
     "nice_limit",
     "page",
     "points_in_space",
+    "print_table_account",
     "progress_line",
     "say",
     "say_later",

@@ -48,9 +48,17 @@ if TYPE_CHECKING:
     )
     from ocmm_core.export.certificate._reader import Dcc, DccQuantity, read_dcc
     from ocmm_core.export.certificate._seal import (
+        CERTIFICATE_ENDING,
+        SEAL_SUFFIX,
         check_dcc_seal,
         write_certificate,
         write_certificates,
+    )
+    from ocmm_core.export.certificate._xml_signature import (
+        XmlSignature,
+        XmlSignatureWord,
+        trust_laboratory,
+        trusted_laboratories,
     )
 else:
     __getattr__ = door(
@@ -65,10 +73,15 @@ else:
         _from_calibration="certificate_of_calibration",
         _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",
         _reader="Dcc DccQuantity read_dcc",
-        _seal="check_dcc_seal write_certificate write_certificates",
+        _seal=(
+            "CERTIFICATE_ENDING SEAL_SUFFIX check_dcc_seal write_certificate write_certificates"
+        ),
+        _xml_signature="XmlSignature XmlSignatureWord trust_laboratory trusted_laboratories",
     )
 
 __all__ = [
+    "CERTIFICATE_ENDING",
+    "SEAL_SUFFIX",
     "SIMULATED_WORDS",
     "Certificate",
     "CertificateLine",
@@ -78,6 +91,8 @@ __all__ = [
     "Dcc",
     "DccQuantity",
     "Expansion",
+    "XmlSignature",
+    "XmlSignatureWord",
     "air_said",
     "artefact_fields",
     "artefact_text",
@@ -93,6 +108,8 @@ __all__ = [
     "open_certificate_clauses",
     "read_dcc",
     "rule_said",
+    "trust_laboratory",
+    "trusted_laboratories",
     "write_certificate",
     "write_certificates",
 ]

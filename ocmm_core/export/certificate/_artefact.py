@@ -1,8 +1,10 @@
 """The certificate of a bar or a sphere becomes its artefact document: nobody types a number.
 
-Value, U and k are those of the certificate; U is brought to k = 2. When the certificate is due is a
-rule of the user, because no certificate says it. What the certificate does not state (expansion) is
-given beside it, with its uncertainty, or the document is not made.
+The quantity is chosen by the words of its name and refType: a diameter, a radius that is doubled,
+or a length; a roundness, a depth, an error or a nominal value is none of them. Two that fit, or a
+name without a known word, are asked for (``--quantity``). Value, U and k are those of the
+certificate; U is brought to k = 2. The user gives the due date, and the expansion if the
+certificate states none.
 """
 
 from __future__ import annotations
@@ -14,14 +16,35 @@ from typing import Literal
 from ocmm_core.errors import InputError
 from ocmm_core.export.certificate._content import K
 from ocmm_core.export.certificate._reader import Dcc, DccQuantity
+from ocmm_core.export.certificate._xml_signature import XmlSignatureWord
 
 _MM_PER = {
     "\\metre": 1e3, "\\milli\\metre": 1.0, "\\micro\\metre": 1e-3, "\\nano\\metre": 1e-6,
 }  # fmt: skip
+_CLASSES = {
+    "other": (
+        r"roundness|rundheit|circularit|sphericit|\bform\b|formabw|cylindric|zylind|flatness|"
+        r"ebenheit|straightness|geradheit|parallel|rough|rauheit|deviation|abweichung|error|"
+        r"fehler|differen|correction|korrektur|limit|grenz|toleran|\bmpe\b|permissible|zulässig|"
+        r"depth|tiefe|immersion|eintauch|wavelength|wellenlänge|uncertainty|unsicherheit|"
+        r"repeatab|wiederhol|drift|\bstep|resolution|auflösung|nominal|nenn|\bsoll|setpoint|"
+        r"reference ?value|expansion|ausdehnung|offset|thickness|dicke|height|höhe|width|breite|"
+        r"\bstem|shank|schaft|position|coordinate|koordinate"
+    ),
+    "diameter": r"di[aá]m[eè]t|durchmesser|[øØ⌀]",
+    "radius": r"radius|radii|halbmesser|\brayon|\bradio\b|raggio",
+    "length": (r"length|länge|longueur|longitud|lunghezza|distan[cz]|abstand|spacing"),
+}
+"""Words of a name in several languages; the first class that matches decides."""
+_WANTED: dict[str, dict[str, float]] = {
+    "sphere": {"diameter": 1.0, "radius": 2.0}, "bar": {"length": 1.0},
+}  # fmt: skip
+"""Classes that give the size of an artefact, with their factor."""
 _PER_KELVIN = {
     "\\kelvin\\tothe{-1}": 1.0, "\\per\\kelvin": 1.0, "\\micro\\kelvin\\tothe{-1}": 1e-6,
     "\\micro\\per\\kelvin": 1e-6,
 }  # fmt: skip
+_GROWS = r"expansion|ausdehnung|dilata[tcz]|\bcte\b"
 _SCHEMAS = {"bar": "ocmm.length-bar/1", "sphere": "ocmm.sphere/1"}
 _DATE = re.compile(r"\d{4}-\d{2}-\d{2}")
 
@@ -49,19 +72,20 @@ def artefact_text(
     due
         Until when the certificate holds, ``YYYY-MM-DD``, by the rule of the user.
     quantity
-        Part of the name of the length or diameter, where the certificate has several.
+        Part of the name of the length or diameter, if the certificate has several, or a name
+        without a word that is known.
     expansion
         Where the certificate states none.
 
     Raises
     ------
     InputError
-        The certificate states no such length with an expanded uncertainty, or several, or no
-        expansion; or ``due`` is no date.
+        The certificate states no such length with an expanded uncertainty, or several, or several
+        items, or no expansion; or ``due`` is no date.
     """
     if not _DATE.fullmatch(due):
         raise InputError("dcc.due", f"Due date {due!r} is no date.", "Give it as YYYY-MM-DD.")
-    length = _the_length(dcc, quantity)
+    length, factor = _the_length(dcc, kind, quantity)
     grows = _expansion(dcc) or expansion
     if grows is None:
         raise InputError(
@@ -69,15 +93,16 @@ def artefact_text(
             f"Certificate {dcc.number} states no thermal expansion.",
             "Give it with its standard uncertainty (--expansion, --expansion-sigma), 1/K.",
         )
-    scale = _MM_PER[length.unit]
+    scale = factor * _MM_PER[length.unit]
     value, expanded = scale * length.value, scale * _at_k2(length)
-    name, marks = dcc.items[0] if dcc.items else ("", ())
+    name, marks = _item(dcc)
     size = (
         f"diameter = {value!r}" if kind == "sphere" else f"nests = [0.0, {value!r}]"
     )  # fmt: skip
     return "\n".join(
         (
-            f"# From certificate {_quoted(dcc.number)}: {_quoted(length.name)}.",
+            f"# From certificate {_quoted(dcc.number)}: {_quoted(length.name)}"
+            f"{' (radius, doubled)' if factor == 2.0 else ''}. {_quoted(dcc.signature.words)}.",
             f"schema = {_quoted(_SCHEMAS[kind])}",
             'unit = "mm"',
             f"name = {_quoted(name or kind)}",
@@ -104,14 +129,16 @@ def artefact_fields(
     Numbers have all their digits. What no certificate says (id, due date) is missing, and so is the
     expansion where it is not stated. Parameters and errors as in `artefact_text`.
     """
-    length, grows = _the_length(dcc, quantity), _expansion(dcc)
-    scale = _MM_PER[length.unit]
+    (length, factor), grows = _the_length(dcc, kind, quantity), _expansion(dcc)
+    scale = factor * _MM_PER[length.unit]
     value = scale * length.value
-    name, marks = dcc.items[0] if dcc.items else ("", ())
+    name, marks = _item(dcc)
     fields = {
         "kind": kind, "name": name or kind, "serial": marks[0] if marks else "",
         "laboratory": dcc.laboratory, "certificate": dcc.number,
-        "certificate_sha256": dcc.sha256, "source": f"DCC {dcc.number}",
+        "certificate_sha256": dcc.sha256,
+        "source": f"DCC {dcc.number}" + (", radius doubled" if factor == 2.0 else "")
+        + f", XML signature {dcc.signature.word.value}",
         "sizes": repr(value) if kind == "sphere" else f"0.0 {value!r}",
         "expanded": repr(scale * _at_k2(length)),
     }  # fmt: skip
@@ -120,22 +147,62 @@ def artefact_fields(
     return fields
 
 
-def _the_length(dcc: Dcc, wanted: str) -> DccQuantity:
+def _the_length(dcc: Dcc, kind: Literal["bar", "sphere"], asked: str) -> tuple[DccQuantity, float]:
+    """Return the size of the artefact, and 2 for a radius."""
+    if dcc.signature.word is XmlSignatureWord.INVALID:
+        raise InputError(
+            "dcc.signature",
+            f"Certificate {dcc.number}: {dcc.signature.words}.",
+            "Ask the laboratory for the certificate again.",
+        )
     lengths = [
         one
         for one in dcc.quantities
         if one.unit in _MM_PER and one.k and one.expanded is not None and one.value > 0.0
-        and wanted.casefold() in one.name.casefold()
+        and asked.casefold() in one.name.casefold()
     ]  # fmt: skip
-    if len(lengths) == 1:
-        return lengths[0]
-    names = "; ".join(one.name for one in lengths[:6])
+    classes = [_class_of(one) for one in lengths]
+    wanted = _WANTED[kind]
+    fitting = [
+        (one, wanted[word]) for one, word in zip(lengths, classes, strict=True) if word in wanted
+    ]
+    if not fitting and asked:
+        # The user named it, and nothing contradicts that.
+        fitting = [
+            (one, 1.0) for one, word in zip(lengths, classes, strict=True) if word == "unnamed"
+        ]
+    if len(fitting) == 1:
+        return fitting[0]
+    names = "; ".join(
+        f"{one.name} ({word})" for one, word in list(zip(lengths, classes, strict=True))[:6]
+    )
+    size = "diameters or radii" if kind == "sphere" else "lengths"
     raise InputError(
         "dcc.length",
-        f"Certificate {dcc.number} states {len(lengths) or 'no'} lengths with an expanded "
-        f"uncertainty{f': {names}' if names else ''}.",
-        "Name the one that is meant by a part of its name (--quantity), or type the document.",
+        f"Certificate {dcc.number} states {len(fitting) or 'no'} {size} with an expanded "
+        f"uncertainty{f'; it has: {names}' if names else ''}.",
+        "Name one by a part of its name (--quantity), or type the document.",
     )
+
+
+def _class_of(quantity: DccQuantity) -> str:
+    """Return the class of a length: the innermost name with a known word decides."""
+    for words in reversed(quantity.words):
+        for word, pattern in _CLASSES.items():
+            if re.search(pattern, words, re.IGNORECASE):
+                return word
+    return "unnamed"
+
+
+def _item(dcc: Dcc) -> tuple[str, tuple[str, ...]]:
+    """Return name and identifications of the item; InputError if there are several."""
+    if len(dcc.items) > 1:
+        raise InputError(
+            "dcc.items",
+            f"Certificate {dcc.number} is about {len(dcc.items)} items.",
+            "Ask for a certificate of the one item, or type the document.",
+        )
+    return dcc.items[0] if dcc.items else ("", ())
 
 
 def _at_k2(quantity: DccQuantity) -> float:
@@ -151,10 +218,22 @@ def _at_k2(quantity: DccQuantity) -> float:
 
 
 def _expansion(dcc: Dcc) -> Expansion | None:
-    for one in dcc.quantities:
-        scale = _PER_KELVIN.get(one.unit)
-        if scale is not None and one.k and one.expanded is not None:
-            return Expansion(scale * one.value, scale * one.expanded / one.k)
+    """Return the only thermal expansion that is stated with its uncertainty."""
+    found = [
+        (scale, one)
+        for one in dcc.quantities
+        if (scale := _PER_KELVIN.get(one.unit)) is not None
+        and one.k and one.expanded is not None
+        and re.search(_GROWS, " ".join(one.words), re.IGNORECASE)
+    ]  # fmt: skip
+    if len(found) > 1:
+        raise InputError(
+            "dcc.expansion",
+            f"Certificate {dcc.number} states {len(found)} thermal expansions.",
+            "Ask for a certificate of the one item, or type the document.",
+        )
+    for scale, one in found:
+        return Expansion(scale * one.value, 0.5 * scale * _at_k2(one))
     return None
 
 

@@ -106,6 +106,8 @@ def _facts(
     if paper.accreditation:
         yield "", "Accreditation", paper.accreditation
     yield "7.8.2.1 d", "Number", paper.number
+    if paper.paper.words:
+        yield "", "Template", paper.paper.words
     yield "7.8.2.1 e", "Customer", given.customer or house.name
     yield "7.8.2.1 c", "Place", given.place or paper.paper.template.place
     yield "7.8.2.1 g", "Item", ", ".join((say(paper.item), *_identified(paper, speech)))

@@ -7,7 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from ocmm_core.acceptance import AcceptanceRecord, JudgedValue, RoomAir, Verdict, load_record
+from ocmm_core.acceptance import (
+    AcceptanceRecord,
+    JudgedValue,
+    RoomAir,
+    Verdict,
+    load_signed_record,
+)
 from ocmm_core.calibration.records import record_hash
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export.certificate._content import (
@@ -18,6 +24,7 @@ from ocmm_core.export.certificate._content import (
     Conformity,
     once,
 )
+from ocmm_core.export.certificate._run import require_vouched
 from ocmm_core.export.template import Paper
 
 _SAME = 1e-9
@@ -163,6 +170,21 @@ def same_test(one: AcceptanceRecord, other: AcceptanceRecord) -> bool:
     )
 
 
+def vouched_record(path: Path) -> AcceptanceRecord:
+    """Return a record for a certificate.
+
+    Raises
+    ------
+    InputError
+        No trusted station signed it: a certificate would vouch for it.
+    CalibrationError
+        It was changed.
+    """
+    found = load_signed_record(path)
+    require_vouched(path, found.signer)
+    return found.record
+
+
 def found_before(record: AcceptanceRecord, folder: Path) -> tuple[AcceptanceRecord | None, str]:
     """Return the test as found that lies in the folder of a test after adjustment, or why not.
 
@@ -172,7 +194,7 @@ def found_before(record: AcceptanceRecord, folder: Path) -> tuple[AcceptanceReco
     before, unread = [], 0
     for path in sorted(folder.glob("*.json")):
         try:
-            one = load_record(path)
+            one = vouched_record(path)
         except OcmmError:
             unread += 1
             continue

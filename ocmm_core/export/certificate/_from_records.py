@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ocmm_core.acceptance import load_record
 from ocmm_core.calibration.records import (
     CalibrationStore,
     CameraRecord,
@@ -26,9 +25,15 @@ from ocmm_core.export.certificate._from_acceptance import (
     AFTER,
     certificate_of_acceptance,
     found_before,
+    vouched_record,
 )
 from ocmm_core.export.certificate._from_calibration import certificate_of_calibration
-from ocmm_core.export.certificate._run import calibration_in, lines_of, verification_run
+from ocmm_core.export.certificate._run import (
+    calibration_in,
+    lines_of,
+    require_vouched,
+    verification_run,
+)
 from ocmm_core.export.template import Paper
 from ocmm_core.fieldbus.described import doubts_by_name
 
@@ -63,12 +68,12 @@ def certificate_of_folder(
     Raises
     ------
     OcmmError
-        There are no such records, or they were changed.
+        There are no such records, they were changed, or no trusted station signed them.
     """
     if folder.is_file():
-        record = load_record(folder)
+        record = vouched_record(folder)
         if as_found is not None:
-            return certificate_of_acceptance(record, paper, load_record(as_found))
+            return certificate_of_acceptance(record, paper, vouched_record(as_found))
         if record.condition != AFTER:
             return certificate_of_acceptance(record, paper)
         return certificate_of_acceptance(record, paper, *found_before(record, folder.parent))
@@ -159,6 +164,7 @@ def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate
             f"Tip '{tip}' was not qualified; this probe has {', '.join(store.tips) or 'none'}.",
             "Qualify the tip (ocmm calibrate tip), or name another one.",
         )
+    require_vouched(store.folder, store.signer, store.exchanged)
     digest = record_hash(found)
     run = CertificateRun(
         status="afterAdjustment",

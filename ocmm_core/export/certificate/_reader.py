@@ -9,19 +9,26 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from cryptography import x509
 from lxml import etree
 
 from ocmm_core.errors import InputError
 from ocmm_core.export.certificate._dcc import DCC, SI
+from ocmm_core.export.certificate._xml_signature import XmlSignature, xml_signature
 
 LARGEST = 20_000_000
 _DEEPEST = 64
 _MOST = 20_000
 _VERSIONS = ("3.",)
 _LONGEST_NAME = 400
+_UNCERTAINTY = (
+    ("uncertainty", "valueExpandedMU"),
+    ("coverageFactor",),
+)
+"""Elements of expanded uncertainty and k in D-SI 1 and 2.1, and in D-SI 2.2 and later."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,9 +36,9 @@ class DccQuantity:
     """A number of a certificate."""
 
     path: tuple[str, ...]
-    """Names of the results that it stands in, from outside in."""
-    kind: str
-    """``refType``; may be empty."""
+    """Names of the quantity and the results around it, outermost first."""
+    words: tuple[str, ...]
+    """Names in all languages and ``refType`` of each level, outermost first."""
     value: float
     unit: str
     """`value`, `unit`: As they are written."""
@@ -54,6 +61,8 @@ class Dcc:
 
     number: str
     """Its unique identifier."""
+    title: str
+    """As its statements have it, with SIMULATED or PRACTICE; empty if it states none."""
     laboratory: str
     customer: str
     """`laboratory`, `customer`: Names."""
@@ -64,14 +73,23 @@ class Dcc:
     """`begin`, `end`: Dates of the calibration, ISO 8601 text."""
     quantities: tuple[DccQuantity, ...]
     """All numbers of the results, in their order."""
+    left_out: tuple[str, ...]
+    """Names of quantities that are no real numbers or lists of them."""
     sha256: str
     """Of the file."""
+    signature: XmlSignature
+    """State of the XML signature in it."""
     canonical: bytes
     """Canonical form (C14N) of the whole document, which is what is signed."""
 
 
-def read_dcc(content: bytes) -> Dcc:
-    """Return what a certificate says.
+def read_dcc(content: bytes, trusted: Sequence[x509.Certificate] = ()) -> Dcc:
+    """Return the content of a certificate.
+
+    Parameters
+    ----------
+    trusted
+        Certificates of the laboratories whose XML signatures are trusted.
 
     Raises
     ------
@@ -82,12 +100,14 @@ def read_dcc(content: bytes) -> Dcc:
     root = _root(content)
     core = f"{{{DCC}}}administrativeData/{{{DCC}}}coreData/{{{DCC}}}"
     found: list[DccQuantity] = []
+    left_out: list[str] = []
     for result in root.iterfind(f"{{{DCC}}}measurementResults/{{{DCC}}}measurementResult"):
         results = result.find(f"{{{DCC}}}results")
         if results is not None:
-            found += _quantities(results, (_named(result),))
+            _read_quantities(results, result, found, left_out)
     return Dcc(
         number=root.findtext(f"{core}uniqueIdentifier") or "",
+        title=_title(root),
         laboratory=_content(root, "administrativeData/calibrationLaboratory/contact/name"),
         customer=_content(root, "administrativeData/customer/name"),
         items=tuple(
@@ -97,9 +117,18 @@ def read_dcc(content: bytes) -> Dcc:
         begin=root.findtext(f"{core}beginPerformanceDate") or "",
         end=root.findtext(f"{core}endPerformanceDate") or "",
         quantities=tuple(found),
+        left_out=tuple(left_out),
         sha256=hashlib.sha256(content).hexdigest(),
-        canonical=etree.tostring(root.getroottree(), method="c14n", with_comments=True),
+        signature=xml_signature(root, content, trusted),
+        canonical=_canonical(root),
     )
+
+
+def _canonical(root: etree._Element) -> bytes:
+    try:
+        return bytes(etree.tostring(root.getroottree(), method="c14n", with_comments=True))
+    except etree.LxmlError as error:
+        raise _refused(f"it has no canonical form ({str(error)[:80]})") from error
 
 
 def _root(content: bytes) -> etree._Element:
@@ -128,43 +157,80 @@ def _root(content: bytes) -> etree._Element:
     return root
 
 
-def _quantities(parent: etree._Element, path: tuple[str, ...]) -> list[DccQuantity]:
-    found = [
-        quantity
-        for node in parent.iter(f"{{{DCC}}}quantity")
-        if (quantity := _quantity(node, parent, path)) is not None
-    ]
-    if len(found) > _MOST:
-        raise _refused(f"it has more than {_MOST} quantities")
-    return found
+def _read_quantities(
+    results: etree._Element, top: etree._Element, found: list[DccQuantity], left_out: list[str]
+) -> None:
+    """Add the quantities of a result, and the names of those that are not read."""
+    for node in results.iter(f"{{{DCC}}}quantity"):
+        levels = [node]
+        for above in node.iterancestors():
+            if above is results:
+                break
+            # A limit is inside the quantity that it limits.
+            if above.tag in (f"{{{DCC}}}result", f"{{{DCC}}}list", f"{{{DCC}}}quantity"):
+                levels.insert(0, above)
+        levels.insert(0, top)
+        path = tuple(name for level in levels if (name := _named(level)))
+        numbers = list(_numbers(node))
+        if not numbers and node.find(f"{{{DCC}}}noQuantity") is None:
+            left_out.append(" / ".join(path))
+        conformity = node.findtext(
+            f"{{{DCC}}}measurementMetaData/{{{DCC}}}metaData/{{{DCC}}}conformity"
+        )
+        words = tuple(_all_words(level) for level in levels)
+        for index, (value, unit, expanded, k) in enumerate(numbers, 1):
+            own = path if len(numbers) == 1 else (*path, f"[{index}]")
+            told = (conformity or "").strip()
+            found.append(DccQuantity(own, words, value, unit, expanded, k, told))
+        if len(found) > _MOST:
+            raise _refused(f"it has more than {_MOST} quantities")
 
 
-def _quantity(
-    node: etree._Element, top: etree._Element, path: tuple[str, ...]
-) -> DccQuantity | None:
-    real = node.find(f"{{{SI}}}real")
-    if real is None:
-        return None
-    names = [_named(node)]
-    for above in node.iterancestors():
-        if above is top:
-            break
-        # A limit stands inside the quantity that it is about.
-        if above.tag in (f"{{{DCC}}}result", f"{{{DCC}}}list", f"{{{DCC}}}quantity"):
-            names.insert(0, _named(above))
-    unc = real.find(f"{{{SI}}}expandedUnc")
-    conformity = node.findtext(
-        f"{{{DCC}}}measurementMetaData/{{{DCC}}}metaData/{{{DCC}}}conformity"
-    )
-    return DccQuantity(
-        path=(*path, *(name for name in names if name)),
-        kind=node.get("refType", ""),
-        value=_number(real.findtext(f"{{{SI}}}value")),
-        unit=(real.findtext(f"{{{SI}}}unit") or "").strip(),
-        expanded=None if unc is None else _number(unc.findtext(f"{{{SI}}}uncertainty")),
-        k=None if unc is None else _number(unc.findtext(f"{{{SI}}}coverageFactor")),
-        conformity=(conformity or "").strip(),
-    )
+def _numbers(node: etree._Element) -> Iterator[tuple[float, str, float | None, float | None]]:
+    """Yield value, unit, expanded uncertainty and k of a real number, or of a list of them."""
+    real, many = node.find(f"{{{SI}}}real"), node.find(f"{{{SI}}}realListXMLList")
+    if real is not None:
+        expanded, k = (_texts(real, names) for names in _UNCERTAINTY)
+        if real.find(f".//{{{SI}}}valueStandardMU") is not None:
+            expanded, k = _texts(real, ("valueStandardMU",)), ["1"]
+        yield (
+            _number(real.findtext(f"{{{SI}}}value")),
+            (real.findtext(f"{{{SI}}}unit") or "").strip(),
+            _number(expanded[0]) if expanded else None,
+            _number(k[0]) if k else None,
+        )
+    elif many is not None:
+        values = _texts(many, ("valueXMLList",))
+        lists = [_texts(many, ("unitXMLList",))]
+        lists += [_texts(many, tuple(f"{one}XMLList" for one in names)) for names in _UNCERTAINTY]
+        for one in lists:
+            if len(one) not in (0, 1, len(values)):
+                raise _refused(f"a list of {len(values)} values has {len(one)} units or U")
+        for index, value in enumerate(values):
+            unit, expanded_at, k_at = (
+                None if not one else one[0 if len(one) == 1 else index] for one in lists
+            )
+            yield (
+                _number(value), unit or "",
+                None if expanded_at is None else _number(expanded_at),
+                None if k_at is None else _number(k_at),
+            )  # fmt: skip
+
+
+def _texts(parent: etree._Element, names: tuple[str, ...]) -> list[str]:
+    """Return the words of the first element of one of these names."""
+    for name in names:
+        found = parent.find(f".//{{{SI}}}{name}")
+        if found is not None:
+            return (found.text or "").split() or [""]
+    return []
+
+
+def _all_words(level: etree._Element) -> str:
+    """Return the names of a level in all languages, with its ``refType``."""
+    contents = level.iterfind(f"{{{DCC}}}name/{{{DCC}}}content")
+    names = [" ".join((one.text or "").split())[:_LONGEST_NAME] for one in contents]
+    return " ".join((*names, level.get("refType", "").replace("_", " ")))
 
 
 def _number(text: str | None) -> float:
@@ -186,6 +252,15 @@ def _named(node: etree._Element) -> str:
 def _content(root: etree._Element, path: str) -> str:
     steps = "/".join(f"{{{DCC}}}{step}" for step in (*path.split("/"), "content"))
     return " ".join((root.findtext(steps) or "").split())[:_LONGEST_NAME]
+
+
+def _title(root: etree._Element) -> str:
+    steps = ("administrativeData", "statements", "statement", "declaration", "content")
+    for node in root.iterfind("/".join(f"{{{DCC}}}{step}" for step in steps)):
+        name, mark, told = (node.text or "").partition(": ")
+        if mark and name == "Title":
+            return " ".join(told.split())[:_LONGEST_NAME]
+    return ""
 
 
 def _marks(item: etree._Element) -> Iterator[str]:

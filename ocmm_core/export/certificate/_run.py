@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from ocmm_core.calibration.records import (
     CalibrationStore,
@@ -11,12 +12,19 @@ from ocmm_core.calibration.records import (
     VerificationRecord,
     record_hash,
 )
-from ocmm_core.errors import InputError
+from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export.certificate._content import CertificateLine, CertificateRun, Status
+from ocmm_core.seals import SealState
 
 
 def calibration_in(store: CalibrationStore) -> CameraRecord:
-    """Return the calibration in use; raise InputError where there is none to write of."""
+    """Return the calibration in use.
+
+    Raises
+    ------
+    InputError
+        There is none, or no trusted station signed its history.
+    """
     record = store.active()
     if record is None:
         raise InputError(
@@ -24,7 +32,33 @@ def calibration_in(store: CalibrationStore) -> CameraRecord:
             "There is no calibration of these cameras.",
             "Calibrate the cameras and verify the calibration (ocmm calibrate).",
         )
+    require_vouched(store.folder, store.signer, store.exchanged)
     return record
+
+
+def require_vouched(path: Path, signer: SealState, exchanged: OcmmError | None = None) -> None:
+    """Refuse a certificate of records without a signature of a trusted station.
+
+    Parameters
+    ----------
+    exchanged
+        Why the records are not the newest ones; None if they are.
+
+    Raises
+    ------
+    OcmmError
+        There is no such signature, or they are not the newest.
+    """
+    if exchanged is not None:
+        raise exchanged
+    if signer.sound:
+        return
+    raise InputError(
+        "certificate.not_signed",
+        f"{path}: a certificate would vouch for this. {signer.fault}",
+        "Measure again with this version. For records of another station of yours, compare its "
+        "key and trust it: ocmm key trust.",
+    )
 
 
 def verification_run(record: VerificationRecord, status: Status) -> CertificateRun:

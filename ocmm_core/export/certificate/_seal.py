@@ -14,10 +14,12 @@ from ocmm_core.export import write_together
 from ocmm_core.export.certificate._content import Certificate
 from ocmm_core.export.certificate._dcc import dcc_bytes
 from ocmm_core.export.certificate._reader import LARGEST, Dcc, read_dcc
-from ocmm_core.seals import KeyFolder, SealState, Signature, Signed, judge_signature, sign
+from ocmm_core.export.certificate._xml_signature import XmlSignatureWord, trusted_laboratories
+from ocmm_core.seals import KeyFolder, SealState, SealWord, Signature, Signed, judge_signature, sign
 
 SCHEMA = "ocmm.certificate-seal/1"
-SUFFIX, SEAL_SUFFIX = ".dcc.xml", ".sig.json"
+CERTIFICATE_ENDING: str = ".dcc.xml"
+SEAL_SUFFIX: str = ".sig.json"
 
 
 class CertificateSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -36,8 +38,20 @@ class DccFound:
     state: SealState
 
     @property
+    def sound(self) -> bool:
+        """Return whether a trusted signer signed exactly this content, and nothing contradicts."""
+        word = self.dcc.signature.word
+        if word is XmlSignatureWord.NONE or word is XmlSignatureWord.UNKNOWN_SIGNER:
+            return self.state.sound
+        return word is XmlSignatureWord.VALID and self.state.word in (
+            SealWord.SEALED, SealWord.NOT_SIGNED,
+        )  # fmt: skip
+
+    @property
     def words(self) -> str:
-        """Return what may be done with it."""
+        """Return its signatures, for people."""
+        if self.dcc.signature.word is not XmlSignatureWord.NONE:
+            return f"{self.dcc.signature.words}."
         if self.state.sound:
             return f"Signed by {self.state.signer}."
         return f"{self.state.word.value}: for information only."
@@ -95,7 +109,7 @@ def check_dcc_seal(path: Path, keys: KeyFolder) -> DccFound:
     StorageError
         The ring of known keys cannot be read.
     """
-    dcc = read_dcc(read_bytes(path, LARGEST))
+    dcc = read_dcc(read_bytes(path, LARGEST), trusted_laboratories(keys.folder))
     beside = path.with_name(path.name + SEAL_SUFFIX)
     signature = None
     if beside.exists():
@@ -119,7 +133,7 @@ def _signed(paper: Certificate, folder: Path) -> dict[Path, bytes]:
         number=paper.number,
         signature=sign(KeyFolder().station_key(), Signed.CERTIFICATE, read.canonical),
     )
-    path = folder / f"{paper.number}{SUFFIX}"
+    path = folder / f"{paper.number}{CERTIFICATE_ENDING}"
     beside = path.with_name(path.name + SEAL_SUFFIX)
     signed = msgspec.json.format(msgspec.json.encode(seal), indent=1) + b"\n"
     return {path: content, beside: signed}

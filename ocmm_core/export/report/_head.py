@@ -39,6 +39,7 @@ def head_table(data: ReportData) -> Table:
         ("Last point (UTC)", data.last_taken_utc),
         ("Plan", data.plan.name),
         ("Plan SHA-256", head.plan_identity),
+        ("Plan release", clean_text(data.release.words)),
         *((verdict.value, count) for verdict, count in counts.items()),
         ("Decision rule", data.rule_words),
         ("Uncertainty", U_WORDS),

@@ -47,6 +47,7 @@ class JobPart(_Part, frozen=True, kw_only=True):
     created_utc: str
     plan: str
     plan_sha256: str
+    plan_release: str = ""
     rig_sha256: str
     probe_sha256: str
     measured_with: str

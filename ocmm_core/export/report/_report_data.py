@@ -18,8 +18,9 @@ from ocmm_core.geometry import RigidTransform
 from ocmm_core.inspection.archive import ReopenedJob
 from ocmm_core.inspection.causes import Explanation, explanations
 from ocmm_core.inspection.evaluation import FeatureView, JobView, job_states
-from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.plan import Plan, release_in_job
 from ocmm_core.measuring import Climate, MeasuredPoint
+from ocmm_core.seals import NO_RELEASE, ReleaseState
 from ocmm_core.storage import JobHead, JobSeal
 from ocmm_core.tolerances.decisions import CharacteristicResult, PartVerdict, rule_id, rule_words
 from ocmm_core.tolerances.kinds import spec_of
@@ -135,7 +136,9 @@ class ReportData:
     written_by: str = __version__
     """Version of the program that reports; that of the program that measured is in ``head``."""
     seal: JobSeal | None = None
-    """How far the job goes, and who signed it; None where nobody knows."""
+    """How far the job goes, and who signed it; None if unknown."""
+    release: ReleaseState = NO_RELEASE
+    """Of the plan, as copied into the job when it was started."""
     paper: Paper = field(default_factory=plain_paper)
     """Whose paper it is, and what no job file knows; set with ``dataclasses.replace``."""
 
@@ -194,14 +197,17 @@ class ReportData:
     def states(self) -> tuple[str, ...]:
         """Return what stands on every page, sheet and file; empty where nothing has to.
 
-        SIMULATED, CAMERAS UNPROVEN and INCOMPLETE (`job_states`), and why nothing is proven: IN
-        DOUBT where something speaks against the file, else UNCALIBRATED.
+        SIMULATED, CAMERAS UNPROVEN and INCOMPLETE (`job_states`), PLAN NOT RELEASED if a release
+        does not fit the plan, and why nothing is proven: IN DOUBT if something speaks against the
+        file, else UNCALIBRATED.
         """
+        void = self.release.release is not None and not self.release.released
+        states = (*job_states(self.view), *(("PLAN NOT RELEASED",) if void else ()))
         if self.notes:
-            return (*job_states(self.view), "IN DOUBT")
+            return (*states, "IN DOUBT")
         # What the room leaves unproven is no fault of the calibration.
         uncalibrated = self.view.unproven not in ("", self.view.room_doubt)
-        return (*job_states(self.view), *(("UNCALIBRATED",) if uncalibrated else ()))
+        return (*states, *(("UNCALIBRATED",) if uncalibrated else ()))
 
     @property
     def state_words(self) -> str:
@@ -243,6 +249,7 @@ def report_data(
     taken_back: tuple[tuple[MeasuredPoint, str], ...] = (),
     explained: tuple[Explanation, ...] = (),
     seal: JobSeal | None = None,
+    release: ReleaseState = NO_RELEASE,
 ) -> ReportData:
     """Return what is reported about a job as it stands; parameters as in `ReportData`."""
     frame = T_part_from_world or RigidTransform.identity()
@@ -280,6 +287,7 @@ def report_data(
         taken_back=taken_back,
         explanations=explained,
         seal=seal,
+        release=release,
     )
 
 
@@ -320,6 +328,7 @@ def report_of_job(job: ReopenedJob) -> ReportData:
         notes=job.doubts,
         taken_back=job.taken_back,
         seal=job.seal,
+        release=release_in_job(job.head, job.events),
         explained=explanations(
             job.plan, job.view, job.points, job.sensitivities, job.rig, job.body, job.options
         ),

@@ -17,6 +17,7 @@ from ocmm_core.documents import decode_json, read_bytes, read_text, write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export.template._surroundings import surroundings
 from ocmm_core.export.template._template import Paper, Particulars, load_paper, standard_template
+from ocmm_core.seals import release_path
 
 PARTICULARS_SCHEMA = "ocmm.report-particulars/1"
 BESIDE = ".paper.json"
@@ -70,6 +71,11 @@ def keep_template(path: Path) -> Path:
             # First: a template without its logo would be refused.
             write_atomic(kept.with_name(logo), paper.logo)
         write_atomic(kept, content)
+        beside = release_path(path)
+        if beside.is_file():
+            write_atomic(release_path(kept), read_text(beside).encode("utf-8"))
+        else:
+            release_path(kept).unlink(missing_ok=True)
     except OSError as error:
         raise _unwritable(kept, error) from error
     return kept

@@ -19,6 +19,7 @@ from ocmm_core.documents import (
 )
 from ocmm_core.errors import InputError
 from ocmm_core.export.template._paper_lengths import LengthUnit
+from ocmm_core.seals import ReleaseState, Signed, release_state
 
 SCHEMA = "ocmm.report-template/1"
 
@@ -142,6 +143,13 @@ class Paper:
     """Content of the picture; empty without one."""
     given: Particulars = field(default_factory=Particulars)
     """What the job does not know."""
+    release: ReleaseState | None = None
+    """Of the template; None without one, or if it is shipped."""
+
+    @property
+    def words(self) -> str:
+        """Return the name of the template with its release; empty if there is none."""
+        return "" if self.release is None else f"{self.template.name}: {self.release.words}"
 
 
 def plain_paper() -> Paper:
@@ -191,7 +199,10 @@ def load_paper(path: Path | str, given: Particulars | None = None) -> Paper:
                 name,
                 f"is too long; at most {_MOST_LINES} lines of {_LONGEST_LINE} characters",
             )
-    return Paper(template, _logo(path, template.laboratory.logo), given or Particulars())
+    logo = _logo(path, template.laboratory.logo)
+    shipped = path == standard_template()
+    release = None if shipped else release_state(path, Signed.TEMPLATE)
+    return Paper(template, logo, given or Particulars(), release)
 
 
 def _logo(path: Path, name: str) -> bytes:

@@ -9,9 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from ocmm_core.errors import InputError
-from ocmm_core.features.shapes import COMMENT, FIELDS, NUMBER, Shape, decoded, number_of
+from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
+from ocmm_core.tables import NUMBER, NumberGrammar, decoded
 
+_FIELDS = re.compile(r"[\s;,]+")
+_COMMENT = re.compile(r"(#|%|!|//|\*).*")
 POINTS_ENDING = ".ds"
 RESULT_ENDING = ".fit"
 FURTHER_ENDINGS = (".txt", ".csv", ".dat", ".asc", ".xyz", ".pts")
@@ -118,21 +121,21 @@ def certified_of(file: Path, shape: Shape) -> tuple[Float, float | None]:
         It cannot be read, or has not as many numbers as the shape needs.
     """
     try:
-        lines = decoded(file).splitlines()
+        lines = decoded(file.read_bytes()).splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(
             "verify.no_result",
             f"{file}: the certified result cannot be read.",
             "Put it beside the file with the points.",
         ) from error
-    words = [word for line in lines for word in FIELDS.split(COMMENT.sub("", line))]
+    words = [word for line in lines for word in _FIELDS.split(_COMMENT.sub("", line))]
     words = [word.strip("=:()[]{}<>") for word in words]
     odd = [word for word in words if word[:1].isdigit() and not NUMBER.fullmatch(word)]
     if odd or any(word.lower() in ("nan", "inf") for word in words):
         raise InputError(
             "verify.number", f"{file}: contains a non-number.", "Give one number per line."
         )
-    numbers = np.array([number_of(word) for word in words if NUMBER.fullmatch(word)])
+    numbers = np.array([NumberGrammar().value(word) for word in words if NUMBER.fullmatch(word)])
     needed = _NUMBERS[shape]
     if len(numbers) not in (needed, needed + 1):
         raise InputError(

@@ -1,9 +1,9 @@
-"""The words of shapes and of nominal features, and points of a text file.
+"""The words of shapes and of nominal features.
 
-In: what a plan says of a feature, or a text file of points. Out: checked nominals, arrays in mm.
+In: a feature of a plan. Out: checked nominals, arrays in mm.
 
 Read `_shapes` (which shapes there are, what their geometry vector holds, the form of every fit),
-`_nominal` and `_nominal_checks` (can what a plan says exist), `_points_file`.
+`_nominal` and `_nominal_checks` (can what a plan says exist).
 It is the first room of features and must not know how anything is fitted.
 """
 
@@ -16,15 +16,7 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.features.shapes._nominal import CRITERIA, NominalFeature, nominal_geometry
     from ocmm_core.features.shapes._nominal_checks import shape_fault
-    from ocmm_core.features.shapes._points_file import (
-        COMMENT,
-        FIELDS,
-        NUMBER,
-        PointsFile,
-        decoded,
-        number_of,
-        read_points_file,
-    )
+    from ocmm_core.features.shapes._points_file import PointsFile, read_points_file
     from ocmm_core.features.shapes._shape import Shape
     from ocmm_core.features.shapes._shape_spec import (
         ACROSS,
@@ -53,7 +45,7 @@ else:
         __name__,
         _nominal="CRITERIA NominalFeature nominal_geometry",
         _nominal_checks="shape_fault",
-        _points_file="COMMENT FIELDS NUMBER PointsFile decoded number_of read_points_file",
+        _points_file="PointsFile read_points_file",
         _shape="Shape",
         _shape_spec=(
             "ACROSS BallWay Criterion DIRECTION GEOMETRY_SIZE HALF_ANGLE POINT QifShape RADIUS "
@@ -64,15 +56,12 @@ else:
 
 __all__ = [
     "ACROSS",
-    "COMMENT",
     "CRITERIA",
     "DIRECTION",
-    "FIELDS",
     "GEOMETRY_NAMES",
     "GEOMETRY_SIZE",
     "HALF_ANGLE",
     "MINIMUM_POINTS",
-    "NUMBER",
     "POINT",
     "RADIUS",
     "SECOND",
@@ -85,11 +74,9 @@ __all__ = [
     "Shape",
     "ShapeSpec",
     "Size",
-    "decoded",
     "element",
     "make_fit",
     "nominal_geometry",
-    "number_of",
     "read_points_file",
     "shape_fault",
     "shapes_where",

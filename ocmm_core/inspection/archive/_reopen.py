@@ -22,7 +22,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.archive._camera_history import settle_by_calibration
-from ocmm_core.inspection.archive._known import KnownOfJob, known_alone, known_here
+from ocmm_core.inspection.archive._known import KnownOfJob, known_alone, known_by_file, known_here
 from ocmm_core.inspection.archive._points_in_doubt import History
 from ocmm_core.inspection.archive._reopen_copy import content_to_look_at, job_to_look_at
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about
@@ -31,7 +31,15 @@ from ocmm_core.inspection.evaluation import HoldReason, JobView, SessionOptions,
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession, ReferenceUse
 from ocmm_core.measuring import Climate, MeasuredPoint
-from ocmm_core.storage import ADOPTED, CLOCK, JobEvent, JobFile, JobHead, JobSeal
+from ocmm_core.storage import (
+    ADOPTED,
+    CLOCK,
+    RESCUED,
+    JobEvent,
+    JobFile,
+    JobHead,
+    JobSeal,
+)
 from ocmm_core.tolerances.decisions import not_proven
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
@@ -111,7 +119,7 @@ class ReopenedJob:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Return what a reader should know and what speaks against nothing, in sentences."""
-        told = (event.text for event in self.events if event.kind in (ADOPTED, CLOCK))
+        told = (event.text for event in self.events if event.kind in (ADOPTED, CLOCK, RESCUED))
         return (*told, *([self.cameras.absent] if self.cameras.absent else []))
 
 
@@ -173,9 +181,12 @@ def reopen_content(path: Path, file: bytes, log: bytes, known: KnownOfJob) -> Re
 
 
 def reopen_alone(path: Path, job: JobFile) -> ReopenedJob:
-    """Return an open job by its file alone, as `reopen_job` does; ``path`` is what it is called."""
+    """Return an open job by its file alone, called ``path``: the same on every computer.
+
+    A good signature counts with any key. Readers decide which keys they trust.
+    """
     with _told_of(path):
-        return _reopened(path, job, known_alone(job), lambda what, share: None)
+        return _reopened(path, job, known_by_file(job), lambda what, share: None)
 
 
 @contextlib.contextmanager

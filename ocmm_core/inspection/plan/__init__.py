@@ -8,7 +8,7 @@ Read `_plan` (features and characteristics), `_file` (the document), `_step_chec
 `_edit` (changes: a plan in, another one out), `_shelf` (plans of a folder), `_file_beside` (files
 that it names), `_picture`, `_cad_model` with `_part_cache` (the part that is shown).
 It is filled by `_csv`, `_teach` and `_surface_profile` (of faces of the model). `_stored_plan`
-reads the plan of a job file.
+reads the plan of a job file; `_plan_release` releases a plan by name.
 It must not know points or sessions.
 """
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         without_model,
     )
     from ocmm_core.inspection.plan._climate import climate_for, material_expansion
-    from ocmm_core.inspection.plan._csv import features_from_csv, number
+    from ocmm_core.inspection.plan._csv import FeatureTable, feature_table, features_from_csv
     from ocmm_core.inspection.plan._doubts import nominal_doubts
     from ocmm_core.inspection.plan._edit import (
         EDITED,
@@ -63,6 +63,14 @@ if TYPE_CHECKING:
         check_plan,
         load_plan,
     )
+    from ocmm_core.inspection.plan._plan_release import (
+        RELEASE_EVENT,
+        note_release,
+        plan_release,
+        release_in_job,
+        release_plan,
+        require_released,
+    )
     from ocmm_core.inspection.plan._shelf import PlanSummary, list_plans, plan_card
     from ocmm_core.inspection.plan._step_checks import step_fault
     from ocmm_core.inspection.plan._stored_plan import stored_plan
@@ -78,7 +86,7 @@ else:
         __name__,
         _cad_model="PartOfPlan carry_model part_of_plan with_model without_model",
         _climate="climate_for material_expansion",
-        _csv="features_from_csv number",
+        _csv="FeatureTable feature_table features_from_csv",
         _doubts="nominal_doubts",
         _edit=(
             "EDITED HEAD_FIELDS add_characteristic add_construction add_feature move_item "
@@ -91,6 +99,9 @@ else:
         _file="save_plan",
         _picture="carry_pictures with_picture without_file",
         _plan="CadModel MAX_EXPANSION_PPM Material NAME_PATTERN Plan check_plan load_plan",
+        _plan_release=(
+            "RELEASE_EVENT note_release plan_release release_in_job release_plan require_released"
+        ),
         _shelf="PlanSummary plan_card list_plans",
         _step_checks="step_fault",
         _stored_plan="stored_plan",
@@ -104,9 +115,11 @@ __all__ = [
     "HEAD_FIELDS",
     "MAX_EXPANSION_PPM",
     "NAME_PATTERN",
+    "RELEASE_EVENT",
     "USUAL_BALL_RADIUS",
     "CadModel",
     "EnvironmentLimits",
+    "FeatureTable",
     "Material",
     "NotedRoom",
     "PartOfPlan",
@@ -121,6 +134,7 @@ __all__ = [
     "climate_for",
     "environment_doubt",
     "environment_words",
+    "feature_table",
     "features_from_csv",
     "list_plans",
     "load_plan",
@@ -128,13 +142,17 @@ __all__ = [
     "move_item",
     "new_plan",
     "nominal_doubts",
+    "note_release",
     "note_room_in",
     "noted_rooms",
-    "number",
     "part_of_plan",
     "plan_card",
+    "plan_release",
+    "release_in_job",
+    "release_plan",
     "remove_item",
     "replace_item",
+    "require_released",
     "save_plan",
     "step_fault",
     "stored_plan",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,10 +11,10 @@ import msgspec
 
 from ocmm_core.documents import may_be_there, read_bytes
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.inspection.plan._file_beside import FileKind
+from ocmm_core.inspection.plan._file_beside import MOST_NAMES, FileKind
 from ocmm_core.inspection.plan._part_cache import cached_part, keep_part
 from ocmm_core.inspection.plan._plan import CadModel, Plan
-from ocmm_core.inspection.step import STEP_ENDINGS, read_part
+from ocmm_core.inspection.step import STEP_ENDINGS, ModelFiles, model_files, read_part
 from ocmm_core.part_model import PartModel
 
 _MODEL = FileKind("model", "CAD model", STEP_ENDINGS)
@@ -60,25 +60,50 @@ def with_model(
             "The CAD model is stored beside its plan, and the plan has no file yet.",
             "Save the plan first.",
         )
-    content = read_bytes(source)
-    if source.suffix.lower() not in STEP_ENDINGS or not content.lstrip().startswith(
-        b"ISO-10303-21"
-    ):
+    if source.suffix.lower() not in STEP_ENDINGS:
         raise InputError(
             "plan.no_model",
             f"{source}: not a STEP file.",
             f"Choose a CAD model ending in {', '.join(STEP_ENDINGS)}.",
         )
-    sha256 = hashlib.sha256(content).hexdigest()
-    if part is not None and part.source_sha256 != sha256:
+    files = model_files(source)
+    if part is not None and part.source_sha256 != files.sha256:
         raise InputError(
             "plan.other_model", f"{source}: the file was changed meanwhile.", "Import it again."
         )
     folder = plan_file.absolute().parent
-    name = _MODEL.kept(source, content, folder)
+    if files.parts:
+        name = _MODEL.inside(source, folder) or _kept_together(files, folder)
+    else:
+        name = _MODEL.kept(source, read_bytes(source), folder)
     if part is not None:
         keep_part(folder, part)
-    return msgspec.structs.replace(plan, model=CadModel(file=name, sha256=sha256))
+    return msgspec.structs.replace(plan, model=CadModel(file=name, sha256=files.sha256))
+
+
+def _kept_together(files: ModelFiles, folder: Path) -> str:
+    """Return the name of an assembly in the folder of a plan; its files are copied to one of its own.
+
+    The files name each other, so that none can be renamed: another folder of the same name stays,
+    and the copy is numbered.
+    """
+    stem = _MODEL.stem(files.top)
+    for number in range(1, MOST_NAMES):
+        inner = folder / (stem if number == 1 else f"{stem}-{number}")
+        if not inner.exists():
+            return _copied(files, inner, stem).relative_to(folder).as_posix()
+        for target in inner.glob(f"*{stem}{files.top.suffix.lower()}"):
+            with suppress(InputError):
+                if model_files(target).sha256 == files.sha256:
+                    return target.relative_to(folder).as_posix()
+    raise _MODEL.no_name(folder, stem)
+
+
+def _copied(files: ModelFiles, folder: Path, stem: str) -> Path:
+    try:
+        return files.copied(folder, stem)
+    except OSError as error:
+        raise _MODEL.not_written(folder, error) from error
 
 
 def without_model(plan: Plan) -> Plan:
@@ -93,12 +118,18 @@ def carry_model(plan: Plan, old: Path, new: Path) -> None:
     ------
     StorageError
         It cannot be copied.
+    InputError
+        Its files cannot be read.
     """
     if plan.model is None:
         return
     source, target = old / plan.model.file, new / plan.model.file
     if may_be_there(source) and not target.exists():
-        _MODEL.write(target, read_bytes(source))
+        files = model_files(source)
+        if files.parts:
+            _copied(files, target.parent, target.stem)
+        else:
+            _MODEL.write(target, read_bytes(source))
 
 
 def part_of_plan(
@@ -128,7 +159,7 @@ def part_of_plan(
                 f"{path}: the CAD model of the plan is not there",
                 "Copy it beside the plan, or import it again.",
             )
-        if hashlib.sha256(read_bytes(path)).hexdigest() != plan.model.sha256:
+        if model_files(path).sha256 != plan.model.sha256:
             raise _not_shown(
                 "plan.model_changed",
                 f"{path}: it is not the CAD model that the plan was made from (another hash)",

@@ -2,41 +2,60 @@
 
 The first line names the columns, in any order: ``name``, ``shape``, ``x``, ``y``, ``z`` are needed;
 ``i``, ``j``, ``k``, ``diameter``, ``length``, ``width``, ``angle``, ``side``, ``points`` and
-``text`` may be left out. Columns are parted by commas, semicolons or tabulators. A decimal point is
-always taken, a decimal comma where columns are not parted by commas; there are no signs between
-thousands. Lengths are millimetres.
+``text`` may be left out. Headings may state units ("x [inch]"); lengths are mm and angles degrees
+without one. Encodings, separators and decimal signs: `ocmm_core.tables`.
 """
 
 from __future__ import annotations
 
-import csv
-import io
+import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from ocmm_core.documents import read_bytes
+import numpy as np
+
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan._edit import usual_points
 from ocmm_core.inspection.plan._plan import NAME_PATTERN
+from ocmm_core.tables import (
+    NamedColumns,
+    TableAccount,
+    TableOptions,
+    TextRow,
+    TextTable,
+    read_table,
+)
+from ocmm_core.units import named_unit
 
 NEEDED = ("name", "shape", "x", "y", "z")
 OPTIONAL = (
     "i", "j", "k", "diameter", "length", "width", "angle", "side", "points", "text",
 )  # fmt: skip
+_LENGTHS = ("x", "y", "z", "diameter", "length", "width")
+_NUMBERS = (*_LENGTHS, "i", "j", "k", "angle")
 LARGEST_BYTES = 2_000_000
 _LARGEST = 1e15
 MOST_FEATURES = 1000
+_UNIT_VECTOR = 5e-3
+"""Of the length of a direction with two decimals, such as (0.71, 0.71, 0)."""
 
-_NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d{1,2})?")
 _SHAPES = {re.sub("[^a-z]", "", shape.value.lower()): shape for shape in Shape}
 
 
 @dataclass(frozen=True, slots=True)
+class FeatureTable:
+    """Features of a table, and the account of the reader."""
+
+    features: tuple[NominalFeature, ...]
+    account: TableAccount
+
+
+@dataclass(frozen=True, slots=True)
 class _Cell:
-    """A cell, and where it stands."""
+    """A cell and its place."""
 
     path: Path
     line: int
@@ -52,101 +71,49 @@ class _Cell:
 
 
 def features_from_csv(path: Path | str) -> tuple[NominalFeature, ...]:
-    """Return the features of a table.
+    """Return the features of a table, see `feature_table`."""
+    return feature_table(path).features
+
+
+def feature_table(path: Path | str, options: TableOptions | None = None) -> FeatureTable:
+    """Return the features of a table, and the account of the reader.
 
     Raises
     ------
     InputError
         The file cannot be read, or a cell cannot be used; the sentence names line and column.
     """
-    path = Path(path)
-    raw = read_bytes(path)
-    if len(raw) > LARGEST_BYTES:
+    wanted = NamedColumns(NEEDED, _NUMBERS, (*NEEDED, *OPTIONAL))
+    table = read_table(path, wanted, options, LARGEST_BYTES)
+    if len(table.rows) > MOST_FEATURES:
         raise InputError(
             "plan.csv",
-            f"{path}: the file has {len(raw)} bytes and is not a feature table.",
-            f"At most {MOST_FEATURES} features are allowed.",
-        )
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(
-            "plan.csv",
-            f"{path}: byte {error.start} is not UTF-8 text.",
-            "Save the table as CSV UTF-8.",
-        ) from error
-    first = text.split("\n", 1)[0]
-    delimiter = next((sign for sign in ("\t", ";") if sign in first), ",")
-    try:
-        rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True))
-    except csv.Error as error:
-        raise InputError(
-            "plan.csv", f"{path}: the table is not complete: {error}.", "Save it as CSV again."
-        ) from error
-    if not rows:
-        raise InputError("plan.csv", f"{path}: the file is empty.", "Choose a feature table.")
-    columns = _columns(path, rows[0])
-    found: list[NominalFeature] = []
-    lines: dict[str, int] = {}
-    for line, row in enumerate(rows[1:], start=2):
-        if not any(cell.strip() for cell in row):
-            continue
-        if len(row) != len(columns):
-            hint = " A decimal comma needs semicolons between the columns." * (delimiter == ",")
-            raise InputError(
-                "plan.csv",
-                f"{path}, line {line}: it has {len(row)} columns, the first line {len(columns)}.",
-                f"Every line needs the same columns.{hint}",
-            )
-        cells = {
-            column: _Cell(path, line, column, text.strip())
-            for column, text in zip(columns, row, strict=True)
-        }
-        feature = _feature(cells, comma=delimiter != ",")
-        if feature.name in lines:
-            raise cells["name"].fault(
-                f"is already the name in line {lines[feature.name]}", "Use each feature name once."
-            )
-        lines[feature.name] = line
-        found.append(feature)
-    if not 0 < len(found) <= MOST_FEATURES:
-        raise InputError(
-            "plan.csv",
-            f"{path}: the table has {len(found)} features.",
+            f"{table.path}: the table has {len(table.rows)} features.",
             f"Allowed: 1 to {MOST_FEATURES}, one per line below the column names.",
         )
-    return tuple(found)
-
-
-def number(text: str, *, comma: bool = True) -> float | None:
-    """Return a number with a decimal point or, where ``comma``, a decimal comma; None if none."""
-    if not _NUMBER.fullmatch(text) or ("," in text and not comma):
-        return None
-    value = float(text.replace(",", "."))
-    # Digits without end make infinity.
-    return value if abs(value) <= _LARGEST else None
-
-
-def _columns(path: Path, row: list[str]) -> list[str]:
-    columns = [cell.strip().lower() for cell in row]
-    for column in columns:
-        if column not in (*NEEDED, *OPTIONAL):
-            raise InputError(
-                "plan.csv",
-                f"{path}, line 1: there is no column {column[:60]!r}.",
-                f"Columns are {', '.join((*NEEDED, *OPTIONAL))}.",
+    present = tuple(name for name in _LENGTHS if name in table.columns)
+    unit = table.unit(present, options)
+    factors = np.broadcast_to(unit.factors, (1, len(present))).ravel().tolist()
+    scales = dict(zip(present, factors, strict=True))
+    if "angle" in table.units:
+        line, text = table.units["angle"]
+        scales["angle"] = named_unit(text, "angle", f"{table.path}, line {line}").factor
+    found: list[NominalFeature] = []
+    lines: dict[str, int] = {}
+    for row in table.rows:
+        feature = _feature(table, row, scales)
+        if feature.name in lines:
+            name = _Cell(table.path, row.line, "name", feature.name)
+            raise name.fault(
+                f"is already the name in line {lines[feature.name]}", "Use each feature name once."
             )
-    missing = [column for column in NEEDED if column not in columns]
-    twice = [column for column in columns if columns.count(column) > 1]
-    if missing or twice:
-        what = f"column '{missing[0]}' is missing" if missing else f"'{twice[0]}' is there twice"
-        raise InputError(
-            "plan.csv", f"{path}, line 1: {what}.", f"Required, once each: {', '.join(NEEDED)}."
-        )
-    return columns
+        lines[feature.name] = row.line
+        found.append(feature)
+    return FeatureTable(tuple(found), table.account(unit))
 
 
-def _feature(cells: dict[str, _Cell], *, comma: bool) -> NominalFeature:
+def _feature(table: TextTable, row: TextRow, scales: dict[str, float]) -> NominalFeature:
+    cells = {name: _Cell(table.path, row.line, name, text) for name, text in row.cells.items()}
     name = cells["name"]
     if not NAME_PATTERN.fullmatch(name.text):
         raise name.fault(
@@ -158,14 +125,21 @@ def _feature(cells: dict[str, _Cell], *, comma: bool) -> NominalFeature:
     shape = _SHAPES.get(re.sub("[^a-z]", "", word.text.lower()))
     if shape is None:
         raise word.fault("is not a shape", f"Shapes are {', '.join(s.value for s in Shape)}.")
-    values = {
-        column: _number(cells[column], comma=comma) if column in cells else 0.0
-        for column in ("x", "y", "z", "i", "j", "k", "diameter", "length", "width", "angle")
-    }
     for column in ("x", "y", "z"):
         if not cells[column].text:
             raise cells[column].fault("is empty", "Give the place of the feature.")
+    values = {
+        column: scales.get(column, 1.0) * _number(table, cells.get(column)) for column in _NUMBERS
+    }
     direction = (values["i"], values["j"], values["k"])
+    if any(direction) and abs(math.hypot(*direction) - 1.0) > _UNIT_VECTOR:
+        shown = ", ".join(f"{value:g}" for value in direction)
+        raise InputError(
+            "plan.csv",
+            f"{table.path}, line {row.line}, columns i, j, k: the direction ({shown}) has the "
+            f"length {math.hypot(*direction):.4g}, not 1.",
+            "Give the direction as a unit vector, such as 0, 0, 1.",
+        )
     return NominalFeature(
         name=name.text,
         shape=shape,
@@ -181,14 +155,14 @@ def _feature(cells: dict[str, _Cell], *, comma: bool) -> NominalFeature:
     )
 
 
-def _number(cell: _Cell, *, comma: bool) -> float:
-    if not cell.text:
+def _number(table: TextTable, cell: _Cell | None) -> float:
+    if cell is None or not cell.text:
         return 0.0
-    value = number(cell.text, comma=comma)
-    if value is None:
-        raise cell.fault(
-            "is not a number", "Write it as 12.5, or 12,5 if semicolons separate the columns."
-        )
+    value = table.grammar.value(cell.text)
+    # Not a number compares as false.
+    if not abs(value) <= _LARGEST:
+        hint = "12,5" if table.grammar.decimal == "," else "12.5"
+        raise cell.fault("is not a number", f"Write it as {hint}, like the other numbers.")
     return value
 
 

@@ -11,7 +11,7 @@ from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.inspection.plan._step_checks import file_fault
 
-_MOST_NAMES = 1000
+MOST_NAMES = 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class FileKind:
         StorageError
             It cannot be copied.
         """
-        return self._inside(source, folder) or self._copied(source, content, folder)
+        return self.inside(source, folder) or self._copied(source, content, folder)
 
     def write(self, target: Path, content: bytes) -> None:
         """Write a file.
@@ -50,13 +50,25 @@ class FileKind:
             target.parent.mkdir(parents=True, exist_ok=True)
             write_atomic(target, content)
         except OSError as error:
-            raise StorageError(
-                f"plan.{self.code}_not_written",
-                f"{target}: the {self.words} cannot be written ({error.strerror or error}).",
-                "Choose a writable folder with enough space.",
-            ) from error
+            raise self.not_written(target, error) from error
 
-    def _inside(self, source: Path, folder: Path) -> str:
+    def not_written(self, target: Path, error: OSError) -> StorageError:
+        """Return the error that a file cannot be written."""
+        return StorageError(
+            f"plan.{self.code}_not_written",
+            f"{target}: the {self.words} cannot be written ({error.strerror or error}).",
+            "Choose a writable folder with enough space.",
+        )
+
+    def no_name(self, folder: Path, stem: str) -> StorageError:
+        """Return the error that all names of a copy are in use."""
+        return StorageError(
+            f"plan.{self.code}_names",
+            f"{folder}: no free file name for {stem}.",
+            "Rename the file.",
+        )
+
+    def inside(self, source: Path, folder: Path) -> str:
         """Return the name of a file in the folder of the plan; empty where it is outside."""
         source = source.absolute()
         if not source.is_relative_to(folder):
@@ -64,9 +76,13 @@ class FileKind:
         name = source.relative_to(folder).as_posix()
         return "" if file_fault(name, self.words, self.endings) else name
 
+    def stem(self, source: Path) -> str:
+        """Return a name without its ending that every computer takes."""
+        return re.sub(r"[^A-Za-z0-9_\-]+", "_", source.stem).strip("_-")[:60] or self.code
+
     def _copied(self, source: Path, content: bytes, folder: Path) -> str:
-        stem = re.sub(r"[^A-Za-z0-9_\-]+", "_", source.stem).strip("_-")[:60] or self.code
-        for number in range(1, _MOST_NAMES):
+        stem = self.stem(source)
+        for number in range(1, MOST_NAMES):
             name = f"{stem}{'' if number == 1 else f'-{number}'}{source.suffix.lower()}"
             target = folder / name
             if not target.exists():
@@ -74,8 +90,4 @@ class FileKind:
                 return name
             if target.is_file() and target.read_bytes() == content:
                 return name
-        raise StorageError(
-            f"plan.{self.code}_names",
-            f"{folder}: no free file name for {stem}.",
-            "Rename the file.",
-        )
+        raise self.no_name(folder, stem)

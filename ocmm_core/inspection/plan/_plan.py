@@ -48,7 +48,8 @@ class CadModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     file: str
     """Relative to the folder of the plan, and inside it."""
     sha256: str
-    """Of the bytes of the file, 64 hex digits."""
+    """Of the bytes of the file, or of the names and bytes of all files of an assembly: 64 hex
+    digits."""
 
 
 class Plan(Document, frozen=True, kw_only=True):

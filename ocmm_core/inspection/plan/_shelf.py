@@ -1,4 +1,4 @@
-"""The plans that lie in a folder, for whoever chooses one."""
+"""The plans of a folder, to choose one."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from pathlib import Path
 from ocmm_core.documents import digest
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.plan._plan import load_plan
+from ocmm_core.inspection.plan._plan_release import plan_release
+from ocmm_core.seals import NO_RELEASE, ReleaseState
 
 SUFFIX = ".toml"
 MOST_FILES = 200
@@ -15,18 +17,20 @@ MOST_FILES = 200
 
 @dataclass(frozen=True, slots=True)
 class PlanSummary:
-    """A plan that can be measured: its file, the SHA-256 of it, its name and that of the part."""
+    """A plan that can be measured."""
 
     path: Path
     identity: str
+    """`path`, `identity`: Its file, and the SHA-256 of it."""
     name: str
     part: str
+    release: ReleaseState = NO_RELEASE
 
 
 def plan_card(path: Path) -> PlanSummary:
-    """Return what is to be known of a plan; raise InputError as `load_plan`."""
+    """Return the summary of a plan; raise InputError as `load_plan`."""
     plan = load_plan(path)
-    return PlanSummary(path.absolute(), digest(path), plan.name, plan.part)
+    return PlanSummary(path.absolute(), digest(path), plan.name, plan.part, plan_release(path))
 
 
 def list_plans(folder: Path) -> tuple[PlanSummary, ...]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import PurePosixPath, PureWindowsPath
+from pathlib import PurePosixPath
 
-from ocmm_core.documents import shortened
+from ocmm_core.documents import shortened, stays_inside
 from ocmm_core.features.shapes import NominalFeature, Shape
 
 LONGEST_TEXT = 500
@@ -13,7 +13,6 @@ WITH_TARGETS = (Shape.PLANE, Shape.CYLINDER, Shape.CONE, Shape.SPHERE, Shape.TOR
 """Shapes whose surface says at any place which way it looks."""
 MOST_TARGETS = 1000
 FARTHEST_MM = 1e6
-LONGEST_NAME = 255
 PICTURES = (".png", ".jpg", ".jpeg", ".svg", ".webp")
 
 
@@ -71,12 +70,8 @@ def file_fault(name: str, what: str, endings: Sequence[str]) -> str:
     It stays beside the plan or in a folder there: an absolute path or one that climbs out would
     show any file of the computer, on every computer another one.
     """
-    path = PurePosixPath(name)
-    # A name that Windows reads otherwise must not mean another file there.
-    windows = PureWindowsPath(name)
-    outside = path.is_absolute() or ".." in path.parts or "\\" in name or windows.drive
-    if not name or outside or ":" in name or not name.isprintable() or len(name) > LONGEST_NAME:
+    if not stays_inside(name):
         return f"is {shortened(name)}, which does not stay beside the plan"
-    if path.suffix.lower() not in endings:
+    if PurePosixPath(name).suffix.lower() not in endings:
         return f"is {shortened(name)}; a {what} ends in one of: {', '.join(endings)}"
     return ""

@@ -5,7 +5,7 @@ its faces and, where it cannot be believed, why.
 
 Read `_items` (what comes out), `_part21` (entities of the text), `_measures` (values with units),
 `_aspects` (faces of an aspect), then `_dimensions`, `_tolerances`, `_datums`, `_labels`, and
-`_read`, which joins them. It must not know features or plans: what an item becomes is
+`_read`, which joins them; `_picked` reads units and other single entities. It must not know features or plans: what an item becomes is
 `inspection.drawing`.
 """
 
@@ -25,23 +25,34 @@ if TYPE_CHECKING:
         Pmi,
         Tolerance,
     )
+    from ocmm_core.inspection.pmi._part21 import BadEntityError, Part21, Typed, plain, refs
+    from ocmm_core.inspection.pmi._picked import picked_entities, units_fault
     from ocmm_core.inspection.pmi._read import FaceText, may_say_tolerances, read_pmi
 else:
     __getattr__ = door(
         __name__,
         _items="Annotation Datum DatumReference DatumTarget Dimension Pmi Tolerance",
+        _part21="BadEntityError Part21 Typed plain refs",
+        _picked="picked_entities units_fault",
         _read="FaceText may_say_tolerances read_pmi",
     )
 
 __all__ = [
     "Annotation",
+    "BadEntityError",
     "Datum",
     "DatumReference",
     "DatumTarget",
     "Dimension",
     "FaceText",
+    "Part21",
     "Pmi",
     "Tolerance",
+    "Typed",
     "may_say_tolerances",
+    "picked_entities",
+    "plain",
     "read_pmi",
+    "refs",
+    "units_fault",
 ]

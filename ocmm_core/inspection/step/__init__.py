@@ -7,7 +7,8 @@ Read `_model` (what is asked for, and what comes back), `_request` (by which pro
 `_choice` (what is taken), `_asking` and `_worker` (the process that reads, from both sides). In
 that process the room `brep` turns the file into numbers, `_joined` says which faces are one surface
 and where a ball can touch it, `_placed` which places are targets (`_place_kernel`), `_names` what
-they are called. `_free_forms` and `_profiled` are free-form faces, from both sides, `_chosen_reach`
+they are called. `_faces_account` counts
+what became of each face. `_model_files` checks the files. `_free_forms` and `_profiled` are free-form faces, from both sides, `_chosen_reach`
 is what is asked of large models later, `_answer` what the process tells. It must not know plans.
 """
 
@@ -20,13 +21,13 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.inspection.step._asking import (
         READER_MODULES,
-        STEP_ENDINGS,
         STEP_SETUP,
         STEP_SIZE_MB,
         has_step,
     )
     from ocmm_core.inspection.step._choice import FREE_FORM, Choice, Offer, chosen, offers_of
     from ocmm_core.inspection.step._chosen_reach import ChosenReach, ask_for_chosen
+    from ocmm_core.inspection.step._faces_account import FacesAccount, faces_account
     from ocmm_core.inspection.step._model import (
         USUAL_BALL_MM,
         LeftOut,
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
         read_model,
         read_part,
     )
+    from ocmm_core.inspection.step._model_files import STEP_ENDINGS, ModelFiles, model_files
     from ocmm_core.inspection.step._profiled import NOT_EXACT, FreeForm
     from ocmm_core.inspection.step._request import (
         StepRequest,
@@ -46,10 +48,12 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _asking="READER_MODULES STEP_ENDINGS STEP_SETUP STEP_SIZE_MB has_step",
+        _asking="READER_MODULES STEP_SETUP STEP_SIZE_MB has_step",
         _choice="FREE_FORM Choice Offer chosen offers_of",
         _chosen_reach="ChosenReach ask_for_chosen",
+        _faces_account="FacesAccount faces_account",
         _model="USUAL_BALL_MM LeftOut Reached StepModel read_model read_part",
+        _model_files="STEP_ENDINGS ModelFiles model_files",
         _profiled="NOT_EXACT FreeForm",
         _request="StepRequest setting_for setting_of up_of usual_request",
     )
@@ -64,15 +68,19 @@ __all__ = [
     "USUAL_BALL_MM",
     "Choice",
     "ChosenReach",
+    "FacesAccount",
     "FreeForm",
     "LeftOut",
+    "ModelFiles",
     "Offer",
     "Reached",
     "StepModel",
     "StepRequest",
     "ask_for_chosen",
     "chosen",
+    "faces_account",
     "has_step",
+    "model_files",
     "offers_of",
     "read_model",
     "read_part",

@@ -61,6 +61,10 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """Faces of other kinds."""
     others: dict[str, int] = msgspec.field(default_factory=dict)
     """How many faces have another kind of surface, by its word."""
+    faults: dict[str, int] = msgspec.field(default_factory=dict)
+    """Reasons why faces cannot be used, and how many have each."""
+    face_count: int = 0
+    """All faces of the file, with those that have no surface or belong to no solid."""
     pmi: Pmi | None = None
     """What the file says of tolerances."""
     face_entities: dict[int, int] = msgspec.field(default_factory=dict)

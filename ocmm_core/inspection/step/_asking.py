@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 import signal
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,16 +14,16 @@ from pathlib import Path
 import msgspec
 
 from ocmm_core.blas import use_one_thread
-from ocmm_core.documents import decode_json, read_bytes
+from ocmm_core.documents import decode_json
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.host import HOST
 from ocmm_core.inspection.step._answer import StepAnswer
+from ocmm_core.inspection.step._model_files import ModelFiles, model_files, step_error
 from ocmm_core.inspection.step._worker import Wanted, read_step
 from ocmm_core.inspection.step.brep import LESS
 from ocmm_core.part_model import LARGEST_MODEL, PartModel, model_from_bytes
 from ocmm_core.processes import process_context
 
-STEP_ENDINGS = (".step", ".stp", ".p21")
 STEP_SETUP = "the README says how"
 """How the extra is installed, by its lock file and with hashes."""
 STEP_SIZE_MB = 400
@@ -70,27 +70,35 @@ def ask(
     InputError
         See `read_model`.
     """
-    content = read_bytes(path)
-    if not content.lstrip().startswith(b"ISO-10303-21"):
-        raise step_error(
-            path, "not a STEP file", f"Choose a file ending in {', '.join(STEP_ENDINGS)}."
-        )
-    sha256 = hashlib.sha256(content).hexdigest()
+    files = model_files(path)
+    wanted = replace(
+        wanted, limit_s=asking.timeout_s, parts=tuple(sorted(files.parts)),
+        source_name=_printable(path.name), tolerances_in_parts=files.have_tolerances,
+    )  # fmt: skip
     if with_part:
-        wanted = replace(wanted, source_sha256=sha256)
-    wanted = replace(wanted, limit_s=asking.timeout_s)
-    del content
+        wanted = replace(wanted, source_sha256=files.sha256)
+    if not files.parts and _printable(str(path)) == str(path):
+        return _asked(path, path, wanted, files, asking)
+    # Part files are read as a copy, so that no name leads to another file; the library takes
+    # names in UTF-8 only.
+    with tempfile.TemporaryDirectory(prefix="ocmm-step-") as folder:
+        return _asked(path, files.copied(Path(folder)), wanted, files, asking)
+
+
+def _asked(
+    path: Path, copy: Path, wanted: Wanted, files: ModelFiles, asking: Asking
+) -> tuple[StepAnswer, PartModel | None]:
     use_one_thread()
     context = process_context()
     answer, asked = context.Pipe(duplex=False)
-    worker = context.Process(target=read_step, args=(str(path), wanted, asked), daemon=True)
+    worker = context.Process(target=read_step, args=(str(copy), wanted, asked), daemon=True)
     worker.start()
     asked.close()
     reading = _Reading(path, answer, asking, worker.pid)
     said = None
     try:
         said = reading.last()
-        part = reading.part(said) if said is not None and with_part else None
+        part = reading.part(said) if said is not None and wanted.source_sha256 else None
     except (EOFError, OSError):
         # It has ended, or is about to: how says more.
         said = None
@@ -103,7 +111,7 @@ def ask(
         answer.close()
     if said is None:
         raise reading.failed(ended)
-    if hashlib.sha256(read_bytes(path)).hexdigest() != sha256:
+    if not files.is_unchanged():
         # The hash would be of one file, and what was read, or half of it, of the other.
         raise step_error(path, "the file was changed while it was read", "Import it again.")
     return said, part
@@ -198,6 +206,6 @@ def given_up_error(path: Path | str) -> InputError:
     return InputError("plan.step_given_up", f"{path}: import cancelled.", "Import it again.")
 
 
-def step_error(path: Path, what: str, remedy: str) -> InputError:
-    """Return the error that a file cannot be used, with its name."""
-    return InputError("plan.step", f"{path}: {what}.", remedy)
+def _printable(name: str) -> str:
+    """Return a name of a file as text: bytes that are no UTF-8 become question marks."""
+    return name.encode("utf-8", errors="replace").decode("utf-8")

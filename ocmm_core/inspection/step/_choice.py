@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -11,6 +12,7 @@ from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.step._model import StepModel
 from ocmm_core.inspection.step._profiled import FreeForm
 
+_REASONS = 3
 FREE_FORM = "free form"
 """Kind of what is measured as a profile against the model."""
 
@@ -85,8 +87,28 @@ def chosen(offers: Sequence[Offer], choice: Choice) -> tuple[Offer, ...]:
             )
     taken = tuple(offer for offer in offers if _fits(offer, choice))
     if not taken:
-        raise _error("no surface fits the choice")
+        raise _error(_why_none(offers, choice))
     return taken
+
+
+def _why_none(offers: Sequence[Offer], choice: Choice) -> str:
+    """Return why no offer is taken: what was asked for, and what is against it."""
+    whys: Counter[str] = Counter()
+    for offer in offers:
+        if choice.only and not _named(offer, choice.only):
+            continue
+        if not choice.only and not _to_begin_with(offer, choice):
+            whys[offer.against or "it is a free form, which needs the zone of its profile"] += 1
+        elif choice.kinds and offer.kind.lower() not in {kind.lower() for kind in choice.kinds}:
+            whys["it is of another kind than the chosen ones"] += 1
+        elif not choice.least_mm <= offer.size_mm <= choice.most_mm:
+            whys["its size is outside of the chosen limits"] += 1
+        else:
+            whys["it is among those to leave out"] += 1
+    if not whys:
+        return "nothing can be measured: it offers no surface"
+    listed = "; ".join(f"{why} ({count})" for why, count in whys.most_common(_REASONS))
+    return f"no surface fits the choice: {listed}"
 
 
 def _fits(offer: Offer, choice: Choice) -> bool:

@@ -17,9 +17,9 @@ from ocmm_core.inspection.step._asking import given_up_error
 from ocmm_core.inspection.step._choice import Offer
 from ocmm_core.inspection.step._joined import bore_axes
 from ocmm_core.inspection.step._model import LeftOut, StepModel
-from ocmm_core.inspection.step._placed import bore_axis, normals_of, reached_places, taken_of
+from ocmm_core.inspection.step._placed import bore_axis, reached_places, taken_of
 from ocmm_core.inspection.step._profiled import FreeForm
-from ocmm_core.inspection.step.brep import StepFace, Triple
+from ocmm_core.inspection.step.brep import StepFace, Triple, normals_of
 from ocmm_core.part_model import PartModel
 
 LIMIT_S = 60.0

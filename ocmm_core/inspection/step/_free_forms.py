@@ -7,9 +7,8 @@ as can be, where the probe reaches them and cameras see it.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -18,11 +17,10 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.reach import Reach
 from ocmm_core.inspection.step._answer import StepFreeForm
-from ocmm_core.inspection.step._joined import EDGE_MM
+from ocmm_core.inspection.step._joined import EDGE_MM, NOT_INSIDE, Inside
 from ocmm_core.inspection.step._placed import LEAST, WANTED, reached_places
-from ocmm_core.inspection.step.brep import StepDocument, Triple, model_face, static
+from ocmm_core.inspection.step.brep import StepDocument, Triple, box_size, model_face
 from ocmm_core.part_model import (
-    FARTHEST_MM,
     ModelFace,
     NominalFace,
     nominal_face,
@@ -95,20 +93,11 @@ def free_form_rooms(
     return sorted(found, key=lambda one: one.number)
 
 
-def box_size(face: Any) -> float:
-    """Return about how large a face is, mm, by the box about its surface and its edges."""
-    from OCP.Bnd import Bnd_Box
-    from OCP.BRepBndLib import BRepBndLib
-
-    box = Bnd_Box()
-    static(BRepBndLib, "Add")(face, box, False)
-    size = 0.0 if box.IsVoid() else math.sqrt(box.SquareExtent())
-    # What has no end, or no number, is no face of a part.
-    return size if size < FARTHEST_MM else 0.0
-
-
 def free_forms_of(
-    rooms: Sequence[FreeFormRoom], reach: Reach | None, doing: Callable[[str], None]
+    rooms: Sequence[FreeFormRoom],
+    reach: Reach | None,
+    doing: Callable[[str], None],
+    inside: Inside,
 ) -> list[StepFreeForm]:
     """Return free forms with targets.
 
@@ -118,11 +107,14 @@ def free_forms_of(
         Asked whether places can be touched; None where nobody asks.
     doing
         Told which it is at.
+    inside
+        Checks all places before targets are chosen.
     """
     found = []
     for place, room in enumerate(rooms, start=1):
         if not room.against:
             doing(f"targets on free form {place} of {len(rooms)}")
+            room = _checked(room, inside)
         found.append(_with_targets(room, reach))
     return found
 
@@ -142,6 +134,13 @@ def _room(face: ModelFace, ball_radius: float) -> FreeFormRoom:
         against = f"{ball} has room for {len(points)} points, {LEAST} are needed"
         return FreeFormRoom(face.number, face.name, against=against)
     return FreeFormRoom(face.number, face.name, held, points, normals)
+
+
+def _checked(room: FreeFormRoom, inside: Inside) -> FreeFormRoom:
+    good = inside([room.number], room.points)
+    if np.count_nonzero(good) < LEAST:
+        return FreeFormRoom(room.number, room.name, against=NOT_INSIDE)
+    return replace(room, points=room.points[good], normals=room.normals[good])
 
 
 def _with_targets(room: FreeFormRoom, reach: Reach | None) -> StepFreeForm:

@@ -6,8 +6,8 @@ Two bores on one axis stay two; two halves of one bore become one. Needs no OCP.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
 
 import msgspec
 import numpy as np
@@ -22,6 +22,9 @@ from ocmm_core.inspection.step._answer import OPEN, StepSurface
 from ocmm_core.inspection.step._placed import Placed, Wish, bore_axis, in_order, placed_each
 from ocmm_core.inspection.step.brep import RawFace, Rim, StepFace, stretches_of
 
+Inside: TypeAlias = Callable[[Sequence[int], Float], NDArray[np.bool_]]
+"""Says which points (n, 3), mm, lie inside the edges of faces, by their numbers."""
+NOT_INSIDE = "its places fail the check of the geometry library: they lie outside of its edges"
 _SAME_MM, _SAME_RAD = 1e-4, 1e-6
 _LEAST_TURN = np.radians(170.0)
 """A round surface that spans less is a fillet and no feature to begin with."""
@@ -77,7 +80,10 @@ def rooms_of(
 
 
 def surfaces_of(
-    rooms: Sequence[Room], reach: Reach | None = None, doing: Callable[[str], None] = lambda _: None
+    rooms: Sequence[Room],
+    reach: Reach | None = None,
+    doing: Callable[[str], None] = lambda _: None,
+    inside: Inside | None = None,
 ) -> list[StepSurface]:
     """Return surfaces with targets.
 
@@ -87,14 +93,32 @@ def surfaces_of(
         Asked whether targets can be touched; None where nobody asks.
     doing
         Told which surface it is at.
+    inside
+        Checks each target before it is delivered; None for no check. If one fails, all places of
+        that surface are checked and its targets are chosen again.
     """
     surfaces = []
     for start in range(0, len(rooms), _AT_ONCE):
         doing(f"targets on surface {start + 1} of {len(rooms)}")
         some = rooms[start : start + _AT_ONCE]
-        found = iter(placed_each([_wish(room) for room in some if not room.against], reach))
-        surfaces += [_surface(room, None if room.against else next(found)) for room in some]
+        surfaces += _placed(some, reach)
+    if inside is None:
+        return surfaces
+    for row, one in enumerate(surfaces):
+        if not one.targets or inside(one.numbers, np.array(one.targets)).all():
+            continue
+        room = rooms[row]
+        kept = room.order[inside(room.numbers, room.order)]
+        if len(kept) < Shape(room.face.shape).spec.usual_points:
+            surfaces[row] = _surface(replace(room, against=NOT_INSIDE), None)
+        else:
+            (surfaces[row],) = _placed([replace(room, order=kept)], reach)
     return surfaces
+
+
+def _placed(rooms: Sequence[Room], reach: Reach | None) -> list[StepSurface]:
+    found = iter(placed_each([_wish(room) for room in rooms if not room.against], reach))
+    return [_surface(room, None if room.against else next(found)) for room in rooms]
 
 
 def bore_axes(faces: Sequence[StepFace]) -> Float:

@@ -10,17 +10,18 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.features.shapes import NominalFeature, Shape, shape_fault
 from ocmm_core.inspection.pmi import Pmi
 from ocmm_core.inspection.reach import Setting
 from ocmm_core.inspection.step._answer import OPEN, StepAnswer, StepSurface
-from ocmm_core.inspection.step._asking import REMEDY, Asking, ask, step_error
+from ocmm_core.inspection.step._asking import REMEDY, Asking, ask
+from ocmm_core.inspection.step._model_files import step_error
 from ocmm_core.inspection.step._names import feature_names
 from ocmm_core.inspection.step._profiled import NOT_EXACT, FreeForm, free_forms_of
 from ocmm_core.inspection.step._request import StepRequest, setting_of
 from ocmm_core.inspection.step._worker import Wanted
 from ocmm_core.inspection.step.brep import StepFace, Triple
-from ocmm_core.part_model import PartModel
+from ocmm_core.part_model import FARTHEST_MM, PartModel
 
 USUAL_BALL_MM = 6.0
 """Diameter of the ball of the standard probe."""
@@ -81,6 +82,11 @@ class StepModel:
     """Those of them that can be measured as profiles."""
     not_measured: dict[str, int] = field(default_factory=dict)
     """Reasons against other free forms, and how many have each."""
+    face_count: int = 0
+    """Faces of the file, of all components of an assembly."""
+    recognised: dict[str, float] = field(default_factory=dict)
+    """Surfaces that the file writes as splines, by name: their largest distance from the spline,
+    mm."""
     unasked: Setting | None = None
     """Probe, cameras and placement that only the chosen surfaces are asked about, see
     `ask_for_chosen`; None where all were, or nobody asked."""
@@ -176,31 +182,51 @@ def _model(
     made = [_feature(surface, "") for surface in surfaces]
     words = [_said_of(surface, said.face_names) for surface in surfaces]
     named = feature_names(made, words)
+    faults = [_fault(feature, surface) for feature, surface in zip(made, surfaces, strict=True)]
     features: list[NominalFeature] = []
     left_out: list[LeftOut] = []
     owners: dict[int, str] = {}
-    for surface, nameless, name in zip(surfaces, made, named, strict=True):
+    reached: list[Reached] = []
+    recognised: dict[str, float] = {}
+    for surface, nameless, name, fault in zip(surfaces, made, named, faults, strict=True):
         feature = msgspec.structs.replace(nameless, name=name)
         owners.update(dict.fromkeys(surface.numbers, feature.name))
-        if surface.against:
-            left_out.append(LeftOut(feature, surface.against, surface.numbers))
+        if surface.face.deviation_mm is not None:
+            recognised[name] = surface.face.deviation_mm
+        if fault:
+            bare = msgspec.structs.replace(feature, targets=())
+            left_out.append(LeftOut(bare, fault, surface.numbers))
         else:
             features.append(feature)
+            reached.append(Reached(surface.numbers, surface.held, surface.ways))
     free_forms, against = free_forms_of(said.free_forms, named)
     return StepModel(
         tuple(features), tuple(left_out), dict(said.others), _with_owners(part, owners), said.pmi,
         _in_file(owners, said.face_entities), said.face_words,
-        tuple(Reached(one.numbers, one.held, one.ways) for one in chosen), said.remark,
-        free_forms, dict(against),
+        tuple(reached), said.remark, free_forms, dict(against + Counter(said.faults)),
+        said.face_count, recognised,
     )  # fmt: skip
+
+
+def _fault(feature: NominalFeature, surface: StepSurface) -> str:
+    """Return why a surface is no feature, as a part of a sentence; empty if it is one."""
+    if surface.against:
+        return surface.against
+    sizes = (*feature.point, *feature.direction, feature.length, feature.width, feature.diameter)
+    if not np.isfinite(sizes).all() or np.abs(sizes).max() > FARTHEST_MM:
+        return "its size or place is not that of a part"
+    wrong = shape_fault(feature)
+    return "" if wrong is None else f"no plan can hold it: its {wrong[0]} {wrong[1]}"
 
 
 def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:
     """Return what is wrong with so many surfaces that can be probed, and what to do about it."""
-    whole = len(said.surfaces) + sum(said.others.values())
     reasons = Counter(one.against for one in said.surfaces if one.against)
+    reasons.update(one.against for one in said.free_forms if one.against)
+    reasons.update(said.faults)
     if not count and reasons:
         (why, often), *_ = reasons.most_common(1)
+        whole = len(said.surfaces) + len(said.free_forms) + sum(said.faults.values())
         return (
             f"none of its {whole} surfaces can be probed; most often ({often} of them), {why}",
             "Check the unit of the model, or choose a smaller ball."
@@ -209,7 +235,7 @@ def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:
         )
     return (
         f"it has {count} surfaces that can be probed (planes, cylinders, cones, spheres, "
-        f"tori), of {whole} in all",
+        f"tori), of {said.face_count} faces",
         f"Give a model with 1 to {MOST_FEATURES} of them.",
     )
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.reach import Places, Reach, Reached
 from ocmm_core.inspection.step import _place_kernel as kernel
-from ocmm_core.inspection.step.brep import StepFace
+from ocmm_core.inspection.step.brep import StepFace, normals_of
 
 WANTED, LEAST = 20, 10
 """Places of a free form: they tell nothing of each other, so there are more of them."""
@@ -176,30 +176,6 @@ def spread_rows(places: Float, count: int) -> list[int]:
     rows = np.zeros(count, dtype=np.int64)
     taken: list[int] = rows[: kernel.spread(np.ascontiguousarray(places), rows)].tolist()
     return taken
-
-
-def normals_of(face: StepFace, points: Float) -> Float:
-    """Return the normals out of the material (n, 3) of a surface at points on it (n, 3), mm."""
-    direction = np.array(face.direction)
-    if face.shape == "Plane":
-        return np.tile(direction, (len(points), 1))
-    arms = points - np.array(face.point)
-    across = arms - (arms @ direction)[:, None] * direction
-    if face.shape == "Cone":
-        # The axis leads from the tip into the cone: outwards is across, and back by the angle.
-        round_it = across / _lengths(across)
-        arms = np.cos(face.half_angle) * round_it - np.sin(face.half_angle) * direction
-    elif face.shape == "Cylinder":
-        arms = across
-    elif face.shape == "Torus":
-        arms = arms - face.radius * across / _lengths(across)
-    normals: Float = arms / _lengths(arms)
-    return -normals if face.inner else normals
-
-
-def _lengths(rows: Float) -> Float:
-    found: Float = np.sqrt((rows * rows).sum(axis=1))[:, None]
-    return found
 
 
 def _gap_deg(face: StepFace, points: Float) -> float:

@@ -11,10 +11,10 @@ import numpy as np
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.step._answer import StepFreeForm
 from ocmm_core.inspection.step._names import feature_names
-from ocmm_core.inspection.step.brep import Triple
+from ocmm_core.inspection.step.brep import ENDLESS, Triple
 from ocmm_core.part_model import NominalFace
 
-NOT_EXACT = ("construction geometry", "tessellated")
+NOT_EXACT = ("construction geometry", "tessellated", ENDLESS)
 """Of faces without a feature those that are no free forms either."""
 _LONGEST = 50
 """Of a name: the number of a place comes behind it."""

@@ -10,6 +10,7 @@ import gc
 import os
 import re
 import time
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
@@ -21,14 +22,16 @@ import msgspec
 from ocmm_core.errors import InputError
 from ocmm_core.failure import contained
 from ocmm_core.host import HOST
+from ocmm_core.inspection.pmi import Pmi
 from ocmm_core.inspection.reach import Reach, Setting, make_obstacle
 from ocmm_core.inspection.step._answer import StepAnswer, StepFreeForm, StepSurface
 from ocmm_core.inspection.step._free_forms import free_form_rooms, free_forms_of
 from ocmm_core.inspection.step._joined import bore_axes, rooms_of, surfaces_of
 from ocmm_core.inspection.step.brep import (
     LESS,
+    FaceCheck,
+    FoundFaces,
     MeshAside,
-    RawFace,
     StepDocument,
     UnusableModelError,
     as_numbers,
@@ -41,9 +44,11 @@ from ocmm_core.inspection.step.brep import (
 from ocmm_core.part_model import model_to_bytes
 
 _MOST_BYTES = 1_500_000_000
+_IN_PARTS = "tolerances in part files of an assembly are not read; import the part file itself"
 _MOST_ASKED = 1000
 """Faces; of so many the search for attitudes takes up to half a minute."""
 _TOLD_S = 0.03
+_NAMED = 10
 _LARGE_COUNT = re.compile(r"of \d{4,}$")
 _NO_DIGITS = str.maketrans("", "", "0123456789")
 
@@ -58,6 +63,12 @@ class Wanted:
     """Probe, cameras and placement; None where the ball alone is asked for."""
     source_sha256: str = ""
     """Hash of the file, for the part; empty where no part is wanted."""
+    source_name: str = ""
+    """Of the file, without its folder: what is read may be a copy."""
+    parts: tuple[str, ...] = ()
+    """Part files that it names, relative to its folder."""
+    tolerances_in_parts: bool = False
+    """A part file may contain tolerances, which are not read."""
     limit_s: float = 120.0
     """So much time of processors may be taken."""
 
@@ -114,8 +125,8 @@ def read_step(path: str, wanted: Wanted, to: Connection) -> None:
 
 
 def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[StepAnswer, bytes]:
-    document = read_document(path, doing)
-    source = (Path(path).name, wanted.source_sha256) if wanted.source_sha256 else None
+    document = read_document(path, doing, wanted.parts)
+    source = (wanted.source_name, wanted.source_sha256) if wanted.source_sha256 else None
     if not wanted.ball_mm:
         made = b"" if source is None else model_to_bytes(part_of(document, source, doing))
         return StepAnswer(part_bytes=len(made)), made
@@ -123,23 +134,34 @@ def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[Step
     # Another processor makes meshes meanwhile: of the model, and of the part that is shown.
     aside = MeshAside(document, with_surface, source, wanted.limit_s)
     try:
-        faces, more = faces_of(with_surface, doing, document.steps)
+        found = faces_of(with_surface, doing, document.steps)
+        faces = found.faces
         pmi, entities, words = tolerances_of(
             Path(path).read_text(encoding="utf-8", errors="replace"), document.reader.Reader(),
             with_surface, faces, doing,
         )  # fmt: skip
+        if wanted.tolerances_in_parts:
+            pmi, entities, words = Pmi(fault=_IN_PARTS), {}, {}
         wanted, remark = _bounded(wanted, len(faces))
-        surfaces, free_forms = _with_targets(document, faces, with_surface, wanted, aside, doing)
+        surfaces, free_forms = _with_targets(document, found, with_surface, wanted, aside, doing)
         part = aside.part(doing)
     finally:
         aside.end()
     answer = StepAnswer(
-        remark=remark, surfaces=surfaces, free_forms=free_forms, others=dict(others + more),
+        remark=" ".join(filter(None, (remark, _empty_words(document.empty)))), surfaces=surfaces, free_forms=free_forms, others=dict(others + found.others),
+        faults=dict(Counter(found.faults.values())), face_count=len(with_surface) + others.total(),
         pmi=pmi, face_entities=entities, face_words=words, part_bytes=len(part),
         face_names={number: name for number, face in enumerate(with_surface, start=1)
                     if (name := document.about(face).name)},
     )  # fmt: skip
     return answer, part
+
+
+def _empty_words(names: Sequence[str]) -> str:
+    if not names:
+        return ""
+    listed = ", ".join(names[:_NAMED]) + (" ..." if len(names) > _NAMED else "")
+    return f"Components without geometry in the file: {listed}."
 
 
 def _bounded(wanted: Wanted, faces: int) -> tuple[Wanted, str]:
@@ -155,7 +177,7 @@ def _bounded(wanted: Wanted, faces: int) -> tuple[Wanted, str]:
 
 def _with_targets(
     document: StepDocument,
-    faces: Sequence[RawFace],
+    found: FoundFaces,
     with_surface: Sequence[Any],
     wanted: Wanted,
     aside: MeshAside,
@@ -164,17 +186,18 @@ def _with_targets(
     """Return surfaces and free forms with targets that can be reached and seen."""
     # What asks no mesh comes first: the other process makes it meanwhile.
     radius = 0.5 * wanted.ball_mm
-    rooms = rooms_of(faces, radius, doing)
-    known = frozenset(one.number for one in faces)
+    rooms = rooms_of(found.faces, radius, doing)
+    known = frozenset(one.number for one in found.faces) | found.faults.keys()
     others = free_form_rooms(document, with_surface, known, radius, doing)
     doing("the mesh to find targets by")
     mesh = aside.mesh()
     reach = None
     if len(mesh.triangles):
         part = make_obstacle(mesh.triangles, mesh.owners, len(with_surface), mesh.deflection_mm)
-        reach = Reach(part, radius, wanted.setting, bore_axes([one.face for one in faces]))
-    surfaces = surfaces_of(rooms, reach, doing)
-    return tuple(surfaces), tuple(free_forms_of(others, reach, doing))
+        reach = Reach(part, radius, wanted.setting, bore_axes([one.face for one in found.faces]))
+    check = FaceCheck(with_surface)
+    surfaces = surfaces_of(rooms, reach, doing, check.inside)
+    return tuple(surfaces), tuple(free_forms_of(others, reach, doing, check.inside))
 
 
 def _be_silent() -> None:

@@ -7,13 +7,14 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.plan import number
 from ocmm_gui.kit import (
     field_length,
+    is_ambiguous,
     localised,
     numbers_in_use,
     split_unit,
     to_mm,
+    typed_value,
     unit_word,
 )
 from ocmm_gui.plan_editor.form._field_labels import Measure
@@ -149,7 +150,7 @@ def _taken_unit(line: FormLine, words: list[str], *, angle: bool) -> str | None:
 
 
 def _numbers(line: FormLine, text: str, words: list[str], unit: str | None) -> list[float]:
-    values = [number(word) for word in words]
+    values = [typed_value(word) for word in words]
     if unit is not None:
         values = [value if value is None else to_mm(value, unit) for value in values]
     found = [value for value in values if value is not None]
@@ -159,6 +160,14 @@ def _numbers(line: FormLine, text: str, words: list[str], unit: str | None) -> l
 
 
 def _fault(line: FormLine, text: str) -> InputError:
+    unclear = next((word for word in text.split() if is_ambiguous(word)), "")
+    if unclear:
+        return InputError(
+            f"plan.form.{line.key}",
+            f"{line.label} is {text!r}: {unclear!r} could be a number with thousands or with "
+            "decimals.",
+            "Write the number without a sign between thousands.",
+        )
     return InputError(
         f"plan.form.{line.key}",
         f"{line.label} is {text!r}, which is not {_WANTED[line.kind]}.",

@@ -24,7 +24,7 @@ from tests.host import HANG_S, needs_package, needs_postgresql, postgresql_tools
 
 TABLES = (
     "migration", "station", "sender", "file", "job", "result", "used", "delivery", "finding",
-    "mark",
+    "mark", "station_login", "station_key",
 )  # fmt: skip
 """Of an archive on a server."""
 
@@ -154,6 +154,8 @@ def new_database(server: Server) -> Callable[[], Place]:
                 "EXCEPTION WHEN duplicate_object THEN NULL; END $$"
                 for user, role in LOGINS.items()
             ),
+            "INSERT INTO ocmm.station_login (login, station) VALUES ('station1', 'Station 1'),"
+            " ('station2', 'Station 2')",
         )
         return Place(address, "postgresql", server, name)
 
@@ -161,7 +163,12 @@ def new_database(server: Server) -> Callable[[], Place]:
 
 
 _DATABASES: list[str] = []
-LOGINS = {"station1": "ocmm_station", "looker": "ocmm_reader", "anna": "ocmm_quality"}
+LOGINS = {
+    "station1": "ocmm_station",
+    "station2": "ocmm_station",
+    "looker": "ocmm_reader",
+    "anna": "ocmm_quality",
+}
 
 
 __all__ = ["quick_touches"]  # the fixture of the rooms of inspection

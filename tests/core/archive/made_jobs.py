@@ -18,6 +18,7 @@ from ocmm_core.archive.records import (
     UseRow,
     utc_text,
 )
+from ocmm_core.seals import KeyFolder, Signed, sign
 
 START = datetime(2026, 3, 2, 6, 0, tzinfo=UTC)
 
@@ -51,9 +52,10 @@ def made_record(
         operator=("Anna", "Ben", "Cleo")[seed % 3], plan="flange", plan_sha256=_hex("plan"),
         program="0.1.0", created_utc=created, changed_utc=created, rig="hall3",
         calibration=_hex("calibration"), probe="standard", tip="T1", part_c=20.5, probe_c=None,
-        verdict="PART CONFORMS", complete=True, simulated=False, points=91, seal="SEALED",
-        signer="ab" * 16, fault="",
+        verdict="PART CONFORMS", complete=True, simulated=False, points=91, seal="SIGNED",
+        signer="", fault="",
     )  # fmt: skip
+    job = signed_row(job)
     uses = tuple(
         sorted(
             (
@@ -77,11 +79,21 @@ def made_delivery(
     sender = sender or made_sender()
     record = made_record(seed, sender.station)
     if job:
-        record = msgspec.structs.replace(record, job=msgspec.structs.replace(record.job, **job))
+        row = signed_row(msgspec.structs.replace(record.job, **job))
+        record = msgspec.structs.replace(record, job=row)
     return Delivery(
         sender=sender, sequence=sequence or seed + 1,
         sent_utc=datetime.now(UTC).isoformat(), record=record, content=content_of(seed),
     )  # fmt: skip
+
+
+def signed_row(job: JobRow, keys: KeyFolder | None = None) -> JobRow:
+    """Return a row with the signature of its head, by the key of this user or another one."""
+    key = (keys or KeyFolder()).station_key()
+    signature = sign(key, Signed.JOB, b"%d %s" % (job.steps, job.head.encode()))
+    return msgspec.structs.replace(
+        job, key=signature.key, signature=signature.value, signer=key.fingerprint
+    )
 
 
 def _hex(text: str) -> str:

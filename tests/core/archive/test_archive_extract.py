@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from ocmm_core.archive.checks import verify_archive
 from ocmm_core.archive.records import Delivery, extract_job, snapshot
 from ocmm_core.archive.stores import open_archive
 from ocmm_core.inspection.archive import reopen_job
@@ -21,7 +22,7 @@ def test_rows_say_what_the_job_says(real_jobs: RealJobs) -> None:
     row = made.record.job
     assert row.state == "finished"
     assert row.fault == ""
-    assert row.seal == "SEALED"
+    assert row.seal == "SIGNED"
     assert row.station == "Station 1"
     assert row.verdict == job.view.part_verdict.word.value
     assert len(made.record.results) == len(job.view.characteristics)
@@ -75,7 +76,7 @@ def test_nothing_of_an_altered_file_counts(real_jobs: RealJobs, tmp_path: Path) 
     assert "altered.ocmm: the job file is damaged (point 1 was changed" in row.job.fault
     assert row.results == ()
     assert (row.job.job_uuid, row.job.head) == (sound.job.job_uuid, sound.job.head)
-    # The version is the same, so only the fault tells them apart: it takes the job out.
+    # At equal steps the copy that was altered displaces nothing.
     sender = made_sender("S")
     with open_archive(str(tmp_path / "archive.sqlite")) as archive:
         for sequence, (record, content) in enumerate(
@@ -90,8 +91,9 @@ def test_nothing_of_an_altered_file_counts(real_jobs: RealJobs, tmp_path: Path) 
                     content=content,
                 )
             )
-        assert archive.ask("SELECT fault FROM archived_job").rows == ((row.job.fault,),)
-        assert archive.ask("SELECT * FROM archived_result").rows == ()
+        assert archive.ask("SELECT fault, others FROM archived_job").rows == (("", 1),)
+        assert len(archive.ask("SELECT * FROM archived_result").rows) == len(sound.results)
+        assert [why for _, why in verify_archive(archive).faults] == [row.job.fault]
 
 
 def test_a_snapshot_of_a_job_that_is_measured_holds_what_was_stored(real_jobs: RealJobs) -> None:

@@ -48,7 +48,7 @@ def test_a_days_list_has_the_jobs_of_that_day_newest_first(place: Place) -> None
         assert today(archive, Asked(first=DAY, station="Station 9")).rows == ()
         few = today(archive, Asked(first=DAY, most=5))
         assert len(few.rows) == 5
-        assert few.notes == ("Only the first 5 are shown.",)
+        assert few.notes == ("Finished real parts: 5.", "Only the first 5 are shown.")
 
 
 def test_a_day_is_that_of_the_clock_on_the_wall(place: Place) -> None:
@@ -85,7 +85,7 @@ def test_what_is_in_doubt_is_in_the_list_and_not_in_the_chart(place: Place) -> N
         archive.put(made_delivery(11, simulated=True))
         answer = trend(archive, Asked(part="FLANGE", characteristic="D1"))
         (chart,) = answer.trends
-        assert len(answer.rows) == 12
+        assert len(answer.rows) == 11
         assert len(chart.values) == 10
         altered = next(row for row in answer.rows if str(row[7]).startswith("Altered"))
         assert altered[6] == "NOT PROVEN"
@@ -95,7 +95,7 @@ def test_what_is_in_doubt_is_in_the_list_and_not_in_the_chart(place: Place) -> N
         assert passed(archive, Asked()).notes == ("Jobs in doubt, not counted: 1.",)
 
 
-def test_jobs_with_other_limits_are_left_out_and_said(place: Place) -> None:
+def test_a_trend_is_split_where_limits_were_changed(place: Place) -> None:
     with place.open() as archive:
         fill(archive, 10)
         made = made_delivery(50)
@@ -103,8 +103,11 @@ def test_jobs_with_other_limits_are_left_out_and_said(place: Place) -> None:
         record = msgspec.structs.replace(made.record, results=changed)
         archive.put(msgspec.structs.replace(made, record=record))
         answer = trend(archive, Asked(part="FLANGE", characteristic="D1"))
-        assert "10 jobs had other limits and are left out." in answer.notes
-        assert len(answer.rows) == 1
+        assert answer.notes[0] == "Limits were changed: 2 trends, one for each pair of limits."
+        assert len(answer.rows) == 11
+        assert [(one.low, one.high, len(one.values)) for one in answer.trends] == [
+            (20.9, 21.1, 10), (20.9, 25.0, 1),
+        ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,9 @@ def test_a_station_hands_over_and_reads_what_arrived(shop: Place) -> None:
     with as_user(shop, "station1") as archive:
         archive.put(made_delivery(1))
         assert archive.last_sequence(made_delivery(1).sender.outbox) == 2
-        assert archive.heads(made_record(1).job.job_uuid) == {10: made_record(1).job.head}
+        assert archive.heads(made_record(1).job.job_uuid, "Station 1") == {
+            10: made_record(1).job.head
+        }
         assert archive.ask("SELECT role FROM job").rows == (("station1",),)
 
 

@@ -63,7 +63,7 @@ def test_only_the_newest_version_of_a_job_is_seen(place: Place) -> None:
             made_delivery(1, sequence=9, steps=20, head="c" * 64, state="paused"),
         )
         assert archive.ask("SELECT steps, state FROM archived_job").rows == ((20, "paused"),)
-        assert set(archive.heads(made_record(1).job.job_uuid)) == {10, 20}
+        assert set(archive.heads(made_record(1).job.job_uuid, "Station 1")) == {10, 20}
         assert archive.ask("SELECT count(*) FROM archived_result").rows == ((3,),)
 
 

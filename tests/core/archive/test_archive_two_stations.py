@@ -78,12 +78,14 @@ def test_a_finding_at_one_station_is_held_back_by_it_and_not_by_the_other(
 ) -> None:
     shop = new_database()
     assert shop.server is not None
-    login = shop.server.address(shop.database, "station1")
     base = base_points(tmp_path)
     one, two = (
-        Station(tmp_path / f"{number}", f"Station {number}", login, base, number + 2)
+        Station(
+            tmp_path / f"{number}", f"Station {number}",
+            shop.server.address(shop.database, f"station{number}"), base, number + 2,
+        )
         for number in (1, 2)
-    )
+    )  # fmt: skip
     before = one.measure("before", TruePart())
     one.world.push(TURN, SHIFT)
     wrong = one.measure("large", LARGE)

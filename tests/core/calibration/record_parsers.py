@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
-from ocmm_core.calibration.guided._table_text import TextTable, read_table
 from ocmm_core.calibration.records import CameraRecord, canonical, rig_from_record
 from ocmm_core.calibration.records._sealed import unseal
 from ocmm_core.camera import Rig
+from ocmm_core.tables import NamedColumns, TextTable, read_table
 from tests.core.calibration.made_records import make_record
 
 
@@ -26,4 +26,4 @@ def rig_of_content(content: bytes) -> Rig:
 
 def read_list(path: Path) -> TextTable:
     """Return a table of named points."""
-    return read_table(path, ("name", "x"))
+    return read_table(path, NamedColumns(("name", "x"), ("x",)))

@@ -62,8 +62,8 @@ def test_no_damage_leaves_valid(tmp_path: Path) -> None:
 def test_a_folder_that_is_set_back_as_a_whole_is_noticed_on_this_computer(tmp_path: Path) -> None:
     states, noticed, unnoticed = set_back(tmp_path)
     assert noticed == 0
-    # The folder alone cannot tell: this is what the memory of the computer is for.
-    assert 0 < unnoticed < states
+    # The folder alone cannot tell: what this station signed must be in its memory.
+    assert unnoticed == 0 < states
 
 
 def put_earlier(store: Store, events: int) -> None:
@@ -79,7 +79,7 @@ def test_what_was_set_back_is_written_down_and_ends_with_a_verification(cameras:
     store = CalibrationStore(cameras.folder)
     said = store.status(NOW)
     assert said.state is State.SUSPECT
-    assert "event 7, which this computer has seen there, is missing" in said.reason
+    assert "event 7 of it is missing, which this computer has seen in" in said.reason
     assert store.events[-1].kind is EventKind.PASSED
     store.verify(make_verification(_active(store)), NOW)
     assert [one.kind for one in store.events[2:]] == [EventKind.SUSPECTED, EventKind.PASSED]
@@ -113,7 +113,7 @@ def test_deleting_the_folder_and_an_old_backup_do_not_lead_to_valid(cameras: Sto
         judge(open_calibration(RIG_DOCUMENT, cameras.folder.parent), NOW).word
         is CalibrationStatus.NONE
     )
-    assert "event 8, which this computer has seen there, is missing" in str(
+    assert "event 8 of it is missing, which this computer has seen in" in str(
         judge(running, NOW).blocker
     )
     backup.rename(cameras.folder)

@@ -82,14 +82,14 @@ def test_length_uncertainty_is_a_ratio_in_every_unit(tmp_path: Path) -> None:
         (HEAD + "# length uncertainty: -3e-6\nx,y,z\n1,2,3\n", "table.value", "line 5"),
         (HEAD.replace("0.0017", "2 um") + "x,y,z\n1,2,3\n", "table.number", "line 3"),
         (HEAD.replace("# frame: CMM\n", "") + "x,y,z\n1,2,3\n", "table.head", "frame"),
-        (HEAD.replace("mm", "miles") + "x,y,z\n1,2,3\n", "reference_points.unit", "'miles'"),
+        (HEAD.replace("mm", "parsecs") + "x,y,z\n1,2,3\n", "unit.unknown", "'parsecs'"),
         (HEAD + "name,x,y\nA,1,2\n", "table.columns", "lack 'z'"),
         (HEAD + "x,y,z,x\n1,2,3,4\n", "table.columns", "'x' occurs twice"),
         (HEAD + "x,y,z\n1,2,3\n1,2\n", "table.cells", "line 7: there are 2 cells"),
         (HEAD + "x,y,z\n1,2,3\n1,2,three\n", "table.number", "line 7: column 'z' holds 'three'"),
         (HEAD + "x,y,z\n1,2,nan\n", "table.number", "line 6"),
         (HEAD + "x,y,z\n1,2,1_0\n", "table.number", "line 6"),
-        (HEAD + "x;y;z\n1.234,5;2;3\n", "table.number", "line 6"),
+        (HEAD + "x;y;z\n1.234;2,5;3\n", "table.decimal", "line 6"),
         (HEAD + "x,y,z\n1,2,200000\n", "reference_points.unit", "line 6"),
         (HEAD + "name,x,y,z\nA,1,2,3\nA,4,5,6\n", "reference_points.name", "line 6 already"),
         (HEAD + "name,x,y,z\n,1,2,3\n", "reference_points.name", "line 6: the point has no name"),
@@ -108,9 +108,9 @@ def test_what_is_wrong_is_said_with_file_and_line(
 
 
 def test_a_file_that_is_no_text_or_not_there(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="byte 2 is not UTF-8") as caught:
-        points_of(tmp_path, "# \u00b5m", "latin-1")
-    assert caught.value.code == "table.encoding"
+    with pytest.raises(InputError, match="not a text file") as caught:
+        points_of(tmp_path, "# unit: \u00b5m", "utf-16-le")
+    assert caught.value.code == "table.not_text"
     with pytest.raises(InputError, match="file not found"):
         load_reference_points(tmp_path / "elsewhere.csv")
 

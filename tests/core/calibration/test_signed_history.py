@@ -113,7 +113,7 @@ def test_an_older_copy_in_another_folder_is_known(store: CalibrationStore, tmp_p
     store.suspect("engineer", "A camera was hit.", None, NOW)
     said = CalibrationStore(older).status(NOW)
     assert said.state is State.SUSPECT
-    assert f"which this computer has seen in {store.folder.resolve()}, is missing" in said.reason
+    assert f"which this computer has seen in {store.folder.resolve()}." in said.reason
 
 
 def test_a_clock_that_is_turned_back_does_not_renew(store: CalibrationStore) -> None:

@@ -89,7 +89,12 @@ def test_an_old_job_is_taken_over_by_name(job: Path) -> None:
     answers = ("--who", "Ada Lovelace", "--reason", "measured in spring")
     assert run("audit", "adopt", job, *answers)[0] == 0
     code, told = run("audit", "verify", job)
-    assert (code, "taken over by Ada Lovelace: measured in spring" in told) == (0, True)
+    assert (code, "taken over by Ada Lovelace: measured in spring" in told) == (1, True)
+    # What was suspect stays in it for good.
+    assert "ADOPTED (job)" in told
+    assert "Signed   ADOPTED, by this station" in told
+    assert "The job is not signed" in told
+    assert "INTACT" not in told
     code, told = run("audit", "adopt", job, *answers)
     assert (code, "sealed already" in told) == (2, True)
 

@@ -26,6 +26,22 @@ def some_seeds() -> list[np.random.SeedSequence]:
     return np.random.SeedSequence(22).spawn(4)
 
 
+def listening(thing: int) -> list[str]:
+    """Return the addresses on which the process of a worker listens."""
+    found = set()
+    for fd in Path("/proc/self/fd").iterdir():
+        try:
+            found.add(str(fd.readlink()).removeprefix("socket:[").removesuffix("]"))
+        except OSError:
+            continue
+    lines = [
+        line.split()
+        for name in ("tcp", "tcp6")
+        for line in Path("/proc/self/net", name).read_text(encoding="ascii").splitlines()[1:]
+    ]
+    return [words[1] for words in lines if words[3] == "0A" and words[9] in found]
+
+
 def noted(folder: str, thing: int, content: bytes) -> tuple[int, int]:
     """Say that it is worked on, take a while, and return what came."""
     (Path(folder) / f"{thing}-{os.getpid()}").touch()

@@ -379,9 +379,9 @@ def test_u_is_brought_to_two_standard_uncertainties(cameras: Certificate, tmp_pa
 @pytest.mark.parametrize(
     ("unit", "unc", "k", "due", "message"),
     [
-        ("\\kilogram", "0.1", "2", "2027-11-25", "no lengths"),
+        ("\\kilogram", "0.1", "2", "2027-11-25", "no diameters"),
         ("\\milli\\metre", "-0.1", "2", "2027-11-25", "U = -0.1"),
-        ("\\milli\\metre", "0.1", "0", "2027-11-25", "no lengths"),
+        ("\\milli\\metre", "0.1", "0", "2027-11-25", "no diameters"),
         ("\\milli\\metre", "0.1", "2", "25.11.2027", "is no date"),
         ("\\milli\\metre", "nan", "2", "2027-11-25", "is no number"),
         ("\\milli\\metre", "1_0", "2", "2027-11-25", "is no number"),

@@ -33,9 +33,13 @@ def _rows(scale: float = 1.0, between: str = " ", form: str = "%.17g") -> str:
         ("Cylinder 7 of the set\n% x y z\n" + _rows(), "mm"),
         ("Units: inches\nX Y Z\n" + _rows(1.0 / 25.4, "; "), "inch"),
         ("x[m],y[m],z[m]\n" + _rows(1e-3, ","), "m"),
-        ("# all values in um\n" + _rows(1e3), "um"),
+        ("# all values in um\n" + _rows(1e3), "µm"),
         ("\n".join(f"P{i} {row} ! note" for i, row in enumerate(_rows().split("\n"))), "mm"),
-        ("\n".join(f"{i}, {row}" for i, row in enumerate(_rows(between=",").split("\n"))), "mm"),
+        (
+            "no,x,y,z\n"
+            + "\n".join(f"{i}, {row}" for i, row in enumerate(_rows(between=",").split())),
+            "mm",
+        ),
         ("\n".join(f"{row} 0 0.6 0.8" for row in _rows().split("\n")), "mm"),
     ],
 )
@@ -48,7 +52,13 @@ def test_points_of_strangers(tmp_path: Path, text: str, unit: str) -> None:
 
 
 def test_what_could_be_several_things_is_refused(tmp_path: Path) -> None:
-    for text in ("5 1 2 3\n7 1 2 4\n", "1 2 3 4 5 6\n", "1 2 3\nword\n4 5 6\n", "a 1 2 3\n4 5 6\n"):
+    for text in (
+        "0 1.5 2 3\n1 1 2 4\n",
+        "5 1 2 3\n7 1 2 4\n",
+        "1 2 3 4 5 6\n",
+        "1 2 3\nword\n4 5 6\n",
+        "a 1 2 3\n4 5 6\n",
+    ):
         (tmp_path / "p.txt").write_text(text)
         with pytest.raises(InputError, match="line"):
             read_points_file(tmp_path / "p.txt")

@@ -12,8 +12,8 @@ from ocmm_core.features.elements import fit_circle, fit_circle_free
 from ocmm_core.features.measured import Convention, verify_folder
 from ocmm_core.features.measured._verify import verify_pair
 from ocmm_core.features.shapes import Shape
-from ocmm_core.features.shapes._points_file import read_points
 from ocmm_core.geometry import Float, Points3
+from ocmm_core.tables import read_points_file
 from tests.core.features.shape_samples import (
     HALF_ANGLE,
     RADIUS,
@@ -124,12 +124,12 @@ def test_files_that_are_no_pairs_are_named(tmp_path: Path) -> None:
     [
         ("1.0 2.0\n", "line 1: '1.0 2.0' has 2 number"),
         ("1 2 3\n\n# note\n1 2 x\n", "line 4: 'x' is not a coordinate"),
-        ("1;2;3\n1,5;2,5;3,5\n", "line 2: '1,5;2,5;3,5' has decimal commas"),
-        ("1,5 2,5 3,5\n", "line 1: '1,5 2,5 3,5' has decimal commas"),
-        ("1,5,2,5,3,5\n", "could be three numbers with decimal commas or six"),
+        ("1;2;3\n1,5;2.5;3,512\n", "'3,512' in line 2 could mean two values"),
+        ("1,500 2,500 3,500\n", "line 1: '1,500' could be 1.500 or 1500"),
+        ("1,5,2,5,3,5\n", "has 6 numbers, and no heading names the columns"),
         ("5\n1 2 3\n", "declares 5 points, but 1 follow"),
-        ("1 2 nan\n", "'nan' is not a coordinate"),
-        ("1 2 1e9\n", "'1e9' is not a coordinate"),
+        ("1 2 3\n1 2 nan\n", "'nan' is not a coordinate"),
+        ("1 2 1e9\n", "has a coordinate of more than 10 km"),
         ("# nothing\n", "no points"),
     ],
 )
@@ -137,7 +137,7 @@ def test_rows_that_are_no_points_are_named(tmp_path: Path, text: str, message: s
     file = tmp_path / "points.txt"
     file.write_text(text)
     with pytest.raises(InputError) as caught:
-        read_points(file)
+        read_points_file(file)
     assert message in caught.value.what
     assert str(file) in caught.value.what
 
@@ -150,7 +150,7 @@ def test_points_may_be_written_in_several_ways(tmp_path: Path) -> None:
         "\ufeff1.5; -2; 30\r\n\r\n4;5;6",
     ):
         file.write_text(text, encoding="utf-8")
-        assert read_points(file).tolist() == [[1.5, -2.0, 30.0], [4.0, 5.0, 6.0]]
+        assert read_points_file(file).points.tolist() == [[1.5, -2.0, 30.0], [4.0, 5.0, 6.0]]
     file.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError, match="not a text file"):
-        read_points(file)
+        read_points_file(file)

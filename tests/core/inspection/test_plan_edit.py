@@ -178,7 +178,7 @@ def test_a_table_gives_features(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "told"),
     [
-        ("name,shape,x,y\nA,Plane,1,2\n", ("line 1", "'z' is missing")),
+        ("name,shape,x,y\nA,Plane,1,2\n", ("line 1", "lack 'z'")),
         ("name,shape,x,y,z,w\n", ("line 1", "'w'")),
         ("name,shape,x,y,z\nA,Plane,1,2,three\n", ("line 2", "column 'z'", "'three'")),
         ("name,shape,x,y,z\nA,Plane,1,5,2,3\n", ("line 2", "decimal comma")),
@@ -186,11 +186,12 @@ def test_a_table_gives_features(tmp_path: Path) -> None:
         ("name,shape,x,y,z\n=1+1,Plane,1,2,3\n", ("line 2", "column 'name'")),
         ('name,shape,x,y,z\n"A$(x)",Plane,1,2,3\n', ("line 2", "column 'name'")),
         ("name,shape,x,y,z\nA,Blob,1,2,3\n", ("line 2", "column 'shape'", "Plane")),
-        ("name;shape;x;y;z\nA;Plane;1.000,5;2;3\n", ("line 2", "column 'x'")),
+        ("name;shape;x;y;z\nA;Plane;1.234;2,5;3\n", ("line 2", "'1.234' could be")),
+        ("name;shape;x;y;z;k\nA;Plane;1;2;3;25.4\n", ("line 2", "the length 25.4")),
         ("name;shape;x;y;z\nA;Plane;nan;2;3\n", ("line 2", "column 'x'")),
         ("name;shape;x;y;z\nA;Plane;1e999;2;3\n", ("line 2", "column 'x'")),
-        ("name;shape;x;y;z\n", ("0 features",)),
-        ("", ("empty",)),
+        ("name;shape;x;y;z\n", ("no rows",)),
+        ("", ("no rows",)),
     ],
 )
 def test_a_fault_of_a_table_names_line_and_column(

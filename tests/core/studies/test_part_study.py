@@ -57,7 +57,7 @@ def test_the_numbers_are_those_of_the_facts_and_survive_the_file(tmp_path: Path)
     assert round(made.expanded, 6) == 0.009541
     assert round(made.expanded_uncorrected, 6) == 0.011646
     path = save_part_study(tmp_path, made)
-    assert load_part_study(path) == made
+    assert load_part_study(path).record == made
     path.write_bytes(path.read_bytes().replace(b"25.012", b"25.002"))
     with pytest.raises(CalibrationError):
         load_part_study(path)

@@ -5,9 +5,9 @@ mesh and splines; which face of the file each of them is.
 
 Read `_document` (the file as the library has it) with `_library` (how that is asked), `_raw_faces`
 (faces in numbers) with `_elementary` (planes, cylinders, cones, spheres, tori) and `_step_face`;
-`_edge_steps` and `_surface_places` ask the library for what `_surface_kernel` computes. `_part` is
+`_recognised` finds them among splines. `_edge_steps` and `_surface_places` ask the library for what `_surface_kernel` computes. `_part` is
 the nominal part, of `_surface_splines` and `_solid_mesh`, which `_mesh_aside` makes beside.
-`_face_order` tells which faces tolerances are of. It must not know balls, probes or targets.
+`_face_order` tells which faces tolerances are of, `_face_check` whether targets lie on faces. It must not know balls, probes or targets.
 """
 
 from __future__ import annotations
@@ -18,36 +18,48 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.step.brep._document import StepDocument, read_document
+    from ocmm_core.inspection.step.brep._face_check import FaceCheck
     from ocmm_core.inspection.step.brep._face_order import tolerances_of
     from ocmm_core.inspection.step.brep._library import static
     from ocmm_core.inspection.step.brep._mesh_aside import MeshAside
     from ocmm_core.inspection.step.brep._part import model_face, part_of
     from ocmm_core.inspection.step.brep._raw_faces import (
+        ENDLESS,
+        FoundFaces,
         RawFace,
         Rim,
         UnusableModelError,
         as_numbers,
+        box_size,
         faces_of,
         faces_with_surface,
         stretches_of,
     )
-    from ocmm_core.inspection.step.brep._step_face import LESS, StepFace, Triple
+    from ocmm_core.inspection.step.brep._recognised import RECOGNISED_MM
+    from ocmm_core.inspection.step.brep._step_face import LESS, StepFace, Triple, normals_of
 else:
     __getattr__ = door(
         __name__,
         _document="StepDocument read_document",
+        _face_check="FaceCheck",
         _face_order="tolerances_of",
         _library="static",
         _mesh_aside="MeshAside",
         _part="model_face part_of",
         _raw_faces=(
-            "RawFace Rim UnusableModelError as_numbers faces_of faces_with_surface stretches_of"
+            "ENDLESS FoundFaces RawFace Rim UnusableModelError as_numbers box_size faces_of "
+            "faces_with_surface stretches_of"
         ),
-        _step_face="LESS StepFace Triple",
+        _recognised="RECOGNISED_MM",
+        _step_face="LESS StepFace Triple normals_of",
     )
 
 __all__ = [
+    "ENDLESS",
     "LESS",
+    "RECOGNISED_MM",
+    "FaceCheck",
+    "FoundFaces",
     "MeshAside",
     "RawFace",
     "Rim",
@@ -56,9 +68,11 @@ __all__ = [
     "Triple",
     "UnusableModelError",
     "as_numbers",
+    "box_size",
     "faces_of",
     "faces_with_surface",
     "model_face",
+    "normals_of",
     "part_of",
     "read_document",
     "static",

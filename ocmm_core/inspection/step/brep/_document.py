@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ocmm_core.errors import InputError
+from ocmm_core.inspection.pmi import units_fault
 from ocmm_core.inspection.step.brep._edge_steps import EdgeSteps
 from ocmm_core.inspection.step.brep._library import SameShape, explored, static, without_place
 
@@ -55,6 +56,8 @@ class StepDocument:
     """By the face without its place."""
     reader: Any = None
     """`STEPControl_Reader`, which knows the entities that shapes were made of."""
+    empty: tuple[str, ...] = ()
+    """Names of components without a face."""
     steps: EdgeSteps = field(default_factory=EdgeSteps)
     """Along its edges, as far as somebody asked."""
 
@@ -63,8 +66,15 @@ class StepDocument:
         return self.said.get(without_place(face), Said()) if self.said else Said()
 
 
-def read_document(path: str, doing: Callable[[str], None]) -> StepDocument:
+def read_document(
+    path: str, doing: Callable[[str], None], parts: Sequence[str] = ()
+) -> StepDocument:
     """Return the document of a STEP file.
+
+    Parameters
+    ----------
+    parts
+        Part files that it names, relative to its folder: all of them must be read.
 
     Raises
     ------
@@ -73,7 +83,7 @@ def read_document(path: str, doing: Callable[[str], None]) -> StepDocument:
     ValueError
         The file is not complete, or contains no shape.
     InputError
-        It scales or mirrors bodies.
+        It scales or mirrors bodies, or its units are missing or contradict themselves.
     """
     import OCP.collections as held
     from OCP.IFSelect import IFSelect_RetDone
@@ -97,22 +107,69 @@ def read_document(path: str, doing: Callable[[str], None]) -> StepDocument:
         msg = "not a complete STEP file"
         raise ValueError(msg)
     # Only now: to read a file sets back what is to be mended.
-    content = Path(path).read_bytes()
+    folder = Path(path).parent
+    contents = [Path(path).read_bytes(), *((folder / name).read_bytes() for name in parts)]
+    for name, one in zip(("", *parts), contents, strict=True):
+        _refuse_units(name, one)
+    content = b"".join(contents)
+    del contents
     if most_outlines(content) > _MANY_OUTLINES or most_edges(content) > _MANY_EDGES:
         _without_crossings(reader)
     if _OPERATOR in content.upper():
         _refuse_scaled_and_mirrored(reader.Reader().Model())
+        for name in parts:
+            _refuse_scaled_and_mirrored(_model_of(str(folder / name)))
     del content
     doing("the shapes of the file")
     if not reader.Transfer(document):
         msg = "contains no shape"
         raise ValueError(msg)
+    _refuse_unread(reader, parts)
     shapes = static(XCAFDoc_DocumentTool, "ShapeTool")(document.Main())
     free = held.Sequence_TDF_Label()
     shapes.GetFreeShapes(free)
     whole = _together([static(shapes, "GetShape")(label) for label in _items(free)])
     doing("names, colours and layers")
-    return StepDocument(whole, document, _all_said(document, shapes), reader)
+    said = _all_said(document, shapes)
+    return StepDocument(whole, document, said, reader, _empty_components(shapes))
+
+
+def _refuse_units(name: str, content: bytes) -> None:
+    """Refuse a file without units: the library takes it to be in millimetres and radians."""
+    if fault := units_fault(content):
+        raise InputError(
+            "plan.step",
+            f"in its part file {name}, {fault}." if name else f"{fault}.",
+            "Export the model again with units of length and angle for all geometry.",
+        )
+
+
+def _model_of(path: str) -> Any:
+    from OCP.STEPControl import STEPControl_Reader
+
+    reader = STEPControl_Reader()
+    reader.ReadFile(path)
+    return reader.Model()
+
+
+def _refuse_unread(reader: Any, parts: Sequence[str]) -> None:
+    """Refuse an assembly of which the library has read other part files than it names."""
+    from OCP.IFSelect import IFSelect_RetDone
+
+    files = reader.ExternFiles()
+    # The map of the library counts as false also where it has entries.
+    read = [
+        one.GetName().ToCString()
+        for one in (() if files is None else files)
+        if one.GetLoadStatus() == IFSelect_RetDone and one.GetTransferStatus()
+    ]
+    missing = sorted({Path(name).name for name in parts} - {Path(name).name for name in read})
+    if missing or len(read) < len(parts):
+        raise InputError(
+            "plan.step",
+            f"the geometry library does not read its part files {', '.join(missing or parts)}.",
+            "Export the assembly as one file.",
+        )
 
 
 def _refuse_scaled_and_mirrored(model: Any) -> None:
@@ -216,6 +273,20 @@ def _all_said(document: Any, shapes: Any) -> dict[SameShape, Said]:
             body = said.get(key, Said())
             said[key] = Said(words.name, words.colour or body.colour, words.layer or body.layer)
     return said
+
+
+def _empty_components(shapes: Any) -> tuple[str, ...]:
+    import OCP.collections as held
+
+    every = held.Sequence_TDF_Label()
+    shapes.GetShapes(every)
+    return tuple(
+        _name_of(label) or "without a name"
+        for label in _items(every)
+        if not static(shapes, "IsAssembly")(label)
+        and not static(shapes, "IsReference")(label)
+        and next(explored(static(shapes, "GetShape")(label), "FACE"), None) is None
+    )
 
 
 def _said_of(label: Any, colours: Any, layers: Any) -> Said:

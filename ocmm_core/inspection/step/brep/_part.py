@@ -266,8 +266,16 @@ def model_face(number: int, face: Any, document: StepDocument, *, is_exact: bool
 
     surface = BRepAdaptor_Surface(face, True)
     said = document.about(face)
-    loops = _loops(face, surface, document.steps) if is_exact else []
-    mapped = _mapped(surface, loops)
+    mapped, loops = None, list[Float]()
+    if is_exact:
+        try:
+            loops = _loops(face, surface, document.steps)
+            mapped = _mapped(surface, loops)
+        except MemoryError:
+            raise
+        except Exception:
+            # One odd face is shown by its mesh alone; the library raises many classes.
+            mapped = None
     outlines: tuple[Float, ...] = ()
     if mapped is not None:
         outlines = tuple(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,10 +20,13 @@ from ocmm_core.inspection.step.brep._document import read_document
 from ocmm_core.inspection.step.brep._edge_steps import EdgeSteps, curve_numbers, parameters_on
 from ocmm_core.inspection.step.brep._elementary import elementary_face
 from ocmm_core.inspection.step.brep._library import explored, is_turned, kind_of, static
+from ocmm_core.inspection.step.brep._recognised import recognised_face
 from ocmm_core.inspection.step.brep._step_face import LESS, StepFace
 from ocmm_core.inspection.step.brep._surface_places import surface_numbers
-from ocmm_core.part_model import MOST_FACES
+from ocmm_core.part_model import FARTHEST_MM, MOST_FACES
 
+ENDLESS = "larger than a part can be"
+"""Word for faces without an end, among the kinds of surfaces."""
 _DEFLECTION_MM = 0.02
 """A shorter edge is a tip or a pole."""
 _GAP_MM = 0.1
@@ -68,43 +71,59 @@ class RawFace:
         return go_round(ends.reshape(-1, 2, 3))
 
 
+@dataclass(frozen=True, slots=True)
+class FoundFaces:
+    """What faces of a part are."""
+
+    faces: tuple[RawFace, ...]
+    """Those with a plane, cylinder, cone, sphere or torus."""
+    others: Counter[str]
+    """How many have another kind of surface, by its word."""
+    faults: dict[int, str]
+    """Why faces cannot be used, as a part of a sentence, by number."""
+
+
 def as_numbers(number: Any) -> float:
     """Return a number of numpy as one of Python."""
     return float(number)
 
 
-def read_faces(
-    path: str, doing: Callable[[str], None]
-) -> tuple[tuple[RawFace, ...], dict[str, int]]:
+def read_faces(path: str, doing: Callable[[str], None]) -> FoundFaces:
     """Return what `faces_of` does, of a STEP file; ImportError where the extra is not installed."""
     document = read_document(path, doing)
     with_surface, others = faces_with_surface(document.shape)
-    faces, more = faces_of(with_surface, doing, document.steps)
-    return faces, dict(others + more)
+    found = faces_of(with_surface, doing, document.steps)
+    return replace(found, others=others + found.others)
 
 
 def faces_of(
     with_surface: Sequence[Any], doing: Callable[[str], None], steps: EdgeSteps
-) -> tuple[tuple[RawFace, ...], Counter[str]]:
+) -> FoundFaces:
     """Return the faces with a plane, cylinder, cone, sphere or torus, and counts of the others.
 
-    Placements of assemblies are applied; the library turns all units into millimetres.
-
-    Raises
-    ------
-    ValueError
-        A face has a size or place that is no number.
+    Placements of assemblies are applied; the library turns all units into millimetres. A face that
+    cannot be used is a fault of its own, and no fault of the model.
     """
     found: list[RawFace] = []
     others: Counter[str] = Counter()
+    faults: dict[int, str] = {}
     for number, face in enumerate(with_surface, start=1):
         doing(f"face {number} of {len(with_surface)}")
-        kind, raw = _raw_face(face, number, steps)
-        if raw is None:
-            others[kind] += 1
+        try:
+            kind, raw = _raw_face(face, number, steps)
+        except MemoryError:
+            raise
+        except ValueError as error:
+            faults[number] = str(error)
+        except Exception:
+            # Faults of the library are of many classes, and their words are of its own code.
+            faults[number] = "the geometry library cannot use its surface or its edges"
         else:
-            found.append(raw)
-    return tuple(found), others
+            if raw is None:
+                others[kind] += 1
+            else:
+                found.append(raw)
+    return FoundFaces(tuple(found), others, faults)
 
 
 def faces_with_surface(shape: Any) -> tuple[list[Any], Counter[str]]:
@@ -135,7 +154,28 @@ def faces_with_surface(shape: Any) -> tuple[list[Any], Counter[str]]:
         others["construction geometry"] = loose
     if len(with_surface) < len(faces):
         others["tessellated"] = len(faces) - len(with_surface)
-    return with_surface, others
+    near = _near_faces(shape, with_surface)
+    if len(near) < len(with_surface):
+        others[ENDLESS] = len(with_surface) - len(near)
+    return near, others
+
+
+def _near_faces(shape: Any, faces: list[Any]) -> list[Any]:
+    """Return faces without those that end nowhere near a part; all if there is no other."""
+    if box_size(shape) > 0.0:
+        return faces
+    return [face for face in faces if box_size(face) > 0.0] or faces
+
+
+def box_size(shape: Any) -> float:
+    """Return the diagonal of the box about surfaces and edges, mm; 0 without an end or a number."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+
+    box = Bnd_Box()
+    static(BRepBndLib, "Add")(shape, box, False)
+    size = 0.0 if box.IsVoid() else math.sqrt(box.SquareExtent())
+    return size if size < FARTHEST_MM else 0.0
 
 
 def _faces_of_parts(shape: Any) -> tuple[list[Any], int]:
@@ -173,9 +213,17 @@ def _raw_face(face: Any, number: int, steps: EdgeSteps) -> tuple[str, RawFace | 
     kind = kind_of(surface)
     as_said = elementary_face(surface, reverse)
     if as_said is None:
-        return kind, None
+        curves = _curves(face, steps)
+        known = recognised_face(face, surface, reverse, curves.on_face(), curves.starts)
+        if known is None:
+            return kind, None
+        as_said, places, lines, normals, lengths = known
+        _check(as_said)
+        return kind, RawFace(
+            as_said, places, rims_of(curves.starts, lines, normals, lengths), number
+        )
     _check(as_said)
-    rims, places = _edges(face, surface_numbers(surface), reverse, steps)
+    rims, places = _edges(_curves(face, steps), surface_numbers(surface), reverse)
     return kind, RawFace(as_said, places, rims, number)
 
 
@@ -187,16 +235,29 @@ def _check(face: StepFace) -> None:
         raise ValueError(msg)
 
 
-def _edges(
-    face: Any, surface: tuple[int, Float, Float], reverse: bool, steps: EdgeSteps
-) -> tuple[tuple[Rim, ...], Float]:
-    """Return the edges of a face, and places (n, 3), mm, inside them.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Curves:
+    """The edges of a face as `_surface_kernel.run_along` has them."""
 
-    Parameters
-    ----------
-    surface
-        As `surface_numbers` has it.
-    """
+    kinds: NDArray[np.int64]
+    numbers: Float
+    starts: NDArray[np.int64]
+    along: Float
+    uv: Float
+    """Filled in for curves that are not written out."""
+
+    def on_face(self) -> Float:
+        """Return the parameters (n, 2) of all edges on the face."""
+        uv, at = self.uv.copy(), self.along[:, None]
+        kind = np.repeat(self.kinds, np.diff(self.starts))
+        six = np.repeat(self.numbers, np.diff(self.starts), axis=0)
+        straight, ring = kind == kernel.LINE, kind == kernel.RING
+        uv[straight] = (six[:, :2] + at * six[:, 2:4])[straight]
+        uv[ring] = (six[:, :2] + np.cos(at) * six[:, 2:4] + np.sin(at) * six[:, 4:])[ring]
+        return uv
+
+
+def _curves(face: Any, steps: EdgeSteps) -> _Curves:
     from OCP.BRepAdaptor import BRepAdaptor_Curve2d
 
     kinds: list[int] = []
@@ -212,20 +273,37 @@ def _edges(
         kinds.append(kind)
         numbers.append(six)
         alongs.append(along)
-    if not kinds:
-        return (), np.empty((0, 3))
     starts = np.zeros(len(kinds) + 1, dtype=np.int64)
     np.cumsum([len(one) for one in alongs], out=starts[1:])
-    uv, lines = np.zeros((starts[-1], 2)), np.empty((starts[-1], 3))
+    uv = np.zeros((starts[-1], 2))
     for row, known in others.items():
         uv[starts[row] : starts[row + 1]] = known
-    normals, lengths = np.empty((len(kinds), 3)), np.empty(len(kinds))
-    kernel.run_along(
-        *surface, -1.0 if reverse else 1.0, np.array(kinds), np.array(numbers), starts,
-        np.concatenate(alongs), uv, lines, normals, lengths,
+    return _Curves(
+        np.array(kinds, dtype=np.int64), np.array(numbers).reshape(-1, 6), starts,
+        np.concatenate([np.empty(0), *alongs]), uv,
     )  # fmt: skip
-    rims = rims_of(starts, lines, normals, lengths)
-    return rims, kernel.places_inside(*surface, uv, starts)
+
+
+def _edges(
+    curves: _Curves, surface: tuple[int, Float, Float], reverse: bool
+) -> tuple[tuple[Rim, ...], Float]:
+    """Return the edges of a face, and places (n, 3), mm, inside them.
+
+    Parameters
+    ----------
+    surface
+        As `surface_numbers` has it.
+    """
+    count, length = len(curves.kinds), len(curves.uv)
+    if not count:
+        return (), np.empty((0, 3))
+    lines, normals, lengths = np.empty((length, 3)), np.empty((count, 3)), np.empty(count)
+    kernel.run_along(
+        *surface, -1.0 if reverse else 1.0, curves.kinds, curves.numbers, curves.starts,
+        curves.along, curves.uv, lines, normals, lengths,
+    )  # fmt: skip
+    rims = rims_of(curves.starts, lines, normals, lengths)
+    return rims, kernel.places_inside(*surface, curves.uv, curves.starts)
 
 
 def rims_of(

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import msgspec
+import numpy as np
+
+from ocmm_core.geometry import Float
 
 Triple = tuple[float, float, float]
 
@@ -33,3 +36,48 @@ class StepFace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """mm: extent of a plane square to ``across``."""
     inner: bool = False
     """The material is outside."""
+    deviation_mm: float | None = None
+    """Largest distance of a spline in the file from this surface; None for a surface of its own."""
+
+
+def normals_of(face: StepFace, points: Float) -> Float:
+    """Return the normals out of the material (n, 3) of a surface at points on it (n, 3), mm."""
+    direction = np.array(face.direction)
+    if face.shape == "Plane":
+        return np.tile(direction, (len(points), 1))
+    arms = points - np.array(face.point)
+    across = arms - (arms @ direction)[:, None] * direction
+    if face.shape == "Cone":
+        # The axis leads from the tip into the cone: outwards is across, and back by the angle.
+        round_it = across / _lengths(across)
+        arms = np.cos(face.half_angle) * round_it - np.sin(face.half_angle) * direction
+    elif face.shape == "Cylinder":
+        arms = across
+    elif face.shape == "Torus":
+        arms = arms - face.radius * across / _lengths(across)
+    normals: Float = arms / _lengths(arms)
+    return -normals if face.inner else normals
+
+
+def offsets_of(face: StepFace, points: Float) -> Float:
+    """Return how far points (n, 3) are out of the material of a surface (n,), mm."""
+    arms = points - np.array(face.point)
+    along: Float = arms @ np.array(face.direction)
+    if face.shape == "Plane":
+        return along
+    across = np.linalg.norm(arms - along[:, None] * np.array(face.direction), axis=1)
+    if face.shape == "Cylinder":
+        away = across - face.radius
+    elif face.shape == "Cone":
+        away = across * np.cos(face.half_angle) - along * np.sin(face.half_angle)
+    elif face.shape == "Torus":
+        away = np.hypot(across - face.radius, along) - face.second
+    else:
+        away = np.linalg.norm(arms, axis=1) - face.radius
+    offsets: Float = -away if face.inner else away
+    return offsets
+
+
+def _lengths(rows: Float) -> Float:
+    found: Float = np.sqrt((rows * rows).sum(axis=1))[:, None]
+    return found

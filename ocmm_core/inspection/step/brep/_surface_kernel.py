@@ -139,6 +139,48 @@ def inside(us: Float, vs: Float, loops: Float, found: NDArray[np.bool_]) -> None
 
 
 @compiled()
+def closed_loops(uv: Float, starts: Int) -> Float:
+    """Return the stretches (m, 2, 2) of all edges, and those that close gaps between their ends.
+
+    A ray counts crossings right only if every loop is closed bit for bit: at the corner of two
+    arcs rounding leaves a gap, and a ray that meets it counts one crossing too few. Each end goes
+    with the nearest end that is free; ends rise along u, so that few are compared.
+    """
+    edges = len(starts) - 1
+    ends = np.empty((2 * edges, 2))
+    for m in range(edges):
+        for k in range(2):
+            ends[2 * m, k], ends[2 * m + 1, k] = uv[starts[m], k], uv[starts[m + 1] - 1, k]
+    loops = np.empty((len(uv), 2, 2))
+    count = 0
+    for m in range(edges):
+        for i in range(starts[m], starts[m + 1] - 1):
+            for k in range(2):
+                loops[count, 0, k], loops[count, 1, k] = uv[i, k], uv[i + 1, k]
+            count += 1
+    order = np.argsort(ends[:, 0])
+    free = np.ones(len(order), dtype=np.bool_)
+    for i in range(len(order)):
+        if not free[i]:
+            continue
+        mate, least = -1, np.inf
+        for j in range(i + 1, len(order)):
+            over = ends[order[j], 0] - ends[order[i], 0]
+            if over * over > least:
+                break
+            away = over * over + (ends[order[j], 1] - ends[order[i], 1]) ** 2
+            if free[j] and away < least:
+                mate, least = j, away
+        if mate < 0:
+            continue
+        free[mate] = False
+        if least > 0.0:
+            loops[count, 0], loops[count, 1] = ends[order[i]], ends[order[mate]]
+            count += 1
+    return loops[:count]
+
+
+@compiled()
 def places_inside(kind: int, frame: Float, sizes: Float, uv: Float, starts: Int) -> Float:
     """Return places (n, 3) of a face inside its edges: more are tried where few of them are.
 
@@ -146,13 +188,7 @@ def places_inside(kind: int, frame: Float, sizes: Float, uv: Float, starts: Int)
     `run_along`.
     """
     a, b = sizes[0], sizes[1]
-    loops = np.empty((len(uv) - len(starts) + 1, 2, 2))
-    count = 0
-    for m in range(len(starts) - 1):
-        for i in range(starts[m], starts[m + 1] - 1):
-            for k in range(2):
-                loops[count, 0, k], loops[count, 1, k] = uv[i, k], uv[i + 1, k]
-            count += 1
+    loops = closed_loops(uv, starts)
     u0, v0, u1, v1 = np.inf, np.inf, -np.inf, -np.inf
     for i in range(len(uv)):
         u0, u1 = min(u0, uv[i, 0]), max(u1, uv[i, 0])

@@ -1,25 +1,29 @@
-"""The audit of what a station wrote: who, when, what, and whether it is as it was written.
+"""The audit of files of a station: who wrote them, when, what, and whether they are unchanged.
 
-For an auditor who has a file and nothing else: a job, a folder of records, or the seal of a
-report. Nothing is written and nothing is computed anew; `inspection.archive` does that for jobs.
+Jobs and histories are here, other files in `_audit_files`. Nothing is written, and nothing is
+recomputed; `inspection.archive` does that for jobs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from enum import StrEnum
+import os
 from pathlib import Path
 
 import msgspec
 
 from ocmm_core.calibration.records import CalibrationStore, ProbeStore
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.export._report_seal import ENDING, check_report_seal
-from ocmm_core.inspection.archive import copy_of_job
-from ocmm_core.seals import KeyFolder, SealState, SealWord, shown_key
+from ocmm_core.export import ENDING
+from ocmm_core.export.audits._audit_files import audit_file
+from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditRow
+from ocmm_core.export.certificate import CERTIFICATE_ENDING, SEAL_SUFFIX
+from ocmm_core.inspection.archive import SUFFIX, copy_of_job
+from ocmm_core.seals import RELEASE_ENDING
 from ocmm_core.storage import JobEvent, JobFile
 
+_OF_HISTORY = ("events.jsonl", "events.seal.json")
+_ENDINGS = (SUFFIX, ENDING, CERTIFICATE_ENDING, ".chain", ".toml", ".json")
+_MOST_FILES = 10_000
 _STEPS = {
     "head": "job begun",
     "observation": "point {} stored",
@@ -30,53 +34,13 @@ _STEPS = {
 """What a row of the audit is called, by its table."""
 
 
-class AuditedKind(StrEnum):
-    """What can be audited."""
-
-    JOB = "job"
-    CAMERAS = "calibrations of cameras"
-    PROBE = "calibrations of a probe"
-    REPORT = "report"
-
-
-@dataclass(frozen=True, slots=True)
-class AuditRow:
-    """Something that was stored: when (ISO 8601 text), by whom where that is known, and what."""
-
-    utc: str
-    who: str
-    what: str
-
-
-@dataclass(frozen=True, slots=True)
-class Audit:
-    """What was found."""
-
-    path: Path
-    kind: AuditedKind
-    """`path`, `kind`: What was looked at."""
-    signer: SealState
-    """Of the signature on it."""
-    faults: tuple[str, ...]
-    """Everything that speaks against it, in sentences."""
-    rows: tuple[AuditRow, ...]
-    """What was stored, oldest first."""
-    proofs: tuple[str, ...] = ()
-    """What speaks for it beyond that, in sentences."""
-
-    @property
-    def intact(self) -> bool:
-        """Return whether it is as somebody wrote it who is believed here."""
-        return not self.faults
-
-
 def audit(path: Path, line: str = "") -> Audit:
-    """Return what was found of a job, a folder of records or the seal of a report.
+    """Return the audit of a file, or of a folder with a history of calibrations.
 
     Parameters
     ----------
     line
-        What the code on a report of the job holds; empty where there is none.
+        Text of the code on a report of the job; may be empty.
 
     Raises
     ------
@@ -85,9 +49,32 @@ def audit(path: Path, line: str = "") -> Audit:
     """
     if path.is_dir():
         return _of_records(path)
-    if path.name.endswith(ENDING):
-        return _of_report(path)
-    return _of_job(path, line)
+    if path.suffix == SUFFIX or line:
+        return _of_job(path, line)
+    if path.name in _OF_HISTORY:
+        return _of_records(path.parent)
+    return audit_file(path)
+
+
+def files_to_audit(path: Path) -> tuple[Path, ...]:
+    """Return what `audit` can read of a folder: histories, and files with signatures.
+
+    Links are not followed. A file, or a folder with a history, is returned as it is.
+    """
+    if not path.is_dir() or (path / _OF_HISTORY[0]).is_file():
+        return (path,)
+    found: list[Path] = []
+    for place, folders, names in os.walk(path):
+        folder = Path(place)
+        if _OF_HISTORY[0] in names:
+            found.append(folder)
+            folders.clear()
+            continue
+        folders.sort()
+        own = [folder / name for name in sorted(names) if name.endswith(_ENDINGS)]
+        # A release or a seal is audited with its document.
+        found += [one for one in own if not one.name.endswith((RELEASE_ENDING, SEAL_SUFFIX))]
+    return tuple(found[:_MOST_FILES]) or (path,)
 
 
 def _of_job(path: Path, line: str) -> Audit:
@@ -110,7 +97,9 @@ def _of_job(path: Path, line: str) -> Audit:
             )
             for step in job.audited()
         ]  # fmt: skip
-    return Audit(path, AuditedKind.JOB, seal.state, tuple(faults), tuple(rows), tuple(proofs))
+    return Audit(
+        path, AuditedKind.JOB, seal.state, tuple(faults), tuple(rows), tuple(proofs), seal.adopted
+    )  # fmt: skip
 
 
 class _Words(msgspec.Struct):
@@ -155,27 +144,3 @@ def _store(folder: Path) -> tuple[AuditedKind, CalibrationStore | ProbeStore]:
             return AuditedKind.PROBE, ProbeStore(folder)
         except OcmmError:
             raise error from None
-
-
-def _of_report(path: Path) -> Audit:
-    found = check_report_seal(path, KeyFolder())
-    faults = [*_signature_faults(found.state), *found.faults]
-    proofs = [
-        f"Made from job {job.name} ({job.uuid}) at step {job.steps}: {job.head}"
-        for job in found.seal.jobs
-    ]
-    whole = len(found.seal.files) - len(found.faults)
-    proofs.append(f"{whole} of {len(found.seal.files)} files are as they were written")
-    return Audit(path, AuditedKind.REPORT, found.state, tuple(faults), (), tuple(proofs))
-
-
-def _signature_faults(state: SealState) -> Sequence[str]:
-    return {
-        SealWord.SEALED: (),
-        SealWord.NOT_SIGNED: ("The report is not signed.",),
-        SealWord.UNKNOWN_KEY: (
-            "The report was signed by a station that this computer does not know "
-            f"(key {shown_key(state.fingerprint)}).",
-        ),
-        SealWord.FORGED: ("The signature does not belong to the report.",),
-    }[state.word]

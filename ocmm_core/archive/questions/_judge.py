@@ -1,0 +1,170 @@
+"""Which version of a job holds, who signed it, and where: judged by the keys of whoever reads.
+
+Rows hold facts. The signature of each row is verified at every reading with the keys that are known
+here, and of each job one line is taken (`stores._views`): the one of the station whose key signed
+it, else the first that came. A version of another station takes its place only if its file
+continues it. What a key unknown here signed is shown as such, and displaces nothing.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from ocmm_core.archive.questions._answers import shown_cell
+from ocmm_core.archive.stores import Archive, Cell, stations_by_key
+from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.archive import content_to_look_at
+from ocmm_core.seals import (
+    KeptKeys,
+    KeyFolder,
+    SealState,
+    SealWord,
+    Signature,
+    shown_key,
+)
+from ocmm_core.storage import judge_head
+from ocmm_core.tolerances.decisions import Verdict
+
+JUDGED = (
+    "job_id, job_uuid, steps, head, sha256, job_key, signature, signer, fault, held, station,"
+    " others"
+)
+"""Columns of `archived_line` and `archived_line_result` that a row needs to be judged."""
+_LINES = f"SELECT {JUDGED}, first_id FROM archived_line WHERE job_uuid = :job"  # noqa: S608
+_PAGE = 1000
+
+Entry = dict[str, Cell]
+
+
+class Judge:
+    """Judge rows of an archive, for one reading.
+
+    Parameters
+    ----------
+    keys
+        Those that are trusted; None: those of this user.
+    """
+
+    def __init__(self, archive: Archive, keys: KeyFolder | None = None) -> None:
+        self._archive = archive
+        # Read once: a question judges thousands of rows.
+        self._keys = KeptKeys(None if keys is None else keys.folder)
+        self._taken: dict[str, tuple[Cell, int]] = {}
+        self._stations: dict[str, set[str]] | None = None
+
+    def rows(
+        self, sql: str, values: dict[str, Cell], most: int, keep: Callable[[Entry], bool]
+    ) -> Iterator[Entry]:
+        """Give judged rows, page by page, until ``most`` of them were kept.
+
+        Parameters
+        ----------
+        sql
+            Selects `JUDGED` besides its own columns, and sorts.
+        keep
+            Whether a row counts for ``most``; all are given.
+        """
+        kept = offset = 0
+        while True:
+            page = self._archive.ask(
+                f"{sql} LIMIT :page OFFSET :offset", values | {"page": _PAGE, "offset": offset}
+            )
+            for row in page.rows:
+                cells = (shown_cell(cell) for cell in row)
+                entry = self.judged(dict(zip(page.columns, cells, strict=True)))
+                if entry is None:
+                    continue
+                kept += keep(entry)
+                yield entry
+                if kept >= most:
+                    return
+            offset += _PAGE
+            if len(page.rows) < _PAGE:
+                return
+
+    def judged(self, row: Entry) -> Entry | None:
+        """Return a row with ``doubt``, ``copies`` and its station; None if another line holds."""
+        copies = 0
+        if row["others"]:
+            taken, copies = self._line_of(str(row["job_uuid"]))
+            if taken != row["job_id"]:
+                return None
+        word = self.word(row)
+        doubt = str(row["fault"])
+        if not doubt and word is not SealWord.SEALED:
+            doubt = {
+                SealWord.UNKNOWN_KEY: "Signed by a key that is unknown here "
+                f"({shown_key(str(row['signer']))}).",
+                SealWord.NOT_SIGNED: "Not signed.",
+            }.get(word, "The signature does not belong to this row.")
+        if not doubt and row["held"]:
+            doubt = "Held back: see the marks."
+        found = row | {"doubt": doubt, "copies": copies, "station": self._station(row)}
+        if doubt:
+            found |= {"counted": 0, "why_not": doubt}
+            if "verdict" in row:
+                found["verdict"] = Verdict.NOT_PROVEN.value
+        return found
+
+    def word(self, row: Entry) -> SealWord:
+        """Return the state of the signature of a row by the keys that are known here."""
+        state = self._head(
+            int(str(row["steps"])), str(row["head"]), str(row["job_key"]), str(row["signature"])
+        )
+        forged = state.fingerprint != row["signer"]
+        return SealWord.FORGED if forged and row["signer"] else state.word
+
+    @functools.cached_property
+    def _head(self) -> Callable[[int, str, str, str], SealState]:
+        @functools.lru_cache(100_000)
+        def state(steps: int, head: str, key: str, signature: str) -> SealState:
+            signed = Signature(key, signature) if key else None
+            return judge_head(self._keys, steps, head, signed)
+
+        return state
+
+    def _line_of(self, job: str) -> tuple[Cell, int]:
+        """Return the line that holds of a job, and how many other versions differ from it."""
+        if job not in self._taken:
+            table = self._archive.ask(_LINES, {"job": job})
+            lines = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+            good = [one for one in lines if not one["fault"] and self.word(one) is SealWord.SEALED]
+            ranked = sorted(good or lines, key=self._rank)
+            taken = ranked[0]
+            for one in sorted(good, key=lambda line: int(str(line["steps"]))):
+                if self._continues(one, taken):
+                    taken = one
+            # A file that another station sent as well, untouched, is no other version.
+            same = sum(one["sha256"] == taken["sha256"] for one in lines if one is not taken)
+            self._taken[job] = taken["job_id"], int(str(taken["others"])) - same
+        return self._taken[job]
+
+    def _rank(self, line: Entry) -> tuple[bool, bool, int]:
+        own = str(line["station"]) in self._stations_of(str(line["job_key"]))
+        return bool(line["fault"]), not own, int(str(line["first_id"]))
+
+    def _continues(self, later: Entry, earlier: Entry) -> bool:
+        """Return whether the file of a version holds another one; False if it cannot be read."""
+        if int(str(later["steps"])) <= int(str(earlier["steps"])):
+            return False
+        try:
+            content = self._archive.content(str(later["sha256"]))
+            with content_to_look_at(Path("job.ocmm"), content) as file:
+                same = file.head.job_uuid == earlier["job_uuid"]
+                return same and file.links().get(int(str(earlier["steps"]))) == earlier["head"]
+        except OcmmError:
+            return False
+
+    def _station(self, row: Entry) -> Cell:
+        """Return where a job was measured: the station that proved to have the key, if one did."""
+        proven = self._stations_of(str(row["job_key"]))
+        if len(proven) != 1 or row["fault"]:
+            return row["station"]
+        return next(iter(proven))
+
+    def _stations_of(self, key: str) -> set[str]:
+        if self._stations is None:
+            self._stations = stations_by_key(self._archive)
+        return self._stations.get(key, set())

@@ -1,0 +1,26 @@
+"""Which key is that of which station: as they proved it, whatever rows claim."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ocmm_core.archive.records import station_claim
+from ocmm_core.archive.stores._interface import Archive
+from ocmm_core.seals import KeptKeys, SealWord, Signature, Signed, judge_signature
+
+
+def verifies(what: Signed, content: bytes, key: str, signature: str) -> bool:
+    """Return whether a key signed this, whoever trusts it."""
+    nobody = KeptKeys(Path("/nonexistent"))
+    state = judge_signature(nobody, what, content, Signature(key, signature))
+    return state.word is SealWord.UNKNOWN_KEY
+
+
+def stations_by_key(archive: Archive) -> dict[str, set[str]]:
+    """Return the stations that proved to have a key, by the key."""
+    found: dict[str, set[str]] = {}
+    rows = archive.ask("SELECT station, key, proof FROM archive_station_key").rows
+    for station, key, proof in rows:
+        if verifies(Signed.STATION, station_claim(str(station)), str(key), str(proof)):
+            found.setdefault(str(key), set()).add(str(station))
+    return found

@@ -1,0 +1,27 @@
+"""Verification of every kind of file that this program writes.
+
+In: a file or a folder. Out: its signer, who wrote what and when, and what speaks against it.
+
+Read `_audited` (the result), `_audit` (jobs, histories, folders) and `_audit_files` (other files).
+It must not recompute anything, nor write.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.export.audits._audit import audit, files_to_audit
+    from ocmm_core.export.audits._audit_files import document_kind
+    from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditRow
+else:
+    __getattr__ = door(
+        __name__,
+        _audit="audit files_to_audit",
+        _audit_files="document_kind",
+        _audited="Audit AuditRow AuditedKind",
+    )
+
+__all__ = ["Audit", "AuditRow", "AuditedKind", "audit", "document_kind", "files_to_audit"]

@@ -1,0 +1,222 @@
+"""The audit of single files other than jobs: records, chains, documents, reports, certificates."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from ocmm_core.acceptance import AcceptanceRecord, chain_history
+from ocmm_core.calibration.records import load_signed
+from ocmm_core.documents import LARGEST_DOCUMENT, decode_json, read_bytes, read_text
+from ocmm_core.errors import InputError, OcmmError, StorageError
+from ocmm_core.export import ENDING, check_report_seal
+from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditRow
+from ocmm_core.export.certificate import CERTIFICATE_ENDING, SEAL_SUFFIX, check_dcc_seal
+from ocmm_core.inspection.archive import RecallRecord, copy_of_job
+from ocmm_core.seals import (
+    RELEASE_ENDING,
+    KeyFolder,
+    SealState,
+    SealWord,
+    Signed,
+    release_state,
+)
+from ocmm_core.settings import SettingsFile
+from ocmm_core.storage import JobFile
+from ocmm_core.studies import PartStudy
+
+_RECORDS: dict[str, tuple[type[Any], Signed]] = {
+    "ocmm.acceptance-record": (AcceptanceRecord, Signed.ACCEPTANCE),
+    "ocmm.part-study": (PartStudy, Signed.STUDY),
+    "ocmm.recall": (RecallRecord, Signed.RECALL),
+}
+
+
+class _Head(msgspec.Struct):
+    schema: str = ""
+
+
+class _Record(msgspec.Struct):
+    content: _Head = msgspec.field(default_factory=_Head)
+
+
+def document_kind(path: Path) -> Signed:
+    """Return the kind of a document that can be released.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or is no document of this program.
+    """
+    family = _schema_of(path).partition("/")[0]
+    if not family.startswith("ocmm.") or family == "ocmm.settings":
+        raise InputError(
+            "release.kind",
+            f"{path}: this is no document that can be released.",
+            "Give a plan, a report template, or another document of this program (TOML).",
+        )
+    kinds = {"ocmm.plan": Signed.PLAN, "ocmm.report-template": Signed.TEMPLATE}
+    return kinds.get(family, Signed.DOCUMENT)
+
+
+def audit_file(path: Path) -> Audit:
+    """Return the audit of a file that is no job.
+
+    Raises
+    ------
+    OcmmError
+        It is none that this program writes, or cannot be read.
+    """
+    for ending, read in _READERS.items():
+        if path.name.endswith(ending):
+            return read(path)
+    seal = next(_seals_naming(path), None)
+    if seal is not None:
+        return _of_report(seal, path)
+    if not path.is_file():
+        raise InputError(
+            "document.missing", f"{path}: file not found.", "Check the name and the folder."
+        )
+    fault = "This kind of file has no signature, and no seal of a report next to it names it."
+    return Audit(path, AuditedKind.OTHER, SealState(SealWord.NOT_SIGNED), (fault,), ())
+
+
+def _of_report(path: Path, only: Path | None = None) -> Audit:
+    found = check_report_seal(path, KeyFolder())
+    faults = [*([found.state.fault] if found.state.fault else []), *found.faults]
+    proofs = [
+        f"Made from job {job.name} ({job.uuid}) at step {job.steps}: {job.head}"
+        for job in found.seal.jobs
+    ]
+    whole = len(found.seal.files) - len(found.faults)
+    proofs.append(f"{whole} of {len(found.seal.files)} files are as they were written")
+    for job in found.seal.jobs:
+        for folder in (path.parent, path.parent.parent):
+            file = folder / f"{job.name}.ocmm"
+            if file.is_file():
+                told, is_fault = _since(file, job.uuid, job.steps, job.head)
+                (faults if is_fault else proofs).append(told)
+                break
+    return Audit(only or path, AuditedKind.REPORT, found.state, tuple(faults), (), tuple(proofs))
+
+
+def _since(file: Path, uuid: str, steps: int, head: str) -> tuple[str, bool]:
+    """Return what became of a reported job, and whether that speaks against the report."""
+    try:
+        with copy_of_job(file) as copy, JobFile.open(copy, scratch=True) as job:
+            links, own = job.links(), job.head.job_uuid
+    except OcmmError as error:
+        return f"The job next to it cannot be read: {error.what}", True
+    if own != uuid or links.get(steps) != head:
+        return f"{file.name} next to it does not hold the reported state of the job.", True
+    more = len(links) - steps
+    if more:
+        s = "s" if more > 1 else ""
+        return f"{file.name} has changed since: {more} step{s} came after the report.", False
+    return f"{file.name} is as it was reported.", False
+
+
+def _seals_naming(path: Path) -> Iterator[Path]:
+    for seal in sorted(path.parent.glob(f"*{ENDING}"))[:200]:
+        try:
+            if any(
+                one.name == path.name for one in check_report_seal(seal, KeyFolder()).seal.files
+            ):
+                yield seal
+        except OcmmError:
+            continue
+
+
+def _of_certificate(path: Path) -> Audit:
+    xml = path.with_name(path.name.removesuffix(SEAL_SUFFIX))
+    found = check_dcc_seal(xml, KeyFolder())
+    row = AuditRow(found.dcc.end, found.dcc.laboratory, f"{found.dcc.number} {found.dcc.title}")
+    return _judged(xml, AuditedKind.CERTIFICATE, found.state, row)
+
+
+def _of_chain(path: Path) -> Audit:
+    signed, state, rows = chain_history(path)
+    kind = AuditedKind(signed.value)
+    return _judged(path, kind, state, *(AuditRow(*row) for row in rows))
+
+
+def _of_json(path: Path) -> Audit:
+    content = read_bytes(path)
+    try:
+        schema = decode_json(content, _Record).content.schema
+    except (ValueError, msgspec.MsgspecError, RecursionError):
+        schema = ""
+    found = _RECORDS.get(schema.partition("/")[0])
+    if found is None:
+        seal = next(_seals_naming(path), None)
+        if seal is not None:
+            return _of_report(seal, path)
+        raise InputError(
+            "audit.file",
+            f"{path}: this is no record with a signature of its own.",
+            "For a calibration give the folder of its rig or probe; for a report give its seal.",
+        )
+    loaded = load_signed(path, *found)
+    record = loaded.record
+    utc = getattr(record, "ended_utc", "") or getattr(record, "made_utc", "")
+    return _judged(
+        path, AuditedKind(found[1].value), loaded.signer,
+        AuditRow(utc, record.made_by, _record_words(record)),
+    )  # fmt: skip
+
+
+def _record_words(record: Any) -> str:
+    if isinstance(record, AcceptanceRecord):
+        states = (*record.instrument.states, record.procedure.id, record.verdict.value)
+        return ", ".join(states)
+    if isinstance(record, PartStudy):
+        simulated = "SIMULATED, " if record.simulated else ""
+        return f"{simulated}U {record.expanded:.6f} mm of {record.characteristic}"
+    return f"recall of {len(record.jobs)} jobs"
+
+
+def _of_document(path: Path) -> Audit:
+    path = path.with_name(path.name.removesuffix(RELEASE_ENDING))
+    if _schema_of(path).startswith("ocmm.settings/"):
+        return _judged(path, AuditedKind.SETTINGS, SettingsFile(path).signer())
+    kind = document_kind(path)
+    found = release_state(path, kind)
+    row = found.release
+    rows = () if row is None else (AuditRow(row.utc, row.who, f"released. {row.reason}".strip()),)
+    audit = _judged(path, AuditedKind(kind.value), found.signer, *rows)
+    if found.changed:
+        fault = "The file was changed after its release."
+        return Audit(path, audit.kind, audit.signer, (fault,), rows)
+    if row is None:
+        return Audit(path, audit.kind, audit.signer, ("Not released.",), rows)
+    return audit
+
+
+def _judged(path: Path, kind: AuditedKind, state: SealState, *rows: AuditRow) -> Audit:
+    return Audit(path, kind, state, (state.fault,) if state.fault else (), rows)
+
+
+def _schema_of(path: Path) -> str:
+    try:
+        return str(tomllib.loads(read_text(path, LARGEST_DOCUMENT)).get("schema", ""))
+    except (ValueError, RecursionError) as error:
+        raise StorageError(
+            "audit.document", f"{path}: the file is not valid TOML ({error}).",
+            "Restore it from a backup.",
+        ) from error  # fmt: skip
+
+
+_READERS: dict[str, Callable[[Path], Audit]] = {
+    ENDING: _of_report,
+    RELEASE_ENDING: _of_document,
+    SEAL_SUFFIX: _of_certificate,
+    CERTIFICATE_ENDING: _of_certificate,
+    ".chain": _of_chain,
+    ".toml": _of_document,
+    ".json": _of_json,
+}
+"""By the end of the name, the longest ends first."""

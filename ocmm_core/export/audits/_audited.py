@@ -1,0 +1,71 @@
+"""Results of an audit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+from ocmm_core.seals import SealState
+
+
+class AuditedKind(StrEnum):
+    """Kinds of files and folders."""
+
+    JOB = "job"
+    CAMERAS = "calibrations of cameras"
+    PROBE = "calibrations of a probe"
+    REPORT = "report"
+    CERTIFICATE = "certificate"
+    ACCEPTANCE = "acceptance"
+    TEST = "acceptance session"
+    INTERIM = "interim checks"
+    STUDY = "study"
+    ARTEFACTS = "artefacts"
+    RECALL = "recall"
+    PLAN = "plan"
+    TEMPLATE = "template"
+    DOCUMENT = "document"
+    SETTINGS = "settings"
+    OTHER = "file"
+
+
+@dataclass(frozen=True, slots=True)
+class AuditRow:
+    """A step: when (ISO 8601 text), by whom (may be empty), and what."""
+
+    utc: str
+    who: str
+    what: str
+
+
+@dataclass(frozen=True, slots=True)
+class Audit:
+    """The result of an audit."""
+
+    path: Path
+    kind: AuditedKind
+    """`path`, `kind`: Of the file or folder."""
+    signer: SealState
+    """Of the signature on it."""
+    faults: tuple[str, ...]
+    """Sentences; empty if it is intact."""
+    rows: tuple[AuditRow, ...]
+    """What was stored, oldest first."""
+    proofs: tuple[str, ...] = ()
+    """Further findings that are no faults, in sentences."""
+
+    adopted: tuple[str, ...] = ()
+    """By whom steps were taken over by name, why, and what was suspect, in sentences."""
+
+    @property
+    def intact(self) -> bool:
+        """Return whether a trusted station wrote it, and it is unchanged."""
+        return not self.faults and not self.adopted
+
+    @property
+    def word(self) -> str:
+        """Return the result in a word."""
+        if self.faults:
+            return "NOT INTACT"
+        return "ADOPTED" if self.adopted else "INTACT"

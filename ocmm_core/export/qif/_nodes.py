@@ -1,0 +1,314 @@
+"""Elements of a QIF document that keep account of what was read.
+
+An item of a plan is taken only if every child and attribute of its elements was read, or is listed
+in `HARMLESS` with the reason. Anything else refuses the item by name: a modifier that is skipped
+turns one tolerance into another.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from lxml import etree
+
+from ocmm_core.export.qif._check import NAMESPACE
+from ocmm_core.export.qif._units import NotTakenError, Units, number, units_of
+from ocmm_core.inspection.plan import NAME_PATTERN
+
+Q = f"{{{NAMESPACE}}}"
+
+HARMLESS = {
+    "Attributes": "data of the writing program, without meaning in the standard",
+    "Balloon": "place of a label on a drawing",
+    "Bottom": "end of a hole; the ball does not touch it",
+    "CharacteristicDesignator": "label on a drawing",
+    "Depth": "extent across the section that is probed",
+    "Description": "prose",
+    "EntityExternalIds": "link to a model",
+    "EntityInternalIds": "link to a model",
+    "LocationOnDrawing": "place of a label on a drawing",
+    "MeasurementDeviceIds": "equipment of an earlier measurement",
+    "Name": "label",
+    "NotableEventIds": "events of an earlier measurement",
+    "ParentFeatureItemId": "grouping of features in a list",
+    "ParentFeatureNominalId": "grouping of features in a list",
+    "PointList": "points of an earlier measurement",
+    "PolyLine": "outline of a face; imported planes have no targets",
+    "Rectangle": "outline of a face; imported planes have no targets",
+    "Circle": "outline of a face; imported planes have no targets",
+    "SurfaceFeatureNominalId": "surface that carries a curve or point",
+    "ToleranceDualValue": "the same value in a second unit, for display",
+    "TargetDualValue": "the same value in a second unit, for display",
+    "MaxDualValue": "the same value in a second unit, for display",
+    "MinDualValue": "the same value in a second unit, for display",
+    "UUID": "identity",
+}
+"""Children that change neither geometry nor tolerance, with the reason."""
+
+FLAGS = frozenset({
+    "FreeState", "StatisticalCharacteristic", "CommonZone", "CommonTolerance", "MedianFeature",
+    "EnvelopeRequirement", "Independency", "UnitedOrContinuousFeature", "SeparateZone",
+    "OrientationOnly", "TangentPlane", "EachRadialElement", "EachElement", "OffsetZone",
+    "VariableAngle", "NotConvex", "SingleOpenEnd", "ContactingFeature", "DistanceVariable",
+    "DatumFixed", "ConstrainOrientation", "ConstrainSubsequent",
+})  # fmt: skip
+"""Modifiers that are off if false; true refuses the item."""
+
+UNDEFINED = frozenset({
+    "AssociatedTolerancedFeatureSpecificationElement", "Extent",
+})  # fmt: skip
+"""Choices that add nothing if their whole text is UNDEFINED."""
+
+HARMLESS_ATTRIBUTES = frozenset({
+    "id", "label", "decimalPlaces", "significantFigures", "validity",
+    "xDecimalPlaces", "xSignificantFigures", "xValidity",
+    "yDecimalPlaces", "ySignificantFigures", "yValidity",
+    "zDecimalPlaces", "zSignificantFigures", "zValidity",
+})  # fmt: skip
+"""Identity, and digits for display."""
+
+
+class Node:
+    """An element that notes which of its children and attributes were read.
+
+    Parameters
+    ----------
+    element
+        The element.
+    units
+        Units of the document.
+    is_pmi
+        Whether the units of product and manufacturing information apply (characteristics).
+    """
+
+    def __init__(self, element: etree._Element, units: Units, *, is_pmi: bool) -> None:
+        self.element, self._units, self._is_pmi = element, units, is_pmi
+        self._children: dict[str, list[etree._Element]] = {}
+        for child in element.iterchildren(tag=etree.Element):
+            self._children.setdefault(local_name(child), []).append(child)
+        self._attributes = {str(key) for key in element.attrib} - HARMLESS_ATTRIBUTES
+        self._opened: list[Node] = []
+        self._by_name: dict[str, Node] = {}
+
+    @property
+    def word(self) -> str:
+        """Name of the element."""
+        return local_name(self.element)
+
+    def child(self, name: str) -> Node | None:
+        """Return the only child of that name, or None."""
+        found = self._children.pop(name, [])
+        if len(found) > 1:
+            raise NotTakenError(f"it has {len(found)} elements {name}")
+        if found:
+            self._by_name[name] = self._open(found[0])
+        return self._by_name.get(name)
+
+    def at(self, path: str) -> Node | None:
+        """Return the element at a path of names, or None."""
+        node: Node | None = self
+        for name in path.split("/"):
+            node = None if node is None else node.child(name)
+        return node
+
+    def children(self, name: str) -> list[Node]:
+        """Return all children of that name."""
+        return [self._open(one) for one in self._children.pop(name, [])]
+
+    def names(self) -> Iterator[str]:
+        """Yield the names of the children that were not read."""
+        yield from self._children
+
+    def attribute(self, name: str) -> str:
+        """Return an attribute, or an empty text."""
+        self._attributes.discard(name)
+        return (self.element.get(name) or "").strip()
+
+    def text(self, path: str) -> str:
+        """Return the text at a path, or an empty text."""
+        node = self.at(path)
+        return "" if node is None else node.content()
+
+    def content(self) -> str:
+        """Return the text of this element."""
+        return (self.element.text or "").strip()
+
+    def ids(self, name: str) -> list[str]:
+        """Return the ids in a list; empty if it is missing."""
+        node = self.child(name)
+        if node is None:
+            return []
+        listed = [one.content() for one in node.children("Id")]
+        if (count := node.attribute("n")) and count != str(len(listed)):
+            raise NotTakenError(f"{name} announces {count} ids and has {len(listed)}")
+        if not listed:
+            raise NotTakenError(f"{name} is empty")
+        return listed
+
+    def length(self, name: str) -> float | None:
+        """Return a length, mm, or None."""
+        node = self.child(name)
+        if node is None:
+            return None
+        scale = self._units.length(node.attribute("linearUnit"), is_pmi=self._is_pmi)
+        return scale * number(node.content())
+
+    def angle(self, name: str) -> float | None:
+        """Return an angle, degrees, or None."""
+        node = self.child(name)
+        if node is None:
+            return None
+        scale = self._units.angle(node.attribute("angularUnit"), is_pmi=self._is_pmi)
+        return scale * number(node.content())
+
+    def point(self, path: str) -> tuple[float, float, float] | None:
+        """Return a point, mm, or None."""
+        node = self.at(path)
+        if node is None:
+            return None
+        scale = self._units.length(node.attribute("linearUnit"), is_pmi=self._is_pmi)
+        x, y, z = _three(node)
+        return scale * x, scale * y, scale * z
+
+    def direction(self, path: str) -> tuple[float, float, float] | None:
+        """Return a unit vector, or None."""
+        node = self.at(path)
+        if node is None:
+            return None
+        x, y, z = _three(node)
+        if not math.isclose(math.hypot(x, y, z), 1.0, abs_tol=1e-6):
+            raise NotTakenError("it has no direction of length one")
+        return x, y, z
+
+    def close(self) -> None:
+        """Refuse the item if anything was left unread that is not known to be harmless.
+
+        Raises
+        ------
+        NotTakenError
+            Names the first such child or attribute.
+        """
+        for name in self._attributes:
+            raise NotTakenError(f"attribute {name} of {self.word} is not supported")
+        for name, found in self._children.items():
+            for one in found:
+                text = "".join(part for part in one.itertext() if isinstance(part, str)).strip()
+                off = name in FLAGS and text in ("false", "0") and not len(one)
+                none = name in UNDEFINED and text == "UNDEFINED"
+                if not (off or none or name in HARMLESS):
+                    raise NotTakenError(f"{name} of {self.word} is not supported")
+        for node in self._opened:
+            node.close()
+
+    def _open(self, element: etree._Element) -> Node:
+        node = Node(element, self._units, is_pmi=self._is_pmi)
+        self._opened.append(node)
+        return node
+
+
+def local_name(element: etree._Element) -> str:
+    """Return the name of a QIF element; one of another namespace keeps its namespace."""
+    return str(element.tag).removeprefix(Q)
+
+
+def _three(node: Node) -> tuple[float, float, float]:
+    numbers = [number(word) for word in node.content().split()]
+    if len(numbers) != 3:
+        raise NotTakenError(f"{node.word} has {len(numbers)} numbers of three")
+    return numbers[0], numbers[1], numbers[2]
+
+
+class References:
+    """A document with what its elements refer to, and the names of the features taken from it.
+
+    Raises
+    ------
+    NotTakenError
+        Its units contradict each other, or one id belongs to two elements.
+    """
+
+    def __init__(self, root: etree._Element) -> None:
+        self.root, self._units = root, units_of(root, Q)
+        self._by_id: dict[str, etree._Element] = {}
+        for one in root.iter():
+            own = one.get("id")
+            if own and self._by_id.setdefault(own, one) is not one:
+                raise NotTakenError(f"id {own[:30]} is used twice")
+        self._names: set[tuple[str, str]] = set()
+        self._of_item: dict[str, str] = {}
+        self._of_nominal: dict[str, list[str]] = {}
+
+    def pairs(self, word: str) -> Iterator[tuple[etree._Element, etree._Element | None]]:
+        """Yield items with their nominals, then nominals that no item refers to.
+
+        Parameters
+        ----------
+        word
+            ``Feature`` or ``Characteristic``.
+        """
+        drawn = set()
+        for item in self.root.iterfind(f".//{Q}{word}Items/*"):
+            own = (item.findtext(f"{Q}{word}NominalId") or "").strip()
+            drawn.add(own)
+            yield item, self._by_id.get(own)
+        for nominal in self.root.iterfind(f".//{Q}{word}Nominals/*"):
+            if nominal.get("id") not in drawn:
+                yield nominal, nominal
+
+    def node(self, element: etree._Element | None) -> Node:
+        """Open an element."""
+        if element is None:
+            raise NotTakenError("an element that it refers to is missing")
+        return Node(element, self._units, is_pmi="Characteristic" in local_name(element))
+
+    def at(self, own_id: str) -> Node:
+        """Open the element of an id."""
+        return self.node(self._by_id.get(own_id))
+
+    def name(self, item: etree._Element, nominal: etree._Element | None, element: str) -> str:
+        """Return a name as plans have it, which no other feature or characteristic has.
+
+        Parameters
+        ----------
+        element
+            Child of the item that holds it.
+        """
+        text = item.findtext(f"{Q}{element}") or item.findtext(f"{Q}Name")
+        if not text and nominal is not None:
+            text = nominal.findtext(f"{Q}Name")
+        plain = " ".join((text or "").split())
+        if not NAME_PATTERN.fullmatch(plain):
+            kept = "".join(
+                sign if sign.isascii() and (sign.isalnum() or sign in " _.-") else "_"
+                for sign in plain
+            )[:40].strip(" .-")
+            plain = f"{kept or local_name(item)}_{item.get('id', '0')}"[:60]
+        return self.unique(plain, element, f"_{item.get('id', '0')}")
+
+    def unique(self, name: str, element: str, suffix: str = "_2") -> str:
+        """Return a name that no other item has: two of one name would be judged as one."""
+        made, count = name[:60], 1
+        while (element, made.casefold()) in self._names:
+            end = suffix if count == 1 else f"_{count + 1}"
+            made, count = f"{name[: 60 - len(end)]}{end}", count + 1
+        self._names.add((element, made.casefold()))
+        return made
+
+    def add_feature(self, item: etree._Element, nominal: etree._Element, name: str) -> None:
+        """Note the name of a feature that the plan has."""
+        self._of_item[str(item.get("id"))] = name
+        self._of_nominal.setdefault(str(nominal.get("id")), []).append(name)
+
+    def feature_of_item(self, own_id: str) -> str:
+        """Return the name of the feature of an item, or an empty text."""
+        return self._of_item.get(own_id, "")
+
+    def features_of_nominal(self, own_id: str) -> list[str]:
+        """Return the names of the features of a nominal."""
+        return self._of_nominal.get(own_id, [])
+
+    def feature_of_nominal(self, own_id: str) -> str:
+        """Return the name of the only feature of a nominal, or an empty text."""
+        names = self.features_of_nominal(own_id)
+        return names[0] if len(names) == 1 else ""

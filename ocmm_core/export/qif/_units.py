@@ -1,0 +1,136 @@
+"""Units of a QIF document: declared once, named by values, never guessed.
+
+A document declares its units by name and factor (Units.xsd, ``S = (X + Offset) Factor``); a value
+names one of them, or none and has the primary one. In characteristics the PMI units come first. A
+name that is known elsewhere must have the factor it has everywhere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, MutableMapping
+from dataclasses import dataclass
+
+from lxml import etree
+
+from ocmm_core.units import Dimension, agreed_unit, find_unit
+
+_ROUNDED = 1e-6
+"""Relative: a factor is written with at least seven digits."""
+
+
+class NotTakenError(Exception):
+    """Reason why an item, or the whole document, is not taken."""
+
+
+@dataclass(frozen=True, slots=True)
+class Units:
+    """Units of length and angle of a document."""
+
+    lengths: MutableMapping[str, float]
+    """mm for one of each declared unit, by its name."""
+    angles: MutableMapping[str, float]
+    """Degrees for one of each, likewise."""
+    primary: MutableMapping[str, str]
+    """Names of the primary units by their elements, such as ``PMIAngularUnit``."""
+
+    def length(self, name: str, *, is_pmi: bool) -> float:
+        """Return mm for one of a value's unit; an empty name is the primary one.
+
+        Raises
+        ------
+        NotTakenError
+            The unit is not stated or not known.
+        """
+        return self._scale(name, "LinearUnit", self.lengths, "length", is_pmi=is_pmi)
+
+    def angle(self, name: str, *, is_pmi: bool) -> float:
+        """Return degrees for one of a value's unit, likewise."""
+        return self._scale(name, "AngularUnit", self.angles, "angle", is_pmi=is_pmi)
+
+    def _scale(
+        self,
+        name: str,
+        element: str,
+        declared: Mapping[str, float],
+        dimension: Dimension,
+        *,
+        is_pmi: bool,
+    ) -> float:
+        primary = self.primary.get(element, "")
+        word = name or (self.primary.get(f"PMI{element}", primary) if is_pmi else primary)
+        if not word:
+            raise NotTakenError(f"the document states no {element} for it")
+        known = find_unit(word, dimension)
+        found = declared.get(word, None if known is None else known.factor)
+        if found is None:
+            raise NotTakenError(f"its unit {word[:30]!r} is not known")
+        return found
+
+
+def units_of(root: etree._Element, prefix: str) -> Units:
+    """Read the units that a document declares.
+
+    Parameters
+    ----------
+    root
+        The document.
+    prefix
+        Namespace of its elements, in braces.
+
+    Raises
+    ------
+    InputError
+        A name contradicts its factor.
+    NotTakenError
+        A unit is not known and has no factor, or one name has two factors.
+    """
+    units = Units({}, {}, {})
+    for group in ("PrimaryUnits", "OtherUnits"):
+        for unit in root.iterfind(f"{prefix}FileUnits/{prefix}{group}/*"):
+            word = str(unit.tag).removeprefix(prefix)
+            if word not in ("LinearUnit", "PMILinearUnit", "AngularUnit", "PMIAngularUnit"):
+                continue
+            name = (unit.findtext(f"{prefix}UnitName") or "").strip()
+            is_length = word.endswith("LinearUnit")
+            scale = _scale_of(unit, name, prefix, "length" if is_length else "angle")
+            held = units.lengths if is_length else units.angles
+            if not math.isclose(held.setdefault(name, scale), scale, rel_tol=_ROUNDED):
+                raise NotTakenError(f"unit {name[:30]!r} has two factors")
+            if group == "PrimaryUnits" and units.primary.setdefault(word, name) != name:
+                raise NotTakenError(f"it has two primary units {word}")
+    return units
+
+
+def _scale_of(unit: etree._Element, name: str, prefix: str, dimension: Dimension) -> float:
+    """Return mm or degrees for one of a declared unit; the exact factor of a known name."""
+    si = (unit.findtext(f"{prefix}SIUnitName") or "").strip()
+    if si not in ("", "meter" if dimension == "length" else "radian"):
+        raise NotTakenError(f"unit {name[:30]!r} is converted to {si[:30]!r}")
+    conversion, factor = unit.find(f"{prefix}UnitConversion"), None
+    if conversion is not None:
+        factor = number(conversion.findtext(f"{prefix}Factor") or "")
+        if factor <= 0.0 or number(conversion.findtext(f"{prefix}Offset") or "0") != 0.0:
+            raise NotTakenError(f"unit {name[:30]!r} has no positive factor alone")
+    if find_unit(name, dimension) is not None:
+        return agreed_unit(name, factor, dimension, "FileUnits").factor
+    if factor is None:
+        raise NotTakenError(f"unit {name[:30]!r} is not known and has no factor")
+    return factor * (1000.0 if dimension == "length" else math.degrees(1.0))
+
+
+def number(text: str) -> float:
+    """Return a finite number.
+
+    Raises
+    ------
+    NotTakenError
+        It is none.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or "_" in text:
+        raise NotTakenError(f"{text.strip()[:30]!r} is no number")
+    return value

@@ -1,0 +1,256 @@
+"""The files of a model: an assembly may name part files, which lie in its folder.
+
+All of them are read here, checked and hashed before the geometry library reads a copy: what it
+reads is what the hash is of, and no name leads it out of the folder.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from ocmm_core.documents import read_bytes, shortened, stays_inside, write_atomic
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.pmi import (
+    BadEntityError,
+    Part21,
+    Typed,
+    may_say_tolerances,
+    picked_entities,
+    plain,
+    refs,
+)
+
+STEP_ENDINGS = (".step", ".stp", ".p21")
+_HEAD = b"ISO-10303-21"
+_FILE, _NAMED = "DOCUMENT_FILE", "EXTERNAL_IDENTIFICATION_ASSIGNMENT"
+_OTHER_FILES = re.compile(rb"^\s*REFERENCE\s*;\s*([^;]*);", re.MULTILINE)
+_PAPERS = frozenset(
+    (".pdf", ".txt", ".doc", ".docx", ".xls", ".xlsx", ".csv", ".htm", ".html", ".png", ".jpg",
+     ".jpeg", ".tif", ".tiff", ".svg", ".dwg", ".dxf")
+)  # fmt: skip
+"""Endings of documents that are no geometry: drawings, notes and pictures."""
+_MOST_PARTS, _MOST_BYTES = 1000, 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class ModelFiles:
+    """A STEP file and the part files that it names."""
+
+    top: Path
+    sha256: str
+    """Of the bytes of a single file; of several, of the names and hashes of all."""
+    parts: dict[str, bytes]
+    """Content of each part file by its name, relative to the folder of ``top``."""
+
+    @property
+    def have_tolerances(self) -> bool:
+        """Return whether a part file may contain tolerances, which are read from ``top`` only."""
+        return any(
+            may_say_tolerances(one.decode("utf-8", errors="replace")) for one in self.parts.values()
+        )
+
+    def is_unchanged(self) -> bool:
+        """Return whether all files on the disk still are what was read."""
+        parts = {name: read_bytes(self.top.parent / name) for name in self.parts}
+        return _hash_of(read_bytes(self.top), parts) == self.sha256
+
+    def copied(self, folder: Path, stem: str = "model") -> Path:
+        """Copy all files to a folder and return the copy of ``top``, which gets another name.
+
+        Raises
+        ------
+        OSError
+            They cannot be copied.
+        """
+        names = {name.lower() for name in self.parts}
+        top = f"{stem}{self.top.suffix.lower()}"
+        while top.lower() in names:
+            top = f"_{top}"
+        for name, content in self.parts.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            write_atomic(folder / name, content)
+        folder.mkdir(parents=True, exist_ok=True)
+        write_atomic(folder / top, read_bytes(self.top))
+        return folder / top
+
+
+def model_files(path: Path) -> ModelFiles:
+    """Return a STEP file with all files that it names, directly or through another one.
+
+    Raises
+    ------
+    InputError
+        It is no STEP file; a part file is missing, lies outside of its folder, is no regular file
+        or no STEP file. The sentence names it.
+    """
+    content = read_bytes(path)
+    if not content.lstrip().startswith(_HEAD):
+        raise step_error(path, "not a STEP file", f"Choose a file ending in {_endings()}.")
+    parts: dict[str, bytes] = {}
+    asked = [("", name) for name in _checked_names(path, content)]
+    size = 0
+    while asked:
+        owner, written = asked.pop()
+        name = (PurePosixPath(owner).parent / written).as_posix()
+        if name in parts:
+            continue
+        found = _part(path, name)
+        size += len(found)
+        if len(parts) >= _MOST_PARTS or size > _MOST_BYTES:
+            raise step_error(
+                path, f"it has more than {_MOST_PARTS} part files, or 1 GB of them",
+                "Export the part that is measured alone.",
+            )  # fmt: skip
+        parts[name] = found
+        asked += [(name, one) for one in _checked_names(path.parent / name, found)]
+    _refuse_rings(path, parts)
+    return ModelFiles(path, _hash_of(content, parts), parts)
+
+
+def _hash_of(top: bytes, parts: Mapping[str, bytes]) -> str:
+    own = hashlib.sha256(top).hexdigest()
+    if not parts:
+        return own
+    lines = [own, *(f"{name}\0{hashlib.sha256(parts[name]).hexdigest()}" for name in sorted(parts))]
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
+
+
+def step_error(path: Path, what: str, remedy: str) -> InputError:
+    """Return the error that a file cannot be used, with its name."""
+    return InputError("plan.step", f"{path}: {what}.", remedy)
+
+
+def _part(top: Path, name: str) -> bytes:
+    path = top.parent / name
+    try:
+        real, folder = path.resolve(), top.parent.resolve()
+    except (OSError, RuntimeError):
+        real, folder = path, path
+    if not real.is_relative_to(folder) or real == folder:
+        raise _outside(top, name)
+    if real == top.resolve():
+        raise _ring(top, name)
+    if not path.exists():
+        raise step_error(
+            top, f"its part file {shortened(name)} is not in its folder",
+            "Copy all files of the assembly into one folder, or export it as one file.",
+        )  # fmt: skip
+    content = read_bytes(path)
+    if not content.lstrip().startswith(_HEAD):
+        raise step_error(
+            top, f"its part file {shortened(name)} is not a STEP file",
+            "Export the assembly as one STEP file.",
+        )  # fmt: skip
+    return content
+
+
+def _checked_names(path: Path, content: bytes) -> list[str]:
+    """Return the part files that a file names; InputError if a name cannot be used."""
+    if found := _OTHER_FILES.search(content):
+        words = shortened(" ".join(found[1].decode("utf-8", errors="replace").split()))
+        raise step_error(
+            path, f"it refers to entities of other files ({words}), which are not read",
+            "Export the assembly as one file.",
+        )  # fmt: skip
+    if _FILE.encode() not in content.upper():
+        return []
+    try:
+        file = picked_entities(content, (_FILE, _NAMED, "EXTERNAL_SOURCE"))
+        named = _names_by_document(file)
+        files = [(number, _own_name(file, number)) for number in file.all_of(_FILE)]
+    except BadEntityError as error:
+        raise step_error(
+            path, f"the names of its part files cannot be read: {error}",
+            "Export the assembly as one file.",
+        ) from error  # fmt: skip
+    return sorted({
+        name
+        for number, own in files
+        if (name := _part_name(path, number, [own, *named.get(number, ())]))
+    })  # fmt: skip
+
+
+def _own_name(file: Part21, number: int) -> str:
+    arguments = file.arguments(number, _FILE, "DOCUMENT")
+    if not arguments:
+        arguments = file.arguments(number, "DOCUMENT")
+    return plain(arguments[0])
+
+
+def _names_by_document(file: Part21) -> dict[int, list[str]]:
+    """Return the names that are assigned to documents, and the sources of these, by document."""
+    found: dict[int, list[str]] = {}
+    for number in file.all_of(f"APPLIED_{_NAMED}", f"CC_DESIGN_{_NAMED}", _NAMED):
+        records = file.records(number)
+        arguments = [value for values in records.values() for value in values]
+        names = [plain(arguments[0])] if arguments else []
+        for other in refs(tuple(arguments)):
+            if other in file.bodies and "EXTERNAL_SOURCE" in file.types(other):
+                (source, *_) = file.arguments(other, "EXTERNAL_SOURCE")
+                values = source.values if isinstance(source, Typed) else (source,)
+                names += [plain(one) for one in values]
+        for other in refs(tuple(arguments)):
+            found.setdefault(other, []).extend(names)
+    return found
+
+
+def _part_name(path: Path, number: int, names: list[str]) -> str:
+    """Return the part file that a document of a file is; empty if it is no geometry."""
+    said = [name for name in dict.fromkeys(names) if name]
+    parts = [name for name in said if name.lower().endswith(STEP_ENDINGS)]
+    if len(parts) > 1:
+        words = ", ".join(map(shortened, parts))
+        raise step_error(
+            path, f"its document #{number} names several part files ({words})",
+            "Export the assembly as one file.",
+        )  # fmt: skip
+    if parts:
+        if not stays_inside(parts[0]):
+            raise _outside(path, parts[0])
+        return parts[0]
+    endings = {PurePosixPath(name.replace("\\", "/")).suffix.lower() for name in said}
+    if endings & _PAPERS:
+        return ""
+    words = shortened(said[0]) if said else "without a name"
+    raise step_error(
+        path, f"its part file {words} (#{number}) is not a STEP file",
+        f"Export the assembly as one STEP file, or its parts as {_endings()}.",
+    )  # fmt: skip
+
+
+def _refuse_rings(top: Path, parts: dict[str, bytes]) -> None:
+    """Refuse part files that contain themselves through others: no reading of them ends."""
+    under = {
+        name: [
+            (PurePosixPath(name).parent / one).as_posix()
+            for one in _checked_names(top.parent / name, content)
+        ]
+        for name, content in parts.items()
+    }
+    ready: set[str] = set()
+    while len(ready) < len(under):
+        more = {name for name in under.keys() - ready if ready.issuperset(under[name])}
+        if not more:
+            raise _ring(top, min(under.keys() - ready))
+        ready |= more
+
+
+def _ring(top: Path, name: str) -> InputError:
+    return step_error(
+        top, f"its part file {shortened(name)} contains itself", "Export the assembly as one file."
+    )
+
+
+def _outside(top: Path, name: str) -> InputError:
+    return step_error(
+        top, f"its part file {shortened(name)} does not lie in its folder, and is not read",
+        "Copy all files of the assembly into one folder, or export it as one file.",
+    )  # fmt: skip
+
+
+def _endings() -> str:
+    return ", ".join(STEP_ENDINGS)

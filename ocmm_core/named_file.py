@@ -1,0 +1,158 @@
+"""Files that are written, and whether their name still means them.
+
+A descriptor that was synced is not enough: the file may have been removed, moved or replaced
+meanwhile, or its file system unmounted. Then the data are on the disk and nobody finds them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import stat
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import platformdirs
+
+from ocmm_core.documents import write_new
+from ocmm_core.host import HOST
+
+_MOST_NAMES = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class NameLoss:
+    """Why a name no longer means the file that is written."""
+
+    words: str
+    """What happened, to be written after the name and a colon."""
+    moved_to: Path | None = None
+    """Present path of the file; None if it has none."""
+
+
+class NamedFile:
+    """The identity of a file that is written, compared with its name.
+
+    Parameters
+    ----------
+    path
+        Of the file, which exists.
+    state
+        Of the file that is written, e.g. by its descriptor; None for the one at `path`.
+
+    Raises
+    ------
+    OSError
+        There is no such file.
+    """
+
+    def __init__(self, path: Path, state: os.stat_result | None = None) -> None:
+        self.path = path.absolute()
+        self._descriptor = HOST.hold_name(self.path)
+        found = self.path.stat() if self._descriptor < 0 else os.fstat(self._descriptor)
+        self._state = state or found
+        self._content: tuple[int, int] | None = None
+
+    def state(self) -> os.stat_result | None:
+        """Return the state of the file under its name; None if the name means something else."""
+        try:
+            found = self.path.stat()
+        except OSError:
+            return None
+        same = os.path.samestat(found, self._state) and stat.S_ISREG(found.st_mode)
+        return found if same else None
+
+    def note_content(self) -> None:
+        """Remember size and time of the last change, after the program itself has written."""
+        found = self.state()
+        self._content = None if found is None else (found.st_size, found.st_mtime_ns)
+
+    def forget_content(self) -> None:
+        """Compare no content until the next `note_content`."""
+        self._content = None
+
+    def is_as_noted(self) -> bool:
+        """Return whether the name means this file, with the size and time that were noted."""
+        found = self.state()
+        if found is None:
+            return False
+        return self._content in (None, (found.st_size, found.st_mtime_ns))
+
+    def has_noted_size(self) -> bool:
+        """Return whether the file has the size that was noted; True if none was."""
+        found = self.state()
+        return self._content is None or (found is not None and found.st_size == self._content[0])
+
+    def loss(self) -> NameLoss | None:
+        """Return why the name no longer means the file; None while it does."""
+        return None if self.state() is not None else self._loss()
+
+    def close(self) -> None:
+        """Give up the descriptor; may be called twice."""
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+            self._descriptor = -1
+
+    def _loss(self) -> NameLoss:
+        path, descriptor = self.path, self._descriptor
+        if descriptor >= 0 and not HOST.is_mounted(descriptor):
+            return NameLoss("its file system was unmounted")
+        other = "and another file took its name" if os.path.lexists(path) else ""
+        there = None if descriptor < 0 else HOST.place_of(descriptor)
+        if there is not None:
+            if not path.parent.exists() and there.name == path.name:
+                return NameLoss(f"its folder was moved to {there.parent}", there)
+            return NameLoss(f"it was moved to {there} {other}".rstrip(), there)
+        try:
+            path.parent.stat()
+        except FileNotFoundError:
+            return NameLoss("its folder was removed")
+        except OSError as error:
+            return NameLoss(f"its folder cannot be reached ({error.strerror})")
+        return NameLoss("it was replaced by another file" if other else "it was removed")
+
+
+def rescue_folders(second: Path | None = None) -> tuple[Path, ...]:
+    """Return the folders for data whose own file is lost, best first.
+
+    Parameters
+    ----------
+    second
+        The folder in the settings; None if not set.
+    """
+    own = platformdirs.user_data_path("ocmm") / "rescued"
+    return (own,) if second is None else (second, own)
+
+
+def write_rescued(
+    name: str, content: bytes | Callable[[Path], bytes], folders: Iterable[Path]
+) -> Path | None:
+    """Write data to a new file in the first folder that takes them, and return its path.
+
+    Parameters
+    ----------
+    name
+        Of the file whose data they are; the new one has a number in addition.
+    content
+        The data, or a function that makes them for the path of the new file.
+    folders
+        See `rescue_folders`.
+
+    Returns
+    -------
+    path
+        None if no folder takes them.
+    """
+    stem, suffix = os.path.splitext(name)  # noqa: PTH122 - a name may begin with a full stop
+    for folder in folders:
+        with contextlib.suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+            for number in range(1, _MOST_NAMES):
+                path = folder.absolute() / f"{stem}-rescued-{number:03d}{suffix}"
+                if os.path.lexists(path):
+                    continue
+                with contextlib.suppress(FileExistsError):
+                    write_new(path, content if isinstance(content, bytes) else content(path))
+                    return path
+    return None

@@ -1,0 +1,241 @@
+"""The acknowledged steps of a job that is written, and their rescue if its file is lost.
+
+A commit is no proof that the job can be found: its file or its log may be removed, moved, replaced
+or overwritten, and its file system unmounted. Then the steps are written to a new file. They come
+from memory, because the old file may have lost what was once stored in it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sqlite3
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+
+from ocmm_core.errors import StorageError
+from ocmm_core.host import HOST
+from ocmm_core.named_file import NamedFile, NameLoss, rescue_folders, write_rescued
+from ocmm_core.seals import StationKey
+from ocmm_core.storage._connection import checkpoint, job_bytes, opened_bytes
+from ocmm_core.storage._faults import FAULTS, disk_failed, lost_name
+from ocmm_core.storage._guard import guarded_connection
+from ocmm_core.storage._job_seal import insert_seal, remember_job
+from ocmm_core.storage._tables import insert_event
+
+RESCUED = "rescued"
+"""Kind of the event in a new file with the steps of a job whose own file was lost."""
+
+Insert = tuple[str, tuple[object, ...]]
+"""A statement that inserts, and its values."""
+
+
+class JobKeeper:
+    """Compare the name of a job with its file, and rescue its steps; for any thread.
+
+    Parameters
+    ----------
+    path
+        Of the job.
+    job_uuid
+        Of the job.
+    db
+        Its connection, with an empty log.
+
+    Raises
+    ------
+    OSError
+        There is no file of this name any more.
+    """
+
+    def __init__(self, path: Path, job_uuid: str, db: sqlite3.Connection) -> None:
+        self._path, self._uuid = path.absolute(), job_uuid
+        self._file = NamedFile(path)
+        self._log_path = path.resolve().with_name(f"{path.resolve().name}-wal")
+        self._log: NamedFile | None = None
+        self._lock = threading.Lock()
+        self._base, self._steps = b"", list[Sequence[Insert]]()
+        self._last: tuple[int, str] | None = None
+        self._loss: NameLoss | None = None
+        self._disk = False
+        self.second: Path | None = None
+        """The folder for rescued jobs in the settings; None if not set."""
+        self.key: StationKey | None = None
+        """Signs the rescued job; None before the first step."""
+        self.saved_in: Path | None = self._path
+        """The file that has all acknowledged steps; None while no folder takes them."""
+        self.renew(db)
+        self.note_log()
+
+    @property
+    def error(self) -> StorageError | None:
+        """Return why nothing is stored any more; None while it is."""
+        if self._loss is None:
+            return None
+        saved = None if self.saved_in == self._path else self.saved_in
+        if self._disk:
+            return disk_failed(self._path, saved)
+        return lost_name(self._path, self._loss.words, saved)
+
+    def renew(self, db: sqlite3.Connection, *, whole: bool = True) -> None:
+        """Take over all that is stored, after the log was written into the file.
+
+        Parameters
+        ----------
+        whole
+            All of the log was; if not, the file is not compared until it is.
+        """
+        if not whole:
+            self._file.forget_content()
+            return
+        self._base = db.serialize()
+        self._steps.clear()
+        self._file.note_content()
+
+    def note_log(self) -> None:
+        """Remember the log as the program itself has left it."""
+        if self._log is None:
+            with contextlib.suppress(OSError):
+                self._log = NamedFile(self._log_path)
+        if self._log is not None:
+            self._log.note_content()
+
+    def acknowledge(self, inserts: Sequence[Insert], last: tuple[int, str] | None) -> None:
+        """Keep a step that was committed under the name of the job.
+
+        Parameters
+        ----------
+        last
+            Number and hash of its last audit row, if it was signed.
+
+        Raises
+        ------
+        StorageError
+            The name means something else; the step does not count, and is not in the rescued job.
+        """
+        loss = self.name_loss()
+        # Whoever finds a loss at the same moment rescues either with this step, or it is refused.
+        with self._lock:
+            if self._loss is None and loss is None:
+                self._steps.append(inserts)
+                self._last = last or self._last
+                return
+        self.lose(loss or NameLoss(""))
+        raise self.error or AssertionError
+
+    def name_loss(self) -> NameLoss | None:
+        """Return why the names of file and log do not mean them any more; None while they do."""
+        loss = self._file.loss()
+        if loss is None and self._log is None:
+            return NameLoss(f"its log {self._log_path.name} cannot be found")
+        if loss is None and self._log is not None:
+            loss = self._log.loss()
+            if loss is not None and loss.words.startswith("it "):
+                return NameLoss(f"its log {self._log_path.name} {loss.words.removeprefix('it ')}")
+        return loss
+
+    def is_write_protected(self) -> bool:
+        """Return whether the file system has become read-only."""
+        return HOST.is_write_protected(self._path)
+
+    def lose_if_write_protected(self) -> None:
+        """Give the file up if the file system has become read-only."""
+        if self._loss is None and self.is_write_protected():
+            self.lose(NameLoss("its file system has become read-only"))
+
+    @property
+    def is_as_noted(self) -> bool:
+        """Return whether nobody else has written into file or log, as far as times show."""
+        return self._file.is_as_noted() and (self._log is None or self._log.is_as_noted())
+
+    def content_loss(self, *, with_log: bool) -> NameLoss | None:
+        """Return what another program has written into; None if nothing.
+
+        The caller keeps others from writing meanwhile.
+
+        Parameters
+        ----------
+        with_log
+            Compare also the log.
+        """
+        if with_log and self._log is not None and not self._log.is_as_noted():
+            return NameLoss(f"another program has written into its log {self._log_path.name}")
+        if self._file.is_as_noted():
+            return None
+        if self._file.has_noted_size() and HOST.content_of(self._path, len(self._base)) in (
+            self._base,
+            None,
+        ):
+            # Only its time was changed.
+            self._file.note_content()
+            return None
+        return NameLoss("another program has written into it")
+
+    def lose(self, loss: NameLoss, *, disk: bool = False) -> None:
+        """Give the file up, and write all acknowledged steps to a new one.
+
+        Called again it tries the folders again that did not take them.
+        """
+        with self._lock:
+            if self._loss is None:
+                self._loss, self._disk, self.saved_in = loss, disk, None
+            if self.saved_in is None:
+                with contextlib.suppress(sqlite3.Error, StorageError):
+                    self.saved_in = write_rescued(
+                        self._path.name, self._content, rescue_folders(self.second)
+                    )
+
+    def complete_moved(self, db: sqlite3.Connection) -> None:
+        """Write the log into a file that was moved, so that it is whole without its log."""
+        if self._loss is not None and self._loss.moved_to is not None:
+            with contextlib.suppress(sqlite3.Error):
+                checkpoint(db)
+
+    def remove_stray_log(self) -> None:
+        """Remove the log of a rescued job: a later file of this name would be read with it."""
+        rescued = self._loss is not None and self.saved_in is not None and not self._disk
+        if rescued and self._log is not None and self._log.state() is not None:
+            with contextlib.suppress(OSError):
+                self._log_path.unlink()
+
+    def require_closed(self) -> None:
+        """Find a loss after the connection was closed: the file must hold the last step."""
+        if self._loss is not None:
+            return
+        loss = self._file.loss()
+        if loss is None and not self._log_path.exists() and not self._holds_last():
+            loss = NameLoss("another program has written into it")
+        if loss is not None:
+            self.lose(loss)
+
+    def close(self) -> None:
+        """Give up the descriptors; may be called twice."""
+        self._file.close()
+        if self._log is not None:
+            self._log.close()
+
+    def _holds_last(self) -> bool:
+        try:
+            with contextlib.closing(guarded_connection(self._path, "ro&immutable=1")) as db:
+                found = db.execute(
+                    "SELECT sequence, hash FROM audit ORDER BY sequence DESC LIMIT 1"
+                ).fetchone()
+                sound = db.execute("PRAGMA quick_check(1)").fetchone()[0] == "ok"
+        except FAULTS:
+            return False
+        return sound and (self._last is None or tuple(found) == self._last)
+
+    def _content(self, path: Path) -> bytes:
+        with contextlib.closing(opened_bytes(self._base)) as db:
+            db.execute("BEGIN")
+            for step in self._steps:
+                for statement, values in step:
+                    db.execute(statement, values)
+            if self.key is not None and self._loss is not None:
+                insert_event(db, RESCUED, f"Rescued from {self._path}: {self._loss.words}.")
+                insert_seal(db, self.key)
+            if self._last is not None:
+                # Without the event: a moved file that is found again is no older copy.
+                remember_job(self._uuid, *self._last, path)
+            db.execute("COMMIT")
+            return job_bytes(db)

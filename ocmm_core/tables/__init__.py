@@ -1,0 +1,48 @@
+"""The reader of tables and points: text, CSV, PLY, OBJ, OFF, STL and PCD, with an account.
+
+In: a file and the statements of the user (`TableOptions`). Out: rows or points in mm, and a
+`TableAccount` of what was read, by which unit, decimal sign and columns, and what was left out.
+
+Read `_account` (what a reader returns), `_text` and `_grid` (bytes to lines and cells), `_numbers`
+(decimal signs by evidence), `_headings` and `_columns` (roles of columns), `_unit_choice`,
+`_points` with `_meshes` (points), `_named` (tables whose first line names the columns).
+It must not know features, plans or cameras.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.tables._account import TableAccount, TableColumn, TableOptions
+    from ocmm_core.tables._named import NamedColumns, TextRow, TextTable, read_table
+    from ocmm_core.tables._numbers import NUMBER, NumberGrammar, typed_number
+    from ocmm_core.tables._points import PointsFile, read_points_file
+    from ocmm_core.tables._text import decoded
+else:
+    __getattr__ = door(
+        __name__,
+        _account="TableAccount TableColumn TableOptions",
+        _named="NamedColumns TextRow TextTable read_table",
+        _numbers="NUMBER NumberGrammar typed_number",
+        _points="PointsFile read_points_file",
+        _text="decoded",
+    )
+
+__all__ = [
+    "NUMBER",
+    "NamedColumns",
+    "NumberGrammar",
+    "PointsFile",
+    "TableAccount",
+    "TableColumn",
+    "TableOptions",
+    "TextRow",
+    "TextTable",
+    "decoded",
+    "read_points_file",
+    "read_table",
+    "typed_number",
+]

@@ -1,0 +1,243 @@
+"""Meaning of the columns of points: by --columns, by the heading, or by their count."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.documents import shortened
+from ocmm_core.errors import InputError
+from ocmm_core.tables._grid import TextGrid, heading_cells
+from ocmm_core.tables._headings import is_summary, role_of
+from ocmm_core.tables._numbers import NUMBER, is_number, plain_signs
+from ocmm_core.units import find_unit, heading_unit
+
+AXES = ("x", "y", "z")
+NORMAL = ("i", "j", "k")
+_ROLES = (*AXES, *NORMAL, "name", "sigma", "unit")
+_UNIT_VECTOR = 1e-3
+_ASK = "State the columns with --columns, such as --columns name,x,y,z or --columns x,y,z,-."
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnPlan:
+    """Headings and roles of the columns, in the order of the file."""
+
+    headings: tuple[str, ...]
+    roles: tuple[str, ...]
+    """Empty for a column that is not read."""
+    line: int = 0
+    """Of the heading; 0 without."""
+    unit_row: tuple[str, ...] = ()
+    """Cells of a line below the heading that states units."""
+
+    def index(self, role: str) -> int:
+        """Return the place of a role, -1 if there is none."""
+        return self.roles.index(role) if role in self.roles else -1
+
+    def units(self, roles: Sequence[str]) -> dict[str, tuple[int, str]]:
+        """Return line and text of the unit of each of ``roles`` that has one of its own."""
+        found = {}
+        for place, (heading, role) in enumerate(zip(self.headings, self.roles, strict=True)):
+            below = self.unit_row[place].strip(" []()<>{}") if self.unit_row[place:] else ""
+            text = heading_unit(heading)[1] or below
+            if role in roles and text:
+                found[role] = (self.line, text)
+        return found
+
+
+def stated_columns(text: str) -> tuple[str, ...]:
+    """Return the roles that ``--columns`` states.
+
+    Raises
+    ------
+    InputError
+        A word is unknown or occurs twice, or x, y or z is missing.
+    """
+    words = [word.strip().lower() for word in text.replace(";", ",").split(",")]
+    roles = tuple("" if word in ("-", "_", "") else word for word in words)
+    unknown = [role for role in roles if role and role not in _ROLES]
+    twice = [role for role in roles if role and roles.count(role) > 1]
+    missing = [axis for axis in AXES if axis not in roles]
+    if unknown or twice or missing:
+        what = (
+            f"{shortened(unknown[0])} is unknown" if unknown
+            else f"{twice[0]!r} occurs twice" if twice else f"{missing[0]!r} is missing"
+        )  # fmt: skip
+        raise InputError(
+            "table.columns",
+            f"--columns is {shortened(text)}: {what}.",
+            f"Name each column once, with x, y and z, and '-' for a column that is not read; known "
+            f"are {', '.join(_ROLES)}.",
+        )
+    return roles
+
+
+def heading_roles(cells: Sequence[str]) -> tuple[str, ...] | None:
+    """Return the roles of a line that names columns; None if it does not."""
+    if len(cells) < 2 or any(is_number(cell) for cell in cells):
+        return None
+    roles = [role_of(cell) for cell in cells]
+    short = [cell.casefold().split("[")[0].split("(")[0].strip() for cell in cells]
+    if {"e", "n"} <= set(short):
+        roles = [{"e": "x", "n": "y", "h": "z"}.get(word, role)
+                 for word, role in zip(short, roles, strict=True)]  # fmt: skip
+    elif "h" in short and "z" not in roles and {"x", "y"} <= set(roles):
+        roles[short.index("h")] = "z"
+    coordinates = [role for role in roles if role[-1:] in AXES]
+    return tuple(roles) if len(set(coordinates)) >= 2 else None
+
+
+def find_heading(grid: TextGrid) -> tuple[int, list[str], tuple[str, ...]] | None:
+    """Return line, cells and roles of the last heading above the rows; None if there is none."""
+    split = grid.splitter()
+    found: tuple[int, str, list[str]] | None = None
+    first: list[str] = []
+    comments = [(line, text.lstrip("#%!;/*' \t"), text) for line, text in grid.comments]
+    lines = sorted([*comments, *((line, text, text) for line, text in grid.body)])
+    for line, text, raw in lines:
+        cells = heading_cells(text, grid.separator)
+        if heading_roles(cells) is not None:
+            found = (line, raw, cells)
+        elif text is raw:
+            first = split(line, text)
+            words = [cell for cell in first if not is_number(cell)]
+            if len(first) - len(words) >= len(AXES) and not is_summary(words):
+                break
+    if found is None:
+        return None
+    line, raw, cells = found
+    while len(first) > len(cells) and not first[-1]:
+        first.pop()
+    if len(cells) > len(first) > 1:
+        cells = _joined(cells)
+    if len(cells) == len(first) - 1 and (raw.startswith("#") or not is_number(first[0])):
+        cells = ["name", *cells] if "name" not in map(role_of, cells) else cells
+    return line, cells, heading_roles(cells) or ()
+
+
+def _joined(cells: Sequence[str]) -> list[str]:
+    """Return headings of several words each: "Point No X Coord" has two."""
+    joined: list[str] = []
+    for cell in cells:
+        last = role_of(joined[-1]) if joined else ""
+        own, both = role_of(cell), role_of(f"{joined[-1]} {cell}") if joined else ""
+        continues = both == last and (not own or own == last == "name")
+        if joined and (continues or (not last and both)):
+            joined[-1] += f" {cell}"
+        else:
+            joined.append(cell)
+    return joined
+
+
+def checked_roles(
+    path: Path, line: int, headings: Sequence[str], roles: Sequence[str]
+) -> tuple[str, ...]:
+    """Return the roles of a heading that names x, y and z once each.
+
+    Raises
+    ------
+    InputError
+        A coordinate is missing or occurs twice, or nominal and measured ones are mixed.
+    """
+    nominal = [head for head, role in zip(headings, roles, strict=True) if "nominal" in role]
+    twice = [role for role in roles if role in (*AXES, *NORMAL, "unit") and roles.count(role) > 1]
+    missing = [axis for axis in AXES if axis not in roles]
+    where = f"{path}, line {line}: the heading"
+    if nominal:
+        what = f"names nominal coordinates ({', '.join(map(shortened, nominal[:3]))})"
+    elif twice:
+        what = f"names {twice[0]} twice"
+    elif missing:
+        what = f"does not name {' and '.join(missing)}"
+    else:
+        first = roles.index("name") if "name" in roles else -1
+        return tuple(
+            "" if role == "name" and place != first else role for place, role in enumerate(roles)
+        )
+    remedy = _ASK if len(headings) > 2 else "Give a file with x, y and z of every point."
+    raise InputError("table.columns", f"{where} {what}.", remedy)
+
+
+def counted_roles(path: Path, rows: Sequence[tuple[int, list[str]]]) -> tuple[str, ...]:
+    """Return the roles of columns without a heading.
+
+    Three numbers are x, y and z, six whose last three form unit vectors also a normal; texts before
+    or behind them are names. Anything else has to be stated.
+
+    Raises
+    ------
+    InputError
+        The columns could have several meanings.
+    """
+    width = len(rows[0][1])
+    texts = [
+        place for place in range(width) if not any(is_number(cells[place]) for _, cells in rows)
+    ]
+    numbers = [place for place in range(width) if place not in texts]
+    line, first = rows[0]
+    row = shortened(" ".join(first))
+    if texts and numbers and numbers != list(range(numbers[0], numbers[-1] + 1)):
+        what = f"{row} has texts between its numbers, and no heading names the columns"
+        raise InputError("table.columns", f"{path}, line {line}: {what}.", _ASK)
+    if len(numbers) < len(AXES):
+        raise InputError(
+            "table.columns",
+            f"{path}, line {line}: {row} has {len(numbers)} number(s), not three.",
+            "Give one row with x, y and z for every point.",
+        )
+    roles = [""] * width
+    if texts:
+        roles[texts[0]] = "name"
+    for place, role in zip(numbers, (*AXES, *NORMAL), strict=False):
+        roles[place] = role
+    if len(numbers) == 2 * len(AXES) and _are_normals(rows, numbers):
+        return tuple(roles)
+    if len(numbers) != len(AXES):
+        raise InputError(
+            "table.columns",
+            f"{path}, line {line}: {row} has {len(numbers)} numbers, and no heading names the "
+            "columns.",
+            _ASK,
+        )
+    if not texts and _is_running([cells for _, cells in rows]):
+        raise InputError(
+            "table.columns",
+            f"{path}, line {line}: the first of three numbers counts the rows, and no heading "
+            "names the columns.",
+            _ASK,
+        )
+    return tuple(roles)
+
+
+def _are_normals(rows: Sequence[tuple[int, list[str]]], numbers: Sequence[int]) -> bool:
+    def lengths(places: Sequence[int]) -> list[float]:
+        return [math.hypot(*(_simple(cells[place]) for place in places)) for _, cells in rows]
+
+    ones = [abs(length - 1.0) < _UNIT_VECTOR for length in lengths(numbers[3:])]
+    others = [abs(length - 1.0) < _UNIT_VECTOR for length in lengths(numbers[:3])]
+    # Whole numbers may be halves of numbers with decimal commas.
+    has_decimals = any("." in cells[p] or "," in cells[p] for _, cells in rows for p in numbers)
+    return all(ones) and not all(others) and has_decimals
+
+
+def _simple(text: str) -> float:
+    plain = plain_signs(text).replace(",", ".")
+    return float(plain.replace("d", "e").replace("D", "e")) if NUMBER.fullmatch(plain) else math.nan
+
+
+def _is_running(rows: Sequence[list[str]]) -> bool:
+    if len(rows) < 3:
+        return False
+    first = [cells[0] for cells in rows]
+    counts = any(first == [str(start + row) for row in range(len(rows))] for start in (0, 1))
+    return counts and all("." in cell or "," in cell for cells in rows for cell in cells[1:])
+
+
+def are_units(cells: Sequence[str]) -> bool:
+    """Return whether a line below the heading states the unit of each column."""
+    stripped = [cell.strip(" []()<>{}") for cell in cells]
+    filled = [cell for cell in stripped if cell not in ("", "-", "1")]
+    return bool(filled) and all(find_unit(cell) is not None for cell in filled)

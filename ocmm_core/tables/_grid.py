@@ -1,0 +1,212 @@
+"""Lines of a table as cells: comments, separators, skipped lines."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ocmm_core.documents import shortened
+from ocmm_core.errors import InputError
+from ocmm_core.tables._account import SkippedLog, TableOptions
+from ocmm_core.tables._numbers import BLANKS, is_number, plain_signs
+from ocmm_core.units import find_unit
+
+LONGEST_ROW = 4000
+_SEP = re.compile(r'"?sep=(.)"?[;,]*', re.IGNORECASE)
+_COMMENT = re.compile(r"\s*(#|%|!|//|\$\$|'|;|\*)")
+_TRAILING = re.compile(r"(?:(?<=[\s;,])|(?<=\d))(?:#|%|!|//|\$\$)[^;,\d].*$")
+_RULE = re.compile(r"[\s\-=_+|:*~.;,\"]*")
+_ODD_BLANK = re.compile(f"[{BLANKS}]")
+
+
+@dataclass(slots=True)
+class TextGrid:
+    """Lines of a table that may be rows, and those that cannot be."""
+
+    path: Path
+    separator: str
+    """Sign between cells; a blank stands for any run of blanks and tabs."""
+    body: list[tuple[int, str]]
+    """Line number and text without comments."""
+    comments: list[tuple[int, str]] = field(default_factory=list)
+    behind: list[tuple[int, str]] = field(default_factory=list)
+    """Comments behind rows."""
+    log: SkippedLog = field(default_factory=SkippedLog)
+    is_declared: bool = False
+    """The file names its separator itself."""
+
+    def splitter(self) -> Callable[[int, str], list[str]]:
+        """Return the function that splits a line into cells."""
+        return _by_blanks if self.separator == " " else self._by_sign
+
+    def _by_sign(self, line: int, text: str) -> list[str]:
+        separator = self.separator
+        if separator == "|":
+            text = text.strip().strip("|")
+        if '"' not in text:
+            return [cell.strip() for cell in text.split(separator)]
+        try:
+            (row,) = csv.reader([text], delimiter=separator, skipinitialspace=True, strict=True)
+        except (csv.Error, ValueError):
+            if text.count('"') % 2 and re.search(rf'(?:^|{re.escape(separator)})\s*"', text):
+                raise InputError(
+                    "table.quote",
+                    f"{self.path}, line {line}: a quotation mark is not closed; the table is not "
+                    "complete.",
+                    "Save the table again; a cell may not have several lines.",
+                ) from None
+            row = text.split(separator)
+        return [cell.strip() for cell in row]
+
+
+def read_grid(
+    path: Path, lines: Sequence[str], options: TableOptions, *, has_texts: bool = False
+) -> TextGrid:
+    """Return the lines of a table, without comments and lines that the user skips.
+
+    Parameters
+    ----------
+    has_texts
+        Cells are free text: a comment needs a line of its own.
+
+    Raises
+    ------
+    InputError
+        A line is longer than any row, or --skip cannot be understood.
+    """
+    grid = TextGrid(path, " ", [])
+    skipped = options.skipped()
+    declared = ""
+    for number, raw in enumerate(lines, start=1):
+        text = raw.strip().lstrip("\ufeff")
+        if any(number in rows for rows in skipped):
+            grid.log.add(number, text, "skipped by --skip")
+            continue
+        if not text:
+            continue
+        if len(text) > LONGEST_ROW:
+            raise InputError(
+                "table.row",
+                f"{path}, line {number}: it has more than {LONGEST_ROW} characters.",
+                "Give one row for every point or feature.",
+            )
+        if not declared and not grid.body and (sign := _SEP.fullmatch(text)) is not None:
+            declared = sign[1]
+            grid.log.add(number, text, "names the separator")
+        elif is_comment(text) if not has_texts else _is_head(text):
+            grid.comments.append((number, text))
+        elif _RULE.fullmatch(text):
+            grid.log.add(number, text, "has no values")
+        else:
+            if not has_texts and (found := _TRAILING.search(text)) is not None:
+                grid.behind.append((number, found[0]))
+                text = text[: found.start()].rstrip()
+            # A leading tab or separator is an empty cell.
+            grid.body.append((number, text if raw[:1] != "\t" else f"\t{text}"))
+    grid.is_declared = bool(declared)
+    grid.separator = declared or separator_of([text for _, text in grid.body])
+    return grid
+
+
+def _is_head(text: str) -> bool:
+    """Return whether a line of a table with texts is a comment; spreadsheets quote it."""
+    return text.lstrip('" ').startswith(("#", "//")) and is_comment(text.lstrip('" '))
+
+
+def is_comment(text: str) -> bool:
+    """Return whether a line is a comment and not a row."""
+    found = _COMMENT.match(text)
+    if found is None:
+        return False
+    rest = text[found.end() :]
+    if found[1] == ";":
+        return ";" not in rest
+    if found[1] == "*":
+        return not any(is_number(part) for part in rest.split()[-3:])
+    if found[1] == "'":
+        return not re.match(r"[^']*'", rest)
+    # "#;x;y;z": a column of numbers.
+    return not (found[1] == "#" and re.match(r"[;,\t|]", rest))
+
+
+def separator_of(lines: Iterable[str]) -> str:
+    """Return the sign between the cells of most lines; a blank for blanks and tabs."""
+    data = [text for text in lines if any(sign.isdigit() for sign in text)] or list(lines)
+    half = len(data) / 2.0
+    counts = {sign: sum(sign in text for text in data) for sign in ";|\t,"}
+    for sign in ";|":
+        if counts[sign] > half:
+            return sign
+    if counts["\t"] > half:
+        widths = {text.count("\t") for text in data if "\t" in text}
+        blanks = sum(bool(re.search(r"\d +[\d+-]", text)) for text in data)
+        return "\t" if len(widths) <= 2 and not blanks else " "
+    if counts[","] <= half:
+        return " "
+    return " " if sum(map(_has_commas_inside, data)) > half else ","
+
+
+def _has_commas_inside(text: str) -> bool:
+    """Return whether blanks separate the numbers, and commas are signs in them."""
+    parts = [part for part in text.split() if any(sign.isdigit() for sign in part)]
+    inner = [part for part in parts if "," in part]
+    return len(parts) >= 2 and bool(inner) and all(
+        is_number(part) and not part.endswith(",") and not part.startswith(",") for part in inner
+    )  # fmt: skip
+
+
+def _by_blanks(_line: int, text: str) -> list[str]:
+    if text.isascii():
+        parts = text.split()
+    else:
+        parts = []
+        for part in re.split(r"[ \t\f\v]+", text.strip()):
+            # A thin space separates thousands, or columns.
+            whole = is_number(part) or not _ODD_BLANK.search(part)
+            parts += [part] if whole else part.split()
+    return parts if all(map(_starts_number, parts)) else _with_units(parts)
+
+
+def _starts_number(text: str) -> bool:
+    return text[0] in "+-.0123456789"
+
+
+def _with_units(parts: list[str]) -> list[str]:
+    """Join a number and the unit behind it: "12.5 mm" is one cell."""
+    joined: list[str] = []
+    for part in parts:
+        if joined and is_number(joined[-1]) and find_unit(part, "length") is not None:
+            joined[-1] += f" {part}"
+        else:
+            joined.append(part)
+    return joined
+
+
+def heading_cells(text: str, separator: str) -> list[str]:
+    """Return the cells of a line that may name the columns."""
+    plain = plain_signs(text) if separator == " " else text
+    if separator not in (" ", "\t") and separator in text:
+        return [cell.strip().strip('"').strip() or '"' * (cell.count('"') % 2)
+                for cell in plain.split(separator)]  # fmt: skip
+    if separator == "\t" and "\t" in text:
+        return [cell.strip().strip('"').strip() for cell in text.split("\t")]
+    plain = re.sub(
+        r"\s*/\s*", "/", re.sub(r"\s*([\[({])\s*([^\])}]*?)\s*([\])}])", r"\1\2\3", text)
+    )
+    plain = re.sub(r"[\[({][^\])}]*[\])}]", lambda found: found[0].replace(" ", "\0"), plain)
+    found: list[str] = []
+    for part in re.split(r"[\s,;|]+", plain.strip(" \t,;|")):
+        cell = part.replace("\0", " ")
+        if found and find_unit(cell, "length") is not None and not is_number(cell):
+            found[-1] += f" {cell}"
+        else:
+            found.append(cell)
+    return found
+
+
+def fault(path: Path, line: int, code: str, text: str, what: str, remedy: str) -> InputError:
+    """Return the error about a row."""
+    return InputError(f"table.{code}", f"{path}, line {line}: {shortened(text)} {what}.", remedy)

@@ -1,0 +1,262 @@
+"""Tables whose first line names the columns, with a head of ``# key: value`` lines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.documents import shortened
+from ocmm_core.errors import InputError
+from ocmm_core.tables._account import SkippedRows, TableAccount, TableColumn, TableOptions
+from ocmm_core.tables._grid import heading_cells, read_grid
+from ocmm_core.tables._numbers import NumberGrammar, grammar_of, is_number
+from ocmm_core.tables._text import bytes_of, text_lines
+from ocmm_core.tables._unit_choice import UnitChoice, choose_unit, statements_in
+from ocmm_core.units import heading_unit
+
+_LARGEST_TABLE = 16 << 20
+_SIGNS = "\t;|,"
+
+
+@dataclass(frozen=True, slots=True)
+class NamedColumns:
+    """Columns that a reader needs and knows."""
+
+    required: tuple[str, ...]
+    """Lower case."""
+    numbers: tuple[str, ...]
+    """Columns of numbers, which prove the decimal sign."""
+    known: tuple[str, ...] | None = None
+    """All columns that may occur; None if others are kept."""
+    lengths: tuple[str, ...] = ()
+    """Columns of lengths, whose heading may state a unit."""
+    angles: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class TextRow:
+    """One line of a table."""
+
+    line: int
+    """Its number in the file, from 1."""
+    cells: dict[str, str]
+    """By column name."""
+
+
+@dataclass(frozen=True, slots=True)
+class TextTable:
+    """A table as it was read."""
+
+    path: Path
+    head: dict[str, tuple[int, str]]
+    """Key (lower case) to line number and value."""
+    columns: tuple[str, ...]
+    """Names, lower case; empty for a column that --columns leaves out."""
+    rows: tuple[TextRow, ...]
+    """In the order of the file."""
+    heading_line: int
+    headings: tuple[str, ...]
+    units: Mapping[str, tuple[int, str]]
+    """Line and text of the unit in the heading of a column, by its name."""
+    comments: tuple[tuple[int, str], ...]
+    separator: str
+    grammar: NumberGrammar
+    skipped: tuple[SkippedRows, ...]
+
+    def value(self, key: str, what: str) -> tuple[int, str]:
+        """Return line number and value of a key of the head.
+
+        Raises
+        ------
+        InputError
+            It is missing; ``what`` names its purpose.
+        """
+        if key not in self.head:
+            raise InputError(
+                "table.head",
+                f"{self.path}: the header has no line '# {key}: ...' with {what}.",
+                "Add that line above the column names.",
+            )
+        return self.head[key]
+
+    def number(self, row: TextRow, column: str) -> float:
+        """Return the number in a cell; InputError if it is none."""
+        return self._checked(self.grammar, row.line, f"column '{column}'", row.cells[column])
+
+    def head_number(self, key: str, what: str) -> tuple[int, str, float]:
+        """Return line, text and number of a key of the head, with a decimal sign of its own."""
+        line, text = self.value(key, what)
+        grammar = grammar_of(self.path, [(line, text)])
+        return line, text, self._checked(grammar, line, f"'{key}'", text)
+
+    def _checked(self, grammar: NumberGrammar, line: int, where: str, text: str) -> float:
+        number = grammar.value(text)
+        if not math.isfinite(number):
+            raise InputError(
+                "table.number",
+                f"{self.path}, line {line}: {where} holds {text!r}, which is not a number.",
+                "Write it with digits and one decimal point or comma, without a unit.",
+            )
+        return number
+
+    def unit(self, roles: Sequence[str], options: TableOptions | None = None) -> UnitChoice:
+        """Return the unit of the columns ``roles``; InputError if it is unknown or contradictory.
+
+        It is that of the user, of the headings or of a comment; mm if none states one.
+        """
+        units = {name: found for name, found in self.units.items() if name in roles}
+        stated = statements_in(self.comments)
+        return choose_unit(self.path, stated, units, options or TableOptions(), (), roles)
+
+    def account(self, unit: UnitChoice) -> TableAccount:
+        """Return what was read and left out."""
+        columns = tuple(
+            TableColumn(heading, name, unit.of_column.get(name, ""))
+            for heading, name in zip(self.headings, self.columns, strict=True)
+        )
+        return TableAccount(
+            self.path, "Table", len(self.rows), (self.rows[0].line, self.rows[-1].line), columns,
+            unit.symbol, unit.factor, unit.evidence, self.separator, self.grammar.decimal,
+            self.grammar.evidence, self.skipped,
+        )  # fmt: skip
+
+
+def read_table(
+    path: Path | str,
+    wanted: NamedColumns,
+    options: TableOptions | None = None,
+    most: int = _LARGEST_TABLE,
+) -> TextTable:
+    """Return the table at ``path``.
+
+    Parameters
+    ----------
+    most
+        Bytes of the largest file.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, has no line with the column names, lacks a column or names one
+        twice, a row has another number of cells, or the decimal sign is ambiguous.
+    """
+    path, options = Path(path), options or TableOptions()
+    grid = read_grid(path, text_lines(path, bytes_of(path, most)), options, has_texts=True)
+    if not grid.body:
+        raise _empty(path)
+    line, text = grid.body[0]
+    if not grid.is_declared:
+        grid.separator = next((sign for sign in _SIGNS if sign in text), ",")
+    names = [heading_unit(cell) for cell in heading_cells(text, grid.separator)]
+    while len(names) > 1 and not names[-1][0]:
+        names.pop()
+    columns = [name.lower() for name, _ in names]
+    has_heading = True
+    if options.columns:
+        columns, has_heading = _stated(options.columns, columns, wanted)
+    _check_columns(path, line, columns, wanted)
+    if has_heading:
+        grid.log.add(line, text, "heading")
+    split = grid.splitter()
+    rows = []
+    for number, row in grid.body[has_heading:]:
+        cells = split(number, row)
+        while len(cells) > len(columns) and not cells[-1]:
+            cells.pop()
+        if not any(cells):
+            continue
+        if len(cells) != len(columns):
+            hint = " A decimal comma needs semicolons or tabs between the columns."
+            raise InputError(
+                "table.cells",
+                f"{path}, line {number}: there are {len(cells)} cells, but {len(columns)} columns.",
+                f"Give every column a cell.{hint * (grid.separator == ',')}",
+            )
+        of_name = dict(zip(columns, cells, strict=True))
+        of_name.pop("", None)
+        rows.append(TextRow(number, of_name))
+    if not rows:
+        raise _empty(path)
+    numbers = [
+        (row.line, cell)
+        for row in rows
+        for name in wanted.numbers
+        if is_number(cell := row.cells.get(name, ""))
+    ]
+    for number, comment in grid.comments:
+        grid.log.add(number, comment, "header" if ":" in comment else "comment")
+    units = {
+        name: (line, unit) for name, (_, unit) in zip(columns, names, strict=True) if name and unit
+    } if has_heading else {}  # fmt: skip
+    return TextTable(
+        path, _head(path, grid.comments), tuple(columns), tuple(rows), line if has_heading else 0,
+        tuple(name for name, _ in names) if has_heading else tuple(columns), units,
+        tuple(grid.comments), grid.separator, grammar_of(path, numbers, options.decimal),
+        grid.log.entries(),
+    )  # fmt: skip
+
+
+def _empty(path: Path) -> InputError:
+    return InputError(
+        "table.empty",
+        f"{path}: the table has no rows.",
+        "Give a table with column names and at least one row below them.",
+    )
+
+
+def _head(path: Path, comments: Sequence[tuple[int, str]]) -> dict[str, tuple[int, str]]:
+    head: dict[str, tuple[int, str]] = {}
+    for line, text in comments:
+        key, colon, value = text.strip(_SIGNS + ' "').lstrip("#/ ").partition(":")
+        name = key.strip().lower()
+        if not colon:
+            continue
+        if name in head and head[name][1] != value.strip():
+            raise InputError(
+                "table.head",
+                f"{path}, line {line}: '{shortened(name)}' contradicts line {head[name][0]}.",
+                "Keep one of the two lines.",
+            )
+        head[name] = (line, value.strip())
+    return head
+
+
+def _stated(text: str, heading: Sequence[str], wanted: NamedColumns) -> tuple[list[str], bool]:
+    """Return the columns of --columns, and whether the first line is a heading."""
+    words = [word.strip().lower() for word in text.replace(";", ",").split(",")]
+    columns = ["" if word in ("-", "_") else word for word in words]
+    if len(columns) != len(heading):
+        raise InputError(
+            "table.columns",
+            f"--columns names {len(columns)} columns, the table has {len(heading)}.",
+            "Name every column, with '-' for one that is not read.",
+        )
+    numeric = [cell for cell, name in zip(heading, columns, strict=True) if name in wanted.numbers]
+    return columns, not any(map(is_number, numeric))
+
+
+def _check_columns(path: Path, line: int, columns: Sequence[str], wanted: NamedColumns) -> None:
+    where = f"{path}, line {line}: "
+    for name in columns:
+        if wanted.known is not None and name not in (*wanted.known, ""):
+            raise InputError(
+                "table.columns",
+                f"{where}there is no column {shortened(name)}.",
+                f"Columns are {', '.join(wanted.known)}. Leave others out with --columns and '-'.",
+            )
+    missing = [name for name in wanted.required if name not in columns]
+    if missing:
+        raise InputError(
+            "table.columns",
+            f"{where}the column names lack {', '.join(map(repr, missing))}.",
+            f"Name the columns {', '.join(wanted.required)} in the first line below the header.",
+        )
+    twice = sorted({name for name in columns if name and columns.count(name) > 1})
+    if twice:
+        raise InputError(
+            "table.columns",
+            f"{where}the column {twice[0]!r} occurs twice.",
+            "Give every column its own name.",
+        )

@@ -1,0 +1,314 @@
+"""Points of a text file or a mesh, in mm, with the account of the reader."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float, Points3
+from ocmm_core.tables._account import TableAccount, TableColumn, TableOptions
+from ocmm_core.tables._columns import (
+    AXES,
+    ColumnPlan,
+    are_units,
+    checked_roles,
+    counted_roles,
+    find_heading,
+    heading_roles,
+    stated_columns,
+)
+from ocmm_core.tables._grid import TextGrid, fault, heading_cells, read_grid
+from ocmm_core.tables._headings import is_summary
+from ocmm_core.tables._meshes import Mesh, read_mesh
+from ocmm_core.tables._numbers import (
+    NUMBER,
+    NumberGrammar,
+    grammar_of,
+    is_number,
+    number_with_unit,
+)
+from ocmm_core.tables._text import bytes_of, text_lines
+from ocmm_core.tables._unit_choice import choose_unit, statements_in
+
+MOST_POINTS = 300_000
+FARTHEST_MM = 1e7
+"""Ten kilometres: a coordinate beyond is no measurement, and would be fitted badly."""
+_COUNT = re.compile(r"(\d{1,9})(\s+(points?|pts|punkte|3))?", re.IGNORECASE)
+"""Of points, also as rows and columns of a table."""
+_MISSING = ("nan", "inf", "infinity", "n/a", "na", "null", "none", "", "#n/a", "#ref!", "#value!")
+"""Texts of programs in the place of a number."""
+_GIVE_ROWS = "Give one row with x, y and z for every point."
+
+
+@dataclass(frozen=True, slots=True)
+class PointsFile:
+    """Points of a file."""
+
+    points: Points3
+    """(n, 3), mm."""
+    account: TableAccount
+    """What was read and left out."""
+
+    @property
+    def unit(self) -> str:
+        """Return the symbol of the unit of the file."""
+        return self.account.unit
+
+    @property
+    def factor(self) -> float:
+        """Return the size of the unit of the file in mm."""
+        return self.account.factor
+
+
+def read_points_file(path: Path | str, options: TableOptions | None = None) -> PointsFile:
+    """Return the points of a text file or a mesh, and the account of the reader.
+
+    A row of a text file has x, y and z. A heading decides the order of the columns; without one,
+    names may be next to three numbers, and a unit vector may follow. The vertices of PLY, OBJ, OFF,
+    STL and PCD are read as the format prescribes. The unit is the one that the file states, else
+    mm. Each line that is not read has an entry in the account.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or a row, a column, a number or a unit could have several meanings;
+        the sentence names the line.
+    """
+    file, options = Path(path), options or TableOptions()
+    content = bytes_of(file)
+    mesh = read_mesh(file, content)
+    if mesh is not None:
+        return _of_mesh(file, mesh, options)
+    return _of_text(file, read_grid(file, text_lines(file, content), options), options)
+
+
+def _of_mesh(file: Path, mesh: Mesh, options: TableOptions) -> PointsFile:
+    units = choose_unit(file, statements_in(mesh.comments), {}, options)
+    points = units.factor * mesh.points
+    if not len(points):
+        raise InputError("table.empty", f"{file}: no points.", "Give a file with vertices.")
+    if len(points) > MOST_POINTS or not bool(np.all(np.abs(points) < FARTHEST_MM)):
+        what = f"more than {MOST_POINTS:,} points" if len(points) > MOST_POINTS else (
+            "a coordinate is more than 10 km, or not a number"
+        )  # fmt: skip
+        raise InputError(
+            "table.points", f"{file}: {what}.", "Give a file with the points of one feature."
+        )
+    columns = tuple(TableColumn(axis, axis) for axis in AXES)
+    account = TableAccount(
+        file, mesh.form, len(points), mesh.lines, columns, units.symbol, units.factor,
+        units.evidence, skipped=mesh.skipped,
+    )  # fmt: skip
+    return PointsFile(points, account)
+
+
+def _of_text(file: Path, grid: TextGrid, options: TableOptions) -> PointsFile:
+    plan, body = _heading(grid, options)
+    rows, titles = _rows(grid, body, plan, options)
+    if not rows:
+        raise InputError("table.empty", f"{file}: no points.", "Give rows with x, y and z.")
+    if plan is None:
+        roles = counted_roles(file, rows)
+        plan = ColumnPlan(tuple(str(place + 1) for place in range(len(roles))), roles)
+    for line, text in grid.comments:
+        if line != plan.line:
+            grid.log.add(line, text, "comment")
+    statements = statements_in([*grid.comments, *grid.behind, *titles])
+    places = [plan.index(axis) for axis in AXES]
+    bare, suffixes = _without_units(rows, places)
+    unit_cells = [(line, cells[plan.index("unit")]) for line, cells in rows if "unit" in plan.roles]
+    units = choose_unit(file, statements, plan.units(AXES), options, unit_cells or suffixes)
+    values, grammar = _values(file, plan, rows, bare, options)
+    points = values * units.factors
+    far = ~(np.abs(points) < FARTHEST_MM).all(axis=1)
+    if far.any():
+        line, cells = rows[int(np.argmax(far))]
+        raise fault(
+            file, line, "number", " ".join(cells), "has a coordinate of more than 10 km",
+            "Check the number, and the unit of the file.",
+        )  # fmt: skip
+    columns = tuple(
+        TableColumn(heading, role, units.of_column.get(role, ""))
+        for heading, role in zip(plan.headings, plan.roles, strict=True)
+    )
+    account = TableAccount(
+        file, "Text", len(rows), (rows[0][0], rows[-1][0]), columns, units.symbol, units.factor,
+        units.evidence, grid.separator, grammar.decimal, grammar.evidence, grid.log.entries(),
+    )  # fmt: skip
+    return PointsFile(points, account)
+
+
+def _heading(
+    grid: TextGrid, options: TableOptions
+) -> tuple[ColumnPlan | None, list[tuple[int, str]]]:
+    """Return the columns that --columns or the heading names, and the lines below the heading."""
+    found = find_heading(grid)
+    body = grid.body
+    plan = None
+    if found is not None:
+        line, cells, roles = found
+        for number, text in body:
+            if number < line:
+                grid.log.add(number, text, "above the heading")
+            if number == line:
+                grid.log.add(number, text, "heading")
+        body = [one for one in body if one[0] > line]
+        if not options.columns:
+            roles = checked_roles(grid.path, line, cells, roles)
+        plan = ColumnPlan(tuple(cells), roles, line)
+        if body and are_units(units := heading_cells(body[0][1], grid.separator)):
+            grid.log.add(*body[0], "units of the columns")
+            plan = replace(plan, unit_row=tuple(units))
+            body = body[1:]
+    if options.columns:
+        stated = stated_columns(options.columns)
+        if plan is not None and len(plan.headings) == len(stated):
+            return replace(plan, roles=stated), body
+        names = tuple(str(place + 1) for place in range(len(stated)))
+        return ColumnPlan(names, stated, 0 if plan is None else plan.line), body
+    return plan, body
+
+
+def _rows(
+    grid: TextGrid,
+    body: list[tuple[int, str]],
+    plan: ColumnPlan | None,
+    options: TableOptions,
+) -> tuple[list[tuple[int, list[str]]], list[tuple[int, str]]]:
+    """Return the rows of points, and the titles around them; each other line gets an entry."""
+    split, file = grid.splitter(), grid.path
+    width = 0 if plan is None else len(plan.headings)
+    has_heading = plan is not None and plan.line > 0
+    rows: list[tuple[int, list[str]]] = []
+    titles = [one for one in grid.body if plan is not None and one[0] < plan.line]
+    announced: int | None = None
+    last = _last_with_numbers(split, body)
+    for place, (line, text) in enumerate(body):
+        cells = split(line, text)
+        while len(cells) > max(width, 1) and not cells[-1]:
+            cells.pop()
+        words = [cell for cell in cells if cell and not is_number(cell)]
+        count = len(cells) - len(words) - cells.count("")
+        if not count and (place > last or not rows):
+            if heading_roles(heading_cells(text, grid.separator)) is not None:
+                raise fault(
+                    file, line, "heading", text, "is a heading below the first row",
+                    "Give a file with one table.",
+                )  # fmt: skip
+            if len(cells) == width and rows:
+                raise fault(file, line, "row", text, "has no numbers", _GIVE_ROWS)
+            titles.append((line, text))
+            grid.log.add(line, text, "below the points" if rows else "title")
+        elif words and is_summary(words):
+            grid.log.add(line, text, "not a point by its first word")
+        elif not rows and announced is None and _COUNT.fullmatch(text):
+            announced = int(text.split()[0])
+            grid.log.add(line, text, "number of points")
+        elif not rows and not has_heading and _is_title(cells, words, count):
+            titles.append((line, text))
+            grid.log.add(line, text, "title")
+        else:
+            width = width or len(cells)
+            if len(cells) != width:
+                raise _wrong_width(grid, line, text, len(cells), width, has_heading=has_heading)
+            if len(rows) == MOST_POINTS:
+                raise InputError(
+                    "table.points",
+                    f"{file}, line {line}: more than {MOST_POINTS:,} points.",
+                    "Give a file with the points of one feature.",
+                )
+            rows.append((line, cells))
+    if announced is not None and announced != len(rows):
+        raise InputError(
+            "table.count",
+            f"{file}: the first line declares {announced} points, but {len(rows)} follow.",
+            "Check that the file is complete.",
+        )
+    return rows, titles
+
+
+def _is_title(cells: list[str], words: list[str], count: int) -> bool:
+    """Return whether a row is text, and not a point with a missing number."""
+    failed = any(word.lower().strip("+-") in _MISSING for word in words)
+    return bool(words) and count < len(AXES) and not is_number(cells[0]) and not failed
+
+
+def _last_with_numbers(
+    split: Callable[[int, str], list[str]], body: Sequence[tuple[int, str]]
+) -> int:
+    for place in range(len(body) - 1, -1, -1):
+        if any(map(is_number, split(*body[place]))):
+            return place
+    return -1
+
+
+def _wrong_width(
+    grid: TextGrid, line: int, text: str, count: int, width: int, *, has_heading: bool
+) -> InputError:
+    if grid.separator == "," and count == 2 * width:
+        what = f"could be {width} numbers with decimal commas or {count}"
+        remedy = "Write the numbers with a decimal point, or separate them by semicolons."
+    elif has_heading:
+        what = f"has {count} cells, the heading {width}"
+        remedy = "State the columns with --columns, such as --columns name,x,y,z."
+    else:
+        what, remedy = f"has {count} cells, not {width}", _GIVE_ROWS
+    return fault(grid.path, line, "cells", text, what, remedy)
+
+
+def _without_units(
+    rows: Sequence[tuple[int, list[str]]], places: Sequence[int]
+) -> tuple[list[list[str]], list[tuple[int, str]]]:
+    """Return the coordinates as texts, and the units behind them (empty if there are none)."""
+    bare: list[list[str]] = []
+    units: list[tuple[int, str]] = []
+    for line, cells in rows:
+        texts = [cells[place] for place in places]
+        if not all(map(NUMBER.fullmatch, texts)):
+            split = [number_with_unit(text) for text in texts]
+            texts = [text for text, _ in split]
+            own = [unit for _, unit in split if unit is not None]
+            if own:
+                same = len(own) == len(texts) and len({unit.symbol for unit in own}) == 1
+                units.append((line, own[0].symbol if same else "several units"))
+        bare.append(texts)
+    return bare, units and [(line, dict(units).get(line, "")) for line, _ in rows]
+
+
+def _values(
+    file: Path,
+    plan: ColumnPlan,
+    rows: Sequence[tuple[int, list[str]]],
+    bare: Sequence[Sequence[str]],
+    options: TableOptions,
+) -> tuple[Float, NumberGrammar]:
+    """Return the coordinates (n, 3) in the unit of the file, and the decimal sign."""
+    cells = [(line, text) for (line, _), texts in zip(rows, bare, strict=True) for text in texts]
+    try:
+        grammar = grammar_of(file, cells, options.decimal)
+    except InputError:
+        # Other columns may have the evidence.
+        texts = [place for place, role in enumerate(plan.roles) if role in ("name", "unit")]
+        more = [
+            (line, text)
+            for line, row in rows
+            for place, text in enumerate(row)
+            if place not in texts and is_number(text)
+        ]
+        grammar = grammar_of(file, more, options.decimal)
+    found = np.array([[grammar.value(text) for text in texts] for texts in bare], dtype=np.float64)
+    bad = ~np.isfinite(found)
+    if bad.any():
+        row, column = map(int, np.argwhere(bad)[0])
+        text = bare[row][column]
+        raise fault(
+            file, rows[row][0], "number", text, "is not a coordinate",
+            "Give numbers such as 12.345 or -1.2e-3; state another decimal sign with --decimal, "
+            "lines that are no points with --skip.",
+        )  # fmt: skip
+    return found, grammar

@@ -1,0 +1,82 @@
+"""Text of a file: encodings, and formats that are not tables of points."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ocmm_core.documents import read_bytes
+from ocmm_core.errors import InputError
+
+LARGEST_BYTES = 100_000_000
+_FOREIGN = (
+    (b"PK\x03\x04", "a workbook or an archive", "Save the sheet as CSV."),
+    (b"\xd0\xcf\x11\xe0", "an old Excel workbook", "Save the sheet as CSV."),
+    (b"%PDF", "a PDF document", "Export the points as text."),
+    (b"\x1f\x8b", "compressed", "Unpack it."),
+    (b"\x93NUMPY", "an array of NumPy", "Save it with numpy.savetxt."),
+    (b"\x89HDF", "an HDF5 file", "Export the points as text."),
+    (b"ASTM-E57", "an E57 point cloud", "Export the points as text or PLY."),
+    (b"LASF", "a LAS point cloud", "Export the points as text or PLY."),
+    (b"ISO-10303-21", "a STEP model", "Export the points as text."),
+    (b"# vtk DataFile", "a VTK data set", "Export the points as text or PLY."),
+    (b"{", "a JSON document", "Export the points as text."),
+    (b"<", "an XML document", "Export the points as text."),
+)
+_GRID = ("ncols", "nrows", "cellsize", "dsaa")
+
+
+def decoded(content: bytes) -> str:
+    """Return text in UTF-8, in UTF-16 or UTF-32 with a byte order mark, or in Windows-1252.
+
+    Raises
+    ------
+    UnicodeDecodeError
+        It is not text.
+    """
+    if content.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
+        return content.decode("utf-32")
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return content.decode("utf-16")
+    if b"\0" in content:
+        raise UnicodeDecodeError("utf-8", content[:1], 0, 1, "it contains NUL bytes")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("cp1252")
+
+
+def text_lines(path: Path, content: bytes) -> list[str]:
+    """Return the lines of a table; a line ends with LF, CR LF or CR.
+
+    Raises
+    ------
+    InputError
+        It is not text, or another format.
+    """
+    for mark, what, remedy in _FOREIGN:
+        if content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(mark):
+            raise InputError("table.format", f"{path}: the file is {what}.", remedy)
+    try:
+        text = decoded(content)
+    except UnicodeDecodeError as error:
+        raise InputError(
+            "table.not_text",
+            f"{path}: the file is not a text file.",
+            "Give a text file with x y z rows; save UTF-16 text with its byte order mark.",
+        ) from error
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    first = lines[0].strip().lower().split()
+    if first and first[0] in _GRID:
+        raise InputError(
+            "table.format",
+            f"{path}, line 1: {first[0]!r} starts a grid of heights, not rows of points.",
+            "Export the points as x, y and z.",
+        )
+    if lines and not lines[-1]:
+        lines.pop()
+    return lines
+
+
+def bytes_of(path: Path, most: int = LARGEST_BYTES) -> bytes:
+    """Return the content of a table; InputError if it cannot be read."""
+    return read_bytes(path, most)

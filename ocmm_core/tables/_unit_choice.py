@@ -1,0 +1,163 @@
+"""The unit of a table: by the user, by its rows, by its headings, or by a statement."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.documents import shortened
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
+from ocmm_core.tables._account import TableOptions
+from ocmm_core.units import MeasureUnit, UnitStatement, find_unit, named_unit, unit_statement
+
+_REMEDY = "State the unit of all lengths with --unit, such as --unit mm."
+_SAME = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class UnitChoice:
+    """Units of the coordinates of a table."""
+
+    symbol: str
+    factor: float
+    """mm; of the first coordinate if they differ."""
+    evidence: str
+    """Empty if mm is assumed."""
+    factors: Float
+    """Broadcasts over (n, 3): mm of each coordinate or row."""
+    of_column: Mapping[str, str] = field(default_factory=dict)
+    """Symbols by role, if the columns have units of their own."""
+
+
+def statements_in(lines: Iterable[tuple[int, str]]) -> list[tuple[int, UnitStatement]]:
+    """Return the statements of units in comments and titles, with their lines."""
+    found = ((line, unit_statement(text)) for line, text in lines)
+    return sorted(
+        ((line, statement) for line, statement in found if statement is not None),
+        key=lambda item: item[0],
+    )
+
+
+def choose_unit(
+    path: Path,
+    statements: Sequence[tuple[int, UnitStatement]],
+    columns: Mapping[str, tuple[int, str]],
+    options: TableOptions,
+    rows: Sequence[tuple[int, str]] = (),
+    roles: Sequence[str] = ("x", "y", "z"),
+) -> UnitChoice:
+    """Return the unit of the lengths.
+
+    Parameters
+    ----------
+    statements
+        Of comments and titles.
+    columns
+        Line and text of the unit of a column, by its role.
+    rows
+        Line and text of the unit of each row; empty if rows have none.
+    roles
+        Columns that are lengths.
+
+    Raises
+    ------
+    InputError
+        A unit is unknown, or two statements contradict each other.
+    """
+    if options.unit:
+        unit = named_unit(options.unit, "length", "--unit")
+        return UnitChoice(unit.symbol, unit.factor, "--unit", np.array([unit.factor]))
+    stated: tuple[int, MeasureUnit] | None = None
+    for line, statement in statements:
+        if statement.unit is None:
+            raise _unknown(path, line, statement.text)
+        stated = _agreed(path, stated, (line, statement.unit))
+    own = {role: (line, _known(path, line, text)) for role, (line, text) in columns.items()}
+    distinct = {unit.factor for _, unit in own.values()}
+    of_column: dict[str, str] = {}
+    if len(distinct) > 1:
+        return _by_column(path, own, stated, rows, roles)
+    for line, unit in own.values():
+        of_column = dict.fromkeys(own, unit.symbol) if len(own) < len(roles) else {}
+        stated = _agreed(path, stated, (line, unit))
+    if rows:
+        return _by_row(path, stated, rows)
+    if stated is None:
+        return UnitChoice("mm", 1.0, "", np.array([1.0]))
+    line, unit = stated
+    evidence = f"line {line}" if line else "the heading"
+    return UnitChoice(unit.symbol, unit.factor, evidence, np.array([unit.factor]), of_column)
+
+
+def _by_column(
+    path: Path,
+    own: Mapping[str, tuple[int, MeasureUnit]],
+    stated: tuple[int, MeasureUnit] | None,
+    rows: Sequence[tuple[int, str]],
+    roles: Sequence[str],
+) -> UnitChoice:
+    line = next(iter(own.values()))[0]
+    if stated is not None or rows or len(own) < len(roles):
+        names = ", ".join(f"{role} {unit.symbol}" for role, (_, unit) in own.items())
+        raise InputError(
+            "table.unit",
+            f"{path}, line {line}: the columns have several units ({names}), and others or the "
+            "file have none or another one.",
+            _REMEDY,
+        )
+    units = [own[role][1] for role in roles]
+    factors = np.array([unit.factor for unit in units])
+    symbols = {role: own[role][1].symbol for role in roles}
+    return UnitChoice(units[0].symbol, units[0].factor, f"line {line}", factors, symbols)
+
+
+def _by_row(
+    path: Path, stated: tuple[int, MeasureUnit] | None, rows: Sequence[tuple[int, str]]
+) -> UnitChoice:
+    """Return the units that the rows state themselves."""
+    units: dict[str, MeasureUnit] = {}
+    factors = np.empty((len(rows), 1))
+    for place, (line, text) in enumerate(rows):
+        if text not in units:
+            units[text] = _known(path, line, text)
+            if stated is not None:
+                _agreed(path, stated, (line, units[text]))
+        factors[place] = units[text].factor
+    first = units[rows[0][1]]
+    symbol = first.symbol if len(units) == 1 else "several"
+    return UnitChoice(symbol, first.factor, "each row", factors)
+
+
+def _known(path: Path, line: int, text: str) -> MeasureUnit:
+    unit = find_unit(text, "length")
+    if unit is None:
+        raise _unknown(path, line, text)
+    return unit
+
+
+def _unknown(path: Path, line: int, text: str) -> InputError:
+    return InputError(
+        "table.unit",
+        f"{path}, line {line}: {shortened(text)} is not a clear unit of length.",
+        _REMEDY,
+    )
+
+
+def _agreed(
+    path: Path, stated: tuple[int, MeasureUnit] | None, other: tuple[int, MeasureUnit]
+) -> tuple[int, MeasureUnit]:
+    """Return the statement of two that agree."""
+    if stated is None:
+        return other
+    if abs(stated[1].factor / other[1].factor - 1.0) > _SAME:
+        raise InputError(
+            "table.unit",
+            f"{path}, line {other[0]}: the unit {other[1].symbol} contradicts the unit "
+            f"{stated[1].symbol} in line {stated[0]}.",
+            _REMEDY,
+        )
+    return stated

@@ -1,0 +1,200 @@
+"""Places in text that state a unit: comments, titles and headings of columns."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from ocmm_core.units._unit import MeasureUnit, find_unit
+
+
+@dataclass(frozen=True, slots=True)
+class UnitStatement:
+    """The statement of a unit of length."""
+
+    text: str
+    """The unit as written."""
+    unit: MeasureUnit | None
+    """None if it is unknown or the statement names several."""
+
+
+_LABEL = re.compile(
+    r"\b(?:length|coordinate|measuring|measurement|linear|\w{0,8})?[ _-]?"
+    r"(units?|uom|einheit(?:en)?|\w{0,12}einheit(?:en)?|unités?|unidad(?:es)?|unità|unidades?|"
+    r"eenhe(?:id|den)|enhet(?:er)?|jednostk[ai])\b"
+    r"(?:\s*(?:of|for)\s+(?:all\s+)?(?:lengths?|measure(?:ments?)?|coordinates|values))?"
+    r"(?P<mark>(?:\s*[:=/,]|\s+(?:are|is|in|sind|ist|son|sont|all)\b)*)\s*(?P<rest>.*)",
+    re.IGNORECASE,
+)
+"""Strong marks (: = /) state a unit even if it is unknown; "is" and "in" may be prose."""
+_CONTENTS = re.compile(
+    r"\b(?P<what>coordinates?|values?|dimensions?|lengths?|distances?|measurements?|points|data|x|y|z|"
+    r"all|everything|exported|saved|given|written|expressed|stated|"
+    r"koordinaten|werte|maße|masse|angaben?|längen?|messwerte|punkte|daten|alles|"
+    r"coordonnées|valeurs|dimensiones|coordenadas|valores|coordinate|valori)\b"
+    r"(?P<between>[^.;]{0,80}?)\b(?:in|en)\s+(?P<unit>[^\s,;)(]+(?:\s[^\s,;)(]+)?)\s*[.,;)]*\s*$",
+    re.IGNORECASE,
+)
+_STRICT = frozenset(
+    re.findall(
+        r"\S+",
+        "coordinates values dimensions lengths distances koordinaten werte maße längen angaben",
+    )
+)
+_FILLERS = re.compile(
+    r"(?:\s|,|\(|are|is|all|given|stated|expressed|x|y|z|and|sind|alle|angegeben|\))*",
+    re.IGNORECASE,
+)
+_ENDING = re.compile(r"\bin\s+(?P<unit>[^\s,;)(]{2,})\s*[.,;)]*\s*$", re.IGNORECASE)
+_SYSTEM = re.compile(r"\b(?P<unit>\S+)\s+(?:units?|einheiten)\s*[.)]?$", re.IGNORECASE)
+_SYSTEMS = frozenset(
+    re.findall(r"\S+", "metric imperial english si us customary metrisch metrische")
+)
+_CODES = {"g20": "inch", "g70": "inch", "g21": "mm", "g71": "mm"}
+"""Words of NC programs that choose the unit."""
+_SCALE = re.compile(
+    r"\b(scale|scaling|scale[ _]?factor|skalierung|maßstab|factor|faktor)\s*[:=]\s*(\S+)",
+    re.IGNORECASE,
+)
+_BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[({<]\s*(?P<unit>[^\])}>]*?)\s*[\])}>]\s*$")
+_BEHIND = re.compile(r"^(?P<name>.*?)(?:\s*/\s*|[\s_,.-]+(?:in[\s_]+)?)(?P<unit>[^\s/_]+)$")
+_GLUED = re.compile(
+    r"^(?P<name>[xyz])(?P<unit>mm|cm|in|inch|µm|μm|um|ft|\"|\u2033|')$", re.IGNORECASE
+)
+_QUALIFIERS = frozenset(
+    re.findall(
+        r"\S+",
+        "actual act measured meas measurement nominal nom ist soll mean avg average mittel mess "
+        "cad target design theo theoretical reference ref wcs global local machine world part",
+    )
+)
+_AMBIGUOUS_BEHIND = frozenset(re.findall(r"\S+", "m M a A n"))
+"""Letters behind a name that may mean "measured", "mean", "actual" or "nominal"."""
+
+
+def unit_statement(line: str) -> UnitStatement | None:
+    """Return the unit of length that a comment or title states; None if it states none."""
+    text = line.strip().strip("#%!;/*$ \t").strip()
+    if not text:
+        return None
+    code = _CODES.get(text.lower())
+    bare = find_unit(code or _without_brackets(text))
+    if bare is not None:
+        return UnitStatement(code or text, bare) if bare.dimension == "length" else None
+    label = _LABEL.search(text)
+    if label is not None:
+        found = _after_label(label["mark"], label["rest"])
+        if found is not None:
+            return found
+    contents = _CONTENTS.search(text)
+    if contents is not None:
+        return _of_contents(contents)
+    system = _SYSTEM.search(text)
+    if system is not None and (
+        (unit := find_unit(system["unit"], "length")) or system["unit"].lower() in _SYSTEMS
+    ):
+        return UnitStatement(system["unit"], unit)
+    ending = _ENDING.search(text)
+    if ending is not None and ending["unit"].lower() not in ("in", "mi", "tum"):
+        unit = find_unit(ending["unit"], "length")
+        # "probe radius in inches" may or may not apply to the points.
+        if unit is not None:
+            return UnitStatement(text, None) if unit.factor != 1.0 else None
+    scale = _SCALE.search(text)
+    if scale is not None and not re.fullmatch(r"1([.,]0*)?|1:1", scale[2]):
+        return UnitStatement(scale[0], None)
+    return None
+
+
+def heading_unit(cell: str) -> tuple[str, str]:
+    """Return the name of a column and the text of its unit, empty if it has none.
+
+    The text in brackets or behind a slash is always returned, known or not; a word behind the name
+    only if it is a unit.
+    """
+    text = cell.strip()
+    for pattern in (_BRACKETS, _GLUED, _BEHIND):
+        found = pattern.match(text)
+        if found is None or not found["name"].strip():
+            continue
+        name, unit = found["name"].strip(), found["unit"].strip()
+        if pattern is _BRACKETS:
+            unit = re.sub(r"^(?:all\s+)?(?:in|unit:?)\s+(?=\S)", "", unit, flags=re.IGNORECASE)
+            inner, of_inner = heading_unit(name)
+            if _words(unit) <= _QUALIFIERS:
+                return (f"{inner} {unit}", of_inner)
+            return name, unit
+        if pattern is _GLUED or "/" in text[len(name) : -len(unit) or None]:
+            return name, unit
+        if unit not in _AMBIGUOUS_BEHIND and find_unit(unit, "length") is not None:
+            return re.sub(r"[\s_,.-]+in$", "", name, flags=re.IGNORECASE), unit
+    return text, ""
+
+
+def _words(text: str) -> set[str]:
+    return set(re.split(r"[\s_,/-]+", text.lower())) or {""}
+
+
+def _without_brackets(text: str) -> str:
+    found = re.fullmatch(r"[\[({<]\s*([^\])}>]+?)\s*[\])}>]", text)
+    return found[1] if found else text
+
+
+def _after_label(mark: str, rest: str) -> UnitStatement | None:
+    rest = rest.strip()
+    is_strong = bool(re.search(r"[:=/]", mark)) or rest[:1] in ("[", "(")
+    if len(rest) > 2 and rest[0] == rest[-1] and rest[0] in "\"'":
+        rest = rest[1:-1].strip()
+    rest = _without_brackets(rest)
+    if not rest:
+        return None
+    named = [
+        part for part in re.split(r"[,;/()\[\]|]+|\s+(?:and|und|or|oder)\s+", rest) if part.strip()
+    ]
+    units = [_leading_unit(part) for part in named]
+    if units[0] is None and "/" in rest:
+        # "1/100 mm" is one unit; the slash of "mm/deg" separates two.
+        units = [_leading_unit(rest)]
+    lengths = [unit for unit in units if unit is not None and unit.dimension == "length"]
+    lengths += _more_lengths(rest) if lengths else []
+    if not lengths:
+        if any(unit is not None for unit in units):
+            return None
+        # "unit is calibrated" is refused like an unknown unit; longer sentences are prose.
+        is_statement = is_strong or (mark.strip() and len(rest.split()) == 1)
+        return UnitStatement(rest, None) if is_statement else None
+    if not mark.strip() and not is_strong and len(named) == 1 and len(rest.split()) > 2:
+        return None
+    same = all(abs(unit.factor / lengths[0].factor - 1.0) < 1e-9 for unit in lengths)
+    return UnitStatement(lengths[0].symbol if same else rest, lengths[0] if same else None)
+
+
+def _leading_unit(text: str) -> MeasureUnit | None:
+    """Return the unit at the start of ``text``, of its longest run of words."""
+    words = text.split()
+    for count in range(min(5, len(words)), 0, -1):
+        unit = find_unit(" ".join(words[:count]))
+        if unit is not None:
+            return unit
+    return None
+
+
+def _more_lengths(text: str) -> list[MeasureUnit]:
+    """Return the lengths named anywhere in ``text``, without words that are also prose."""
+    words = [word for word in re.split(r"[\s,;/()\[\]|]+", text) if len(word) > 1]
+    if re.search(r"\d", text):
+        return []
+    units = [find_unit(word, "length") for word in words if word.lower() not in ("in", "mi", "tum")]
+    return [unit for unit in units if unit is not None]
+
+
+def _of_contents(found: re.Match[str]) -> UnitStatement | None:
+    words = found["unit"].split()
+    candidates = [found["unit"], words[0]] if len(words) > 1 else [found["unit"]]
+    unit = find_unit(candidates[0], "length")
+    if unit is not None:
+        return UnitStatement(candidates[0], unit)
+    is_direct = _FILLERS.fullmatch(found["between"]) is not None
+    if len(words) == 1 and is_direct and found["what"].lower() in _STRICT:
+        return UnitStatement(found["unit"], None)
+    return None

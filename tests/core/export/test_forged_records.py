@@ -1,0 +1,220 @@
+"""Signed records, registers, releases and settings: forgeries, honest files, files of 0.1."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from benchmarks.forged_records import Count, run
+from ocmm_core.acceptance import ArtefactRegister, finished_tests, load_artefact
+from ocmm_core.documents import resource
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.export.audits import audit
+from ocmm_core.inspection.plan import plan_release, release_in_job, release_plan
+from ocmm_core.seals import KeyFolder, SealWord
+from ocmm_core.settings import Scope, SettingsStore
+from ocmm_core.storage import JobFile
+from tests.core.conftest import Ocmm
+from tests.host import amount
+from tests.other_station import other_station
+
+NOW = datetime(2026, 11, 28, 8, 0, tzinfo=UTC)
+NOT_SIGNED = "Not signed: written before signatures, or the signature was removed."
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """Files of all kinds after all forgeries were undone, and what became of these."""
+
+    folder: Path
+    count: Count
+
+    @property
+    def record(self) -> Path:
+        (found,) = (self.folder / "tests" / "records").glob("*.json")
+        return found
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Site:
+    folder = tmp_path_factory.mktemp("site")
+    return Site(folder, run(amount(440, 5_000), 1, folder, "EFFECTIVE-DIAMETER"))
+
+
+def of_version_0_1(record: Path, folder: Path, **instrument: object) -> Path:
+    """Return a copy as 0.1 wrote it: a bare hash. Forgers write the same."""
+    content = msgspec.json.decode(record.read_bytes())["content"]
+    content["instrument"] |= instrument
+    raw = msgspec.json.encode(content, order="sorted")
+    digest = hashlib.sha256(raw).hexdigest().encode()
+    path = folder / record.name
+    path.write_bytes(b'{"content":' + raw + b',"sha256":"' + digest + b'"}')
+    return path
+
+
+def test_no_forgery_passes_and_no_honest_file_is_accused(site: Site) -> None:
+    # Every kind has its turn; which door passed a forgery is in the list.
+    assert len(site.count.done) == 11
+    assert site.count.passed == []
+    assert site.count.accused == []
+
+
+def test_a_test_edited_to_a_real_one_gets_no_certificate(
+    site: Site, tmp_path: Path, ocmm_here: Ocmm
+) -> None:
+    forged = of_version_0_1(site.record, tmp_path, simulated=False, calibration_status="VALID")
+    made = ocmm_here("certificate", "make", forged, "--no-pages", "--out", tmp_path / "out")
+    assert made.returncode == 2
+    assert NOT_SIGNED in made.stderr
+    assert not (tmp_path / "out").exists()
+    again = ocmm_here("acceptance", "recompute", forged)
+    assert again.returncode == 2
+    assert "matches the file" not in again.stdout
+    assert "NOT SIGNED" in again.stdout
+
+
+def test_a_record_of_0_1_opens_and_is_called_not_signed(site: Site, tmp_path: Path) -> None:
+    (tmp_path / "records").mkdir()
+    old = of_version_0_1(site.record, tmp_path / "records")
+    (found,), unread = finished_tests(tmp_path)
+    assert unread == ()
+    assert found.states == ("SIMULATED", "NOT SIGNED")
+    assert audit(old).faults == (NOT_SIGNED,)
+
+
+def test_a_record_of_another_station_counts_once_its_key_is_trusted(
+    site: Site, tmp_path: Path, ocmm_here: Ocmm
+) -> None:
+    arguments = ("certificate", "make", site.record, "--no-pages", "--out", tmp_path / "out")
+    public = KeyFolder().station_key().public
+    with other_station(tmp_path / "home"):
+        refused = ocmm_here(*arguments)
+        assert refused.returncode == 2
+        assert "unknown station" in refused.stderr
+        KeyFolder().trust(public, "Cell 1", "Ada", "compared", NOW)
+        assert audit(site.record).signer.station == "Cell 1"
+        assert ocmm_here(*arguments).returncode == 0
+    (dcc,) = (tmp_path / "out").glob("*.dcc.xml")
+    told = ocmm_here("certificate", "check", dcc)
+    assert told.returncode == 1
+    assert told.stdout.startswith("SIMULATED: ")
+
+
+def test_entries_of_0_1_open_but_need_their_certificate_again(tmp_path: Path) -> None:
+    entry = load_artefact(resource("artefacts", "acceptance_sphere.toml"))
+    register = ArtefactRegister(tmp_path)
+    register.add(msgspec.structs.replace(entry, id="old"), "Ada", NOW)
+    line = msgspec.json.decode(register.path.read_bytes())
+    del line["signature"]
+    register.path.write_bytes(msgspec.json.encode(line) + b"\n")
+    register = ArtefactRegister(tmp_path)
+    assert register.faults() == {"old": NOT_SIGNED}
+    with pytest.raises(InputError, match="Artefact 'old': Not signed") as caught:
+        register.used("old")
+    assert "--replace" in caught.value.remedy
+    # A signed line after it vouches for its own entry only.
+    register.add(msgspec.structs.replace(entry, id="new"), "Ada", NOW)
+    assert list(ArtefactRegister(tmp_path).faults()) == ["old"]
+    assert register.signer.word is SealWord.NOT_SIGNED
+    register.add(msgspec.structs.replace(entry, id="old"), "Ada", NOW, replace=True)
+    assert ArtefactRegister(tmp_path).faults() == {}
+    assert ArtefactRegister(tmp_path).used("old").sizes == entry.sizes
+
+
+@pytest.fixture
+def plan(tmp_path: Path) -> Path:
+    path = tmp_path / "plan.toml"
+    shutil.copy(resource("plans", "quick.toml"), path)
+    return path
+
+
+def edit_limit(plan: Path) -> None:
+    text = plan.read_text("utf-8")
+    assert "upper = " in text
+    plan.write_text(text.replace("upper = ", "upper = 9", 1), "utf-8")
+
+
+def test_an_edited_limit_voids_the_release(plan: Path, ocmm_here: Ocmm) -> None:
+    assert "Plan release: not released." in ocmm_here("plan", "check", plan).stdout
+    told = ocmm_here("plan", "release", plan, "--by", "Grace Hopper", "--reason", "rev. C")
+    assert "released by Grace Hopper, " in told.stdout
+    assert audit(plan).intact
+    edit_limit(plan)
+    assert "changed after the release by Grace Hopper" in ocmm_here("plan", "check", plan).stdout
+    assert audit(plan).faults == ("The file was changed after its release.",)
+    release_plan(plan, "Grace Hopper")
+    assert plan_release(plan).released
+    with other_station(plan.parent / "home"):
+        assert not plan_release(plan).released
+        assert "unknown key" in plan_release(plan).words
+
+
+def test_a_station_measures_released_plans_only_and_jobs_state_the_release(
+    plan: Path, tmp_path: Path, ocmm_here: Ocmm
+) -> None:
+    store = SettingsStore.of_this_user()
+    store.change({"job.released_only": True}, Scope.USER)
+    try:
+        measure = ("measure", "--plan", plan, "--out", tmp_path / "out")
+        refused = ocmm_here(*measure)
+        assert refused.returncode == 2
+        assert (
+            "the plan is not released, and this station measures released plans" in refused.stderr
+        )
+        release_plan(plan, "Grace Hopper")
+        assert ocmm_here(*measure).returncode == 0
+        edit_limit(plan)
+        assert "NOT released: changed after" in ocmm_here(*measure).stderr
+    finally:
+        store.user.path.unlink()
+    (path,) = (tmp_path / "out").glob("*.ocmm")
+    with JobFile.open(path) as job:
+        found = release_in_job(job.head, job.events())
+    assert found.released
+    assert found.words.startswith("released by Grace Hopper, ")
+    report = ocmm_here("report", path, "--format", "json", "--out", tmp_path / "json")
+    assert report.returncode == 0
+    (json,) = (tmp_path / "json").glob("*_SIMULATED.json")
+    assert msgspec.json.decode(json.read_bytes())["job"]["plan_release"] == found.words
+    seal = next(iter((tmp_path / "out").glob("*.seal.json")))
+    assert f"{path.name} is as it was reported." in audit(seal).proofs
+    with JobFile.open(path) as job:
+        job.append_event("note", "later")
+    assert f"{path.name} has changed since: 1 step came after the report." in audit(seal).proofs
+
+
+def test_settings_edited_outside_need_a_name(tmp_path: Path, ocmm_here: Ocmm) -> None:
+    store = SettingsStore.of_this_user()
+    store.change({"temperature.sigma_k": 0.3}, Scope.USER)
+    path = store.user.path
+    try:
+        assert audit(path).intact
+        assert store.user.read().notes == ()
+        path.write_text(path.read_text("utf-8").replace("0.3", "0.01"), "utf-8")
+        assert not audit(path).intact
+        (note,) = store.user.read().notes
+        assert "edited outside this program" in note.what
+        # A change by the program vouches for nothing that others edited.
+        store.change({"temperature.valid_h": 4.0}, Scope.USER)
+        assert not audit(path).intact
+        assert ocmm_here("settings", "confirm", "--by", "Ada").returncode == 0
+        assert audit(path).intact
+        store.change({"window.zoom": 120}, Scope.USER)
+        assert audit(path).intact
+    finally:
+        path.unlink()
+
+
+def test_what_carries_no_signature_is_not_called_intact(tmp_path: Path) -> None:
+    (tmp_path / "recording.ocr").write_bytes(b"x")
+    found = audit(tmp_path / "recording.ocr")
+    assert found.signer.word is SealWord.NOT_SIGNED
+    assert not found.intact
+    with pytest.raises(OcmmError, match="file not found"):
+        audit(tmp_path / "nothing.pdf")
