@@ -10,7 +10,7 @@ from typing import NoReturn
 
 from ocmm_core.acquisition.bus_process import hold_nothing
 from ocmm_core.blas import use_one_thread
-from ocmm_core.cli.terminal import say
+from ocmm_core.cli.terminal import print_in_any_encoding, say
 from ocmm_core.errors import InternalError, OcmmError
 from ocmm_core.failure import EXIT_INTERNAL, ThreadNet, contained
 from ocmm_core.host import HOST
@@ -20,10 +20,13 @@ NOBODY_READS = 141
 """128 and SIGPIPE, as of any program whose reader has left: ``ocmm --help | head -1``."""
 
 _SAFE = "All points taken are saved in the job file."
+_MEASURING = ("measure", "demo")
+"""Commands that record points in a job file."""
 
 
 def main() -> None:
     """Run the command line; every fault, also one nobody foresaw, is a sentence and its remedy."""
+    print_in_any_encoding()
     piped = _is_piped()
     with ThreadNet(_tell) as threads:
         try:
@@ -38,7 +41,11 @@ def main() -> None:
                 _give_up(cause.__cause__ or cause, piped=piped)
             raise
         except KeyboardInterrupt:
-            sys.stderr.write(say("ocmm: stopped; all points taken are saved in the job file.\n"))
+            if _measures():
+                told = say("ocmm: stopped; all points taken are saved in the job file.\n")
+            else:
+                told = say("ocmm: stopped.\n")
+            sys.stderr.write(told)
             sys.exit(130)
         except Exception as error:
             _give_up(error, piped=piped)
@@ -66,9 +73,14 @@ def _give_up(error: BaseException, *, piped: bool) -> NoReturn:
         # Nothing failed. What is left in the buffer would be complained about at the very end.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(NOBODY_READS)
-    told = contained(error, "The command", _SAFE)
+    told = contained(error, "The command", _SAFE if _measures() else "")
     _tell(told)
     sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else COULD_NOT_MEASURE)
+
+
+def _measures() -> bool:
+    """Return whether this command records points."""
+    return any(word in _MEASURING for word in sys.argv[1:4])
 
 
 def _is_piped() -> bool:
