@@ -11,7 +11,7 @@ from typing import NoReturn, TextIO
 
 from ocmm_core.acquisition.bus_process import hold_nothing
 from ocmm_core.blas import use_one_thread
-from ocmm_core.cli.terminal import say
+from ocmm_core.cli.terminal import print_in_any_encoding, say
 from ocmm_core.errors import InternalError, OcmmError, StorageError
 from ocmm_core.failure import EXIT_INTERNAL, ThreadNet, contained, hold_standard_streams
 from ocmm_core.host import HOST
@@ -23,11 +23,14 @@ NOBODY_READS = 141
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG, errno.EBADF)
 
 _SAFE = "All points taken are saved in the job file."
+_MEASURING = ("measure", "demo")
+"""Commands that record points in a job file."""
 
 
 def main() -> None:
     """Run the command line; every fault, also an unexpected one, is a sentence and its remedy."""
     hold_standard_streams()
+    print_in_any_encoding()
     try:
         _main()
     except SystemExit as end:
@@ -52,7 +55,11 @@ def _main() -> None:
                 _give_up(cause.__cause__ or cause, piped=piped)
             raise
         except KeyboardInterrupt:
-            sys.stderr.write(say("ocmm: stopped; all points taken are saved in the job file.\n"))
+            if _measures():
+                told = say("ocmm: stopped; all points taken are saved in the job file.\n")
+            else:
+                told = say("ocmm: stopped.\n")
+            sys.stderr.write(told)
             sys.exit(130)
         except Exception as error:
             _give_up(error, piped=piped)
@@ -86,7 +93,7 @@ def _give_up(error: BaseException, *, piped: bool) -> NoReturn:
             # The output failed, not the program.
             _tell(_unwritten(fault))
             sys.exit(COULD_NOT_MEASURE)
-    told = contained(error, "The command", _SAFE)
+    told = contained(error, "The command", _SAFE if _measures() else "")
     _tell(told)
     sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else COULD_NOT_MEASURE)
 
@@ -110,7 +117,8 @@ def _unwritten(fault: OSError) -> OcmmError:
     return StorageError(
         "output.unwritable",
         f"The output could not be written ({fault.strerror}).",
-        f"Free disk space or print to another place, then repeat the command. {_SAFE}",
+        "Free disk space or print to another place, then repeat the command."
+        f"{f' {_SAFE}' if _measures() else ''}",
     )
 
 
@@ -135,6 +143,11 @@ def _silence(stream: TextIO) -> None:
         os.dup2(nothing, stream.fileno())
         os.close(nothing)
         stream.flush()
+
+
+def _measures() -> bool:
+    """Return whether this command records points."""
+    return any(word in _MEASURING for word in sys.argv[1:4])
 
 
 def _is_piped() -> bool:

@@ -139,8 +139,8 @@ class JobKeeper:
             return NameLoss(f"its log {self._log_path.name} cannot be found")
         if loss is None and self._log is not None:
             loss = self._log.loss()
-            if loss is not None and loss.words.startswith("it "):
-                return NameLoss(f"its log {self._log_path.name} {loss.words.removeprefix('it ')}")
+            words = "" if loss is None else loss.words
+            return loss and NameLoss(f"its log {self._log_path.name}: {words}")
         return loss
 
     def is_write_protected(self) -> bool:

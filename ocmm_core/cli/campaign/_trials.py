@@ -22,6 +22,10 @@ FINDINGS = {
         "acknowledged items lost", "files unreadable", "errors not told", "tracebacks",
         "descriptors synced again",
     ),
+    "names": (
+        "acknowledged points lost", "losses not told", "told after 1 s", "exit code 0",
+        "audit faults",
+    ),
     "writers": (
         "acknowledged items lost", "items twice", "audit faults", "writers that gave up",
     ),
