@@ -16,7 +16,6 @@ from ocmm_core.archive.questions._answers import shown_cell
 from ocmm_core.archive.records import extract_job
 from ocmm_core.archive.stores import Archive, Cell, stations_by_key
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.archive import content_to_look_at
 from ocmm_core.seals import (
     KeptKeys,
     KeyFolder,
@@ -25,7 +24,7 @@ from ocmm_core.seals import (
     Signature,
     shown_key,
 )
-from ocmm_core.storage import judge_head
+from ocmm_core.storage import JobFile, judge_head
 from ocmm_core.tolerances.decisions import Verdict
 
 JUDGED = (
@@ -160,7 +159,7 @@ class Judge:
             return False
         try:
             content = self._archive.content(str(later["sha256"]))
-            with content_to_look_at(Path("job.ocmm"), content) as file:
+            with JobFile.in_memory(Path("job.ocmm"), content) as file:
                 same = file.head.job_uuid == earlier["job_uuid"]
                 return same and file.links().get(int(str(earlier["steps"]))) == earlier["head"]
         except OcmmError:
