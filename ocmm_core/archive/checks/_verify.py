@@ -90,9 +90,11 @@ def verify_archive(
             if not deep:
                 continue
             known = jobs[str(job)].heads[str(station)]
-            name = f"{str(sha256)[:12]}{SUFFIX}"
-            made = extract(content, name, str(station), known or None).record
             stored = archive.record(int(str(number)))
+            # A fault begins with the name of the file at its station, which is no fact of it.
+            name = stored.job.fault.partition(":")[0]
+            name = name if name.endswith(SUFFIX) else f"{str(sha256)[:12]}{SUFFIX}"
+            made = extract(content, name, str(station), known or None).record
         except OcmmError as error:
             faults.append((number, str(job), error.what))
             continue

@@ -8,12 +8,12 @@ from datetime import UTC, datetime
 import pytest
 
 from ocmm_core.archive.records import MarkRow
-from ocmm_core.archive.stores import open_archive, parse_server
+from ocmm_core.archive.stores import Answer, open_archive, parse_server
 from ocmm_core.archive.stores._address import with_user
 from ocmm_core.archive.stores._store import SqlArchive
 from ocmm_core.errors import OcmmError, StorageError
 from tests.core.archive.conftest import TABLES, Place, by_hand
-from tests.core.archive.made_jobs import made_delivery, made_record
+from tests.core.archive.made_jobs import made_delivery, made_record, made_sender
 
 
 @pytest.fixture
@@ -131,3 +131,36 @@ def add_mark(archive: SqlArchive) -> None:
         utc=utc,
     )  # fmt: skip
     archive.add_finding("note", "", "{}", "Anna", utc, [mark])
+
+
+def test_a_login_sends_as_a_station_only_when_quality_has_admitted_it(shop: Place) -> None:
+    new = made_sender("Station 9", 9)
+    with as_user(shop, "station2") as archive:
+        with pytest.raises(StorageError, match="is not admitted as this station") as caught:
+            archive.put(made_delivery(1, new))
+        assert "ocmm archive admit LOGIN STATION" in caught.value.remedy
+        # It reserves no name, and admits nobody.
+        assert archive.ask("SELECT count(*) FROM station").rows == ((0,),)
+        with pytest.raises(StorageError, match="may not do that"):
+            archive.admit("station2", "Station 9")
+    with as_user(shop, "anna") as archive:
+        archive.admit("station2", "Station 9")
+    with as_user(shop, "station2") as archive:
+        archive.put(made_delivery(1, new))
+        with pytest.raises(StorageError, match="is not admitted"):
+            archive.put(made_delivery(2, made_sender("Station 1", 1)))
+
+
+def test_a_number_of_an_outbox_belongs_to_its_login(shop: Place) -> None:
+    ours, theirs = made_sender("Station 1", 1), made_sender("Station 2", 1)
+    with as_user(shop, "station2") as archive:
+        # The attacker knows the identity of the other outbox, and uses up its numbers first.
+        for number in range(1, 6):
+            archive.put(made_delivery(50 + number, theirs, sequence=number))
+    with as_user(shop, "station1") as archive:
+        assert archive.last_sequence(ours.outbox) == 0
+        assert archive.arrived(ours.outbox, [1, 2, 3]) == set()
+        for number in range(1, 4):
+            receipt = archive.put(made_delivery(number, ours, sequence=number))
+            assert receipt.answer is Answer.STORED
+        assert archive.last_sequence(ours.outbox) == 3

@@ -123,8 +123,10 @@ def altered(path: Path, to: Path) -> Path:
 
 def lists(archive: SqlArchive) -> tuple[list[tuple[object, ...]], list[tuple[object, ...]]]:
     days = Asked(first=date(1971, 1, 1), last=date(8000, 1, 1))
-    name = next(name for part, name in parts(archive) if part == "P")
-    values = trend(archive, Asked(part="P", characteristic=name)).rows
+    name = archive.ask("SELECT min(characteristic) FROM archived_result WHERE part = 'P'").rows[0][
+        0
+    ]
+    values = trend(archive, Asked(part="P", characteristic=str(name))).rows
     return [row[:8] for row in today(archive, days).rows], [row[:9] for row in values]
 
 
