@@ -163,7 +163,7 @@ class FromModels(QObject):
         """Show what a model offers in the place of the editor."""
         self._read = read
         self.opened.emit()
-        self.choice.show_model(read.model.part, read.offers, read.up)
+        self.choice.show_model(read)
         if read.model.remark:
             self.told.emit(said(read.model.remark))
 

@@ -31,9 +31,12 @@ from ocmm_core.inspection.step import (
     STEP_ENDINGS,
     STEP_SETUP,
     STEP_SIZE_MB,
+    FacesAccount,
+    LeftOut,
     Offer,
     StepModel,
     ask_for_chosen,
+    faces_account,
     has_step,
     offers_of,
     read_model,
@@ -88,6 +91,10 @@ class ReadModel:
     """All that can become features."""
     up: str
     """Axis of the model that points up."""
+
+    def account(self, taken: Sequence[Offer], refused: Sequence[LeftOut] = ()) -> FacesAccount:
+        """Return what became of each face of the file, see `faces_account`."""
+        return faces_account(self.model, taken, refused)
 
 
 def with_table(plan: Plan, table: FeatureTable) -> Imported:
@@ -175,6 +182,9 @@ def with_offers(
         return plan if zone_mm is None else with_profiles(plan, free_forms, zone_mm)
 
     found = _with_features(plan, read.path, surfaces)
+    faces = read.account(taken, reach.refused)
+    counted = (faces.sentence(), faces.recognised_sentence())
+    found = replace(found, words=" ".join((found.words, *(said(one) for one in counted if one))))
     if free_forms and zone_mm is not None:
         added = tr("%n free-form faces added.", "1 free-form face added.", len(free_forms))
         words = f"{found.words} {added}" if surfaces else added

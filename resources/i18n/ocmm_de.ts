@@ -8325,11 +8325,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Second job folder</source>
-        <translation type="unfinished"></translation>
+        <translation>Zweiter Auftragsordner</translation>
     </message>
     <message>
         <source>For jobs whose file was removed, moved or replaced; empty: data folder of the user</source>
-        <translation type="unfinished"></translation>
+        <translation>Für Aufträge, deren Datei gelöscht, verschoben oder ersetzt wurde; leer: Datenordner des Benutzers</translation>
     </message>
     <message>
         <source>Plan folder</source>

@@ -109,6 +109,7 @@ JOB = (
     "Last point (UTC),2026-03-02T07:10:07.000000+00:00\r\n"
     "Plan,BLOCK\r\n"
     f"Plan SHA-256,{HEAD.plan_identity}\r\n"
+    "Plan release,not released\r\n"
     "CONFORM,1\r\n"
     "NOT CONFORM,2\r\n"
     "NOT PROVEN,1\r\n"
