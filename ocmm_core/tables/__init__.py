@@ -1,7 +1,7 @@
 """The reader of tables and points: text, CSV, PLY, OBJ, OFF, STL and PCD, with an account.
 
 In: a file and the statements of the user (`TableOptions`). Out: rows or points in mm, and a
-`TableAccount` of what was read, by which unit, decimal sign and columns, and what was left out.
+`TableAccount`: rows, unit, decimal sign and columns read, and lines left out with the reason.
 
 Read `_account` (what a reader returns), `_text` and `_grid` (bytes to lines and cells), `_numbers`
 (decimal signs by evidence), `_headings` and `_columns` (roles of columns), `_unit_choice`,

@@ -1,4 +1,4 @@
-"""The account of a reader: what it read, by which unit and columns, and what it left out."""
+"""The account of a reader: rows read, unit, columns, and lines left out with the reason."""
 
 from __future__ import annotations
 
@@ -73,11 +73,11 @@ class TableColumn:
     """A column and its meaning."""
 
     heading: str
-    """As in the file; its number if there is no heading."""
+    """As in the file; the number of the column without a heading."""
     role: str
     """Meaning for the reader; empty if the column is not read."""
     unit: str = ""
-    """Symbol of its unit, if it has one of its own."""
+    """Symbol of the unit in its heading, or empty."""
 
 
 @dataclass(frozen=True, slots=True)

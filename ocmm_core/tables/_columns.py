@@ -35,12 +35,12 @@ class ColumnPlan:
     roles: tuple[str, ...]
     """Empty for a column that is not read."""
     line: int = 0
-    """Of the heading; 0 without."""
+    """Line of the heading; 0 without a heading."""
     unit_row: tuple[str, ...] = ()
     """Cells of a line below the heading that states units."""
 
     def index(self, role: str) -> int:
-        """Return the place of a role, -1 if there is none."""
+        """Return the place of a role, or -1."""
         return self.roles.index(role) if role in self.roles else -1
 
     def units(self, roles: Sequence[str]) -> dict[str, tuple[int, str]]:
@@ -107,7 +107,7 @@ def check_texts(path: Path, count: int) -> None:
 
 
 def find_heading(grid: TextGrid) -> tuple[int, list[str], tuple[str, ...]] | None:
-    """Return line, cells and roles of the last heading above the rows; None if there is none."""
+    """Return line, cells and roles of the last heading above the rows, or None."""
     split = grid.splitter()
     found: tuple[int, str, list[str]] | None = None
     first: list[str] = []

@@ -28,7 +28,7 @@ class TextGrid:
 
     path: Path
     separator: str
-    """Sign between cells; a blank stands for any run of blanks and tabs."""
+    """Sign between cells; a blank means any run of blanks and tabs."""
     body: list[tuple[int, str]]
     """Line number and text without comments."""
     comments: list[tuple[int, str]] = field(default_factory=list)
@@ -70,7 +70,7 @@ def read_grid(
     Parameters
     ----------
     has_texts
-        Cells are free text: a comment needs a line of its own.
+        Cells are free text: a comment needs a separate line.
 
     Raises
     ------

@@ -43,7 +43,7 @@ class _FormatError(Exception):
 
 
 def read_mesh(path: Path, content: bytes) -> Mesh | None:
-    """Return the vertices of a mesh or cloud; None if the file is none of these formats.
+    """Return the vertices of a mesh or cloud; None for any other format.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def _finite(
     good = np.isfinite(points).all(axis=1)
     skipped = [
         *more,
-        *(SkippedRows(line, line, "comment", shortened(text)) for line, text in comments),
+        *(SkippedRows(line, line, "is a comment", shortened(text)) for line, text in comments),
     ]
     if not good.all():
         count = int(np.sum(~good))

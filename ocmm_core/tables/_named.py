@@ -22,7 +22,7 @@ _SIGNS = "\t;|,"
 
 @dataclass(frozen=True, slots=True)
 class NamedColumns:
-    """Columns that a reader needs and knows."""
+    """Required and known columns of a table."""
 
     required: tuple[str, ...]
     """Lower case."""
@@ -82,11 +82,11 @@ class TextTable:
         return self.head[key]
 
     def number(self, row: TextRow, column: str) -> float:
-        """Return the number in a cell; InputError if it is none."""
+        """Return the number in a cell; InputError if it is not a number."""
         return self._checked(self.grammar, row.line, f"column '{column}'", row.cells[column])
 
     def head_number(self, key: str, what: str) -> tuple[int, str, float]:
-        """Return line, text and number of a key of the head, with a decimal sign of its own."""
+        """Return line, text and number of a key of the head, by its own decimal sign."""
         line, text = self.value(key, what)
         grammar = grammar_of(self.path, [(line, text)])
         return line, text, self._checked(grammar, line, f"'{key}'", text)
@@ -158,7 +158,7 @@ def read_table(
         columns, has_heading = _stated(options.columns, columns, wanted)
     _check_columns(path, line, columns, wanted)
     if has_heading:
-        grid.log.add(line, text, "heading")
+        grid.log.add(line, text, "is the heading")
     split = grid.splitter()
     rows = []
     for number, row in grid.body[has_heading:]:
@@ -186,7 +186,7 @@ def read_table(
         if is_number(cell := row.cells.get(name, ""))
     ]
     for number, comment in grid.comments:
-        grid.log.add(number, comment, "header" if ":" in comment else "comment")
+        grid.log.add(number, comment, "belongs to the header" if ":" in comment else "is a comment")
     units = {
         name: (line, unit) for name, (_, unit) in zip(columns, names, strict=True) if name and unit
     } if has_heading else {}  # fmt: skip

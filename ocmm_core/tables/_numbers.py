@@ -45,7 +45,7 @@ class NumberGrammar:
     """A sentence part such as "'0,012' in line 3"; empty if no number has decimals."""
 
     def value(self, text: str) -> float:
-        """Return the number that ``text`` is; not a number if it is none."""
+        """Return the number that ``text`` is; NaN for other texts."""
         if self.decimal == "." and NUMBER.fullmatch(text):
             return float(text.replace("d", "e").replace("D", "e"))
         if self.decimal == "," and _SIMPLE.fullmatch(text) and "." not in text:
@@ -208,7 +208,7 @@ def _weigh(line: int, text: str, proofs: _Found, groups: _Found, unclear: _Found
 
 
 def typed_number(text: str, *, comma: bool) -> float | None:
-    """Return a number typed into a field; None if it is none or could mean two values.
+    """Return a number typed into a field; None if it is not a number or could mean two values.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ from ocmm_core.tables._unit_choice import choose_unit, statements_in
 
 MOST_POINTS = 300_000
 FARTHEST_MM = 1e7
-"""Ten kilometres: a coordinate beyond is no measurement, and would be fitted badly."""
+"""Ten kilometres; larger coordinates are not measurements and lose digits in a fit."""
 _COUNT = re.compile(r"(\d{1,9})(\s+(points?|pts|punkte|3))?", re.IGNORECASE)
 """Of points, also as rows and columns of a table."""
 _MISSING = ("nan", "inf", "infinity", "n/a", "na", "null", "none", "", "#n/a", "#ref!", "#value!")
@@ -53,7 +53,7 @@ class PointsFile:
     points: Points3
     """(n, 3), mm."""
     account: TableAccount
-    """What was read and left out."""
+    """Rows read and lines left out."""
 
     @property
     def unit(self) -> str:
@@ -118,7 +118,7 @@ def _of_text(file: Path, grid: TextGrid, options: TableOptions) -> PointsFile:
         plan = ColumnPlan(tuple(str(place + 1) for place in range(len(roles))), roles)
     for line, text in grid.comments:
         if line != plan.line:
-            grid.log.add(line, text, "comment")
+            grid.log.add(line, text, "is a comment")
     check_texts(file, len(grid.comments) + len(grid.behind) + len(titles))
     statements = statements_in([*grid.comments, *grid.behind, *titles])
     places = [plan.index(axis) for axis in AXES]
@@ -158,7 +158,7 @@ def _heading(
             if number < line:
                 grid.log.add(number, text, "above the heading")
             if number == line:
-                grid.log.add(number, text, "heading")
+                grid.log.add(number, text, "is the heading")
         body = [one for one in body if one[0] > line]
         if not options.columns:
             roles = checked_roles(grid.path, line, cells, roles)
@@ -205,7 +205,7 @@ def _rows(
             if len(cells) == width and rows:
                 raise fault(file, line, "row", text, "has no numbers", _GIVE_ROWS)
             titles.append((line, text))
-            grid.log.add(line, text, "below the points" if rows else "title")
+            grid.log.add(line, text, "below the points" if rows else "is a title")
         elif words and is_summary(words):
             grid.log.add(line, text, "not a point by its first word")
         elif not rows and announced is None and _COUNT.fullmatch(text):
@@ -213,7 +213,7 @@ def _rows(
             grid.log.add(line, text, "number of points")
         elif not rows and not has_heading and _is_title(cells, words, count):
             titles.append((line, text))
-            grid.log.add(line, text, "title")
+            grid.log.add(line, text, "is a title")
         else:
             width = width or len(cells)
             if len(cells) != width:

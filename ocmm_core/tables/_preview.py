@@ -43,7 +43,7 @@ def preview_table(
     Parameters
     ----------
     outcome
-        What the reader returned or raised with these options.
+        Result or error of the reader with these options.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def preview_table(
                 cells = split(line, text) if is_row else [text.strip()]
             except InputError:
                 cells = [text.strip()]
-            empty = "" if text.strip() else "empty"
+            empty = "" if text.strip() else "is an empty line"
             rows.append(PreviewRow(line, tuple(cells), why.get(line, empty)))
     error = outcome if isinstance(outcome, InputError) else None
     return TablePreview(tuple(rows), max(len(lines) - len(rows), 0), account, error)

@@ -30,7 +30,7 @@ class UnitChoice:
     factors: Float
     """Broadcasts over (n, 3): mm of each coordinate or row."""
     of_column: Mapping[str, str] = field(default_factory=dict)
-    """Symbols by role, if the columns have units of their own."""
+    """Symbols by role, if the columns have different units."""
 
 
 def statements_in(lines: Iterable[tuple[int, str]]) -> list[tuple[int, UnitStatement]]:

@@ -32,7 +32,7 @@ _PAUSE_MS = 300
 
 
 class TableImport(QWidget):
-    """The first and last lines of a table, and what the reader makes of them; all changeable.
+    """First and last lines of a table, with columns, unit and decimal sign, all changeable.
 
     Return takes the features over, Esc goes back without.
     """
