@@ -60,6 +60,8 @@ class GuardedConnection(sqlite3.Connection):
         self.inserts: list[tuple[str, tuple[object, ...]]] | None = None
         """The statements that inserted rows, with their values; None if not collected."""
         self._on_close: Callable[[], None] = lambda: None
+        self.inserts: list[tuple[str, tuple[object, ...]]] | None = None
+        """The statements that inserted rows, with their values; None if not collected."""
 
     def on_close(self, then: Callable[[], None]) -> None:
         """Call ``then`` once, after the connection is closed."""

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 import pytest
 
 from ocmm_core.archive.records import MarkRow
-from ocmm_core.archive.stores import Answer, open_archive, parse_server
+from ocmm_core.archive.stores import HEADS, Answer, open_archive, parse_server
 from ocmm_core.archive.stores._address import with_user
 from ocmm_core.archive.stores._store import SqlArchive
 from ocmm_core.errors import OcmmError, StorageError
@@ -69,6 +69,15 @@ def test_a_reader_reads_views_and_writes_nothing(shop: Place) -> None:
             archive.content(made_record(1).job.sha256)
         with pytest.raises(StorageError, match="may not do that"):
             add_mark(archive)
+
+
+def test_a_station_keeps_the_ends_of_its_histories_and_no_other_finding(shop: Place) -> None:
+    utc = "2026-11-28T05:00:00+00:00"
+    with as_user(shop, "station1") as archive:
+        archive.add_finding(HEADS, "Station 1", "{}", "Station 1", utc)
+        with pytest.raises(StorageError, match="may not do that"):
+            archive.add_finding("recall", "B-17", "{}", "Station 1", utc)
+        assert [one.kind for one in archive.findings()] == [HEADS]
 
 
 def test_quality_marks_and_a_station_does_not(shop: Place) -> None:
