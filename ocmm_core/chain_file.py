@@ -73,8 +73,7 @@ class ChainFile(Generic[T]):
     remembered
         This station remembers how far it goes.
     known
-        What was read of this file before: lines that are still those bytes are not decoded again,
-        so that reading on costs what came since.
+        An earlier reading of this file: unchanged lines are not decoded again.
 
     Raises
     ------
@@ -178,10 +177,7 @@ class ChainFile(Generic[T]):
     def signers(self) -> tuple[SealState, ...]:
         """Return the state of the signature of each line, oldest first.
 
-        Raises
-        ------
-        StorageError
-            A signature does not belong to its line, or the ring of known keys cannot be read.
+        Raises StorageError if a signature does not belong to its line.
         """
         return tuple(self._signer_of(index) for index in range(len(self._signatures)))
 
@@ -276,7 +272,7 @@ class ChainFile(Generic[T]):
                 _lock(self.path, descriptor)
                 if os.fstat(descriptor).st_size not in (self._size, self._length):
                     raise _elsewhere(self.path)
-                # What a failed or torn append may have left behind goes first.
+                # Remove the remains of a failed or torn append.
                 os.ftruncate(descriptor, self._length)
                 if HOST.write_at(descriptor, content, self._length) != len(content):
                     raise OSError(0, "only a part was written")
@@ -326,7 +322,7 @@ def _encode(line: _Line) -> bytes:
 
 
 def _end_of(line: _Line) -> str:
-    """Return what the next line is bound to: the hash of a line, with its signature."""
+    """Return the hash of a line with its signature, to which the next line is bound."""
     if line.signature is None:
         return line.sha256
     return hashlib.sha256(f"{line.sha256} {line.signature.value}".encode()).hexdigest()
@@ -369,7 +365,7 @@ def _elsewhere(path: Path) -> StorageError:
 
 
 def _name(links: Sequence[str]) -> str:
-    """Return what a chain is remembered by: its first line is like no other's."""
+    """Return the name of a chain in the memory of the station: its first line is unique."""
     return f"chain {links[0]}"
 
 

@@ -15,14 +15,10 @@ from ocmm_core.seals import SealState, Signed
 def chain_history(path: Path) -> tuple[Signed, SealState, tuple[tuple[str, str, str], ...]]:
     """Return the kind of a chain, the state of its signature, and its lines: UTC, who, what.
 
-    Raises
-    ------
-    StorageError
-        A line was changed or removed, or the signature does not belong to it.
+    Errors as `ChainFile`.
     """
     if path.name == REGISTER:
         register = ArtefactRegister(path.parent)
-        # One entry without a signature is enough: whoever asks wants to rely on all.
         return Signed.ARTEFACTS, register.signer, register.changes
     if path.name == INTERIM:
         checks: ChainFile[Any] = ChainFile(

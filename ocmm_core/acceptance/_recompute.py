@@ -35,15 +35,7 @@ def load_record(path: Path) -> AcceptanceRecord:
 
 
 def load_signed_record(path: Path) -> SignedRecord[AcceptanceRecord]:
-    """Return a record with the state of its signature.
-
-    Raises
-    ------
-    CalibrationError
-        A byte of it was changed, or the signature does not belong to it.
-    StorageError
-        The ring of known keys cannot be read.
-    """
+    """Return a record with the state of its signature; errors as `load_signed`."""
     return load_signed(path, AcceptanceRecord, Signed.ACCEPTANCE)
 
 

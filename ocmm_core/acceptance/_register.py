@@ -154,13 +154,7 @@ class ArtefactRegister:
         return found
 
     def used(self, name: str) -> UsedArtefact:
-        """Return an artefact for a test.
-
-        Raises
-        ------
-        InputError
-            It is unknown, or no trusted station signed its entry.
-        """
+        """Return an artefact for a test; InputError if unknown or not signed by a trusted key."""
         entry, fault = self.entry(name), self.faults().get(name)
         if fault is not None:
             raise InputError(

@@ -34,7 +34,7 @@ class Release(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     schema: str = "ocmm.release/1"
     kind: Signed
     name: str
-    """Of the file when it was released."""
+    """Of the file, at its release."""
     sha256: str
     who: str
     utc: str
@@ -76,7 +76,7 @@ NO_RELEASE = ReleaseState(SealState(SealWord.NOT_SIGNED))
 
 
 def release_path(path: Path) -> Path:
-    """Return where the release of a file is."""
+    """Return the path of the release of a file."""
     return path.with_name(path.name + RELEASE_ENDING)
 
 
@@ -115,13 +115,7 @@ def release_file(path: Path, kind: Signed, who: str, reason: str = "") -> Releas
 
 
 def judge_release(release: Release | None, kind: Signed, sha256: str) -> ReleaseState:
-    """Return the state of a release of the content with hash ``sha256``.
-
-    Raises
-    ------
-    StorageError
-        The ring of known keys cannot be read.
-    """
+    """Return the state of a release of the content with hash ``sha256``."""
     if release is None:
         return NO_RELEASE
     signer = judge_signature(KeyFolder(), kind, _content(release), release.signature)
@@ -131,15 +125,7 @@ def judge_release(release: Release | None, kind: Signed, sha256: str) -> Release
 
 
 def release_state(path: Path, kind: Signed) -> ReleaseState:
-    """Return the state of the release next to a file; an unreadable one counts as forged.
-
-    Raises
-    ------
-    InputError
-        The file itself cannot be read.
-    StorageError
-        The ring of known keys cannot be read.
-    """
+    """Return the state of the release next to a file; an unreadable release counts as forged."""
     digest = hashlib.sha256(read_bytes(path)).hexdigest()
     try:
         found = msgspec.json.decode(read_bytes(release_path(path), _LARGEST), type=Release)

@@ -206,13 +206,7 @@ def save_part_study(folder: Path, study: PartStudy) -> Path:
 
 
 def load_part_study(path: Path) -> SignedRecord[PartStudy]:
-    """Return a study with the state of its signature.
-
-    Raises
-    ------
-    CalibrationError
-        A byte of it was changed, or the signature does not belong to it.
-    """
+    """Return a study with the state of its signature; errors as `load_signed`."""
     return load_signed(path, PartStudy, Signed.STUDY)
 
 

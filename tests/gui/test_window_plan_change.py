@@ -75,7 +75,9 @@ def test_the_next_job_is_begun_by_another_plan_by_keyboard(
     assert window.sheets.plan.draft.plan.part == "OTHER"
 
     _press(KEY.Key_J)
-    assert "QUICK, quick.toml, not released" in [job.plans.itemText(row) for row in range(job.plans.count())]
+    assert "QUICK, quick.toml, not released" in [
+        job.plans.itemText(row) for row in range(job.plans.count())
+    ]
     with qtbot.waitSignal(bridge.plan_changed, timeout=HANG_MS):
         _press(KEY.Key_F7)
     qtbot.waitUntil(lambda: bridge.shown.job.paused, timeout=HANG_MS)

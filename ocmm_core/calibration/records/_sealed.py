@@ -48,13 +48,7 @@ def seal(record: msgspec.Struct) -> bytes:
 
 
 def seal_signed(record: msgspec.Struct, kind: Signed) -> bytes:
-    """Return the file content of a record, signed with the key of this station as a kind.
-
-    Raises
-    ------
-    StorageError
-        The key of this station cannot be used.
-    """
+    """Return the file content of a record, signed by this station; errors as `sign`."""
     return _sealed(record, sign(KeyFolder().station_key(), kind, canonical(record)))
 
 
@@ -88,12 +82,7 @@ def unseal_signed(
 ) -> SignedRecord[R]:
     """Return the record in ``content`` with the state of its signature.
 
-    Raises
-    ------
-    CalibrationError
-        As `unseal`, or the signature does not belong to the record.
-    StorageError
-        The ring of known keys cannot be read.
+    Raises CalibrationError as `unseal`, and if the signature does not belong to the record.
     """
     record, signature = _opened(path, content, kind)
     state = judge_signature(keys or KeyFolder(), signed, canonical(record), signature)

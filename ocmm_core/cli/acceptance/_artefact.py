@@ -102,7 +102,8 @@ def list_command(*, folder: FolderOption = None) -> None:
     from ocmm_core.acceptance import ArtefactRegister
 
     console, now = make_console(), datetime.now(UTC)
-    entries = ArtefactRegister(folder).entries
+    register = ArtefactRegister(folder)
+    entries, faults = register.entries, register.faults()
     if not entries:
         console.print(say("No artefacts yet. Add one: ocmm artefact add FILE"))
         return
@@ -119,6 +120,8 @@ def list_command(*, folder: FolderOption = None) -> None:
         word = due.date().isoformat()
         if due <= now:
             word += f" {say_word('EXPIRED')}"
+        if one.id in faults:
+            word += f" {say_word('NOT SIGNED')}"
         table.add_row(
             one.id, one.kind, one.serial, f"{1e3 * one.expanded:.2f}", one.certificate, word
         )

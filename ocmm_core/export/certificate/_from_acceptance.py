@@ -171,15 +171,7 @@ def same_test(one: AcceptanceRecord, other: AcceptanceRecord) -> bool:
 
 
 def vouched_record(path: Path) -> AcceptanceRecord:
-    """Return a record for a certificate.
-
-    Raises
-    ------
-    InputError
-        No trusted station signed it: a certificate would vouch for it.
-    CalibrationError
-        It was changed.
-    """
+    """Return a record for a certificate; errors as `load_signed_record` and `require_vouched`."""
     found = load_signed_record(path)
     require_vouched(path, found.signer)
     return found.record
