@@ -31,7 +31,7 @@ from benchmarks.tampering import EDITS, Site, make_site
 from ocmm_core.calibration.records import CalibrationStore, State
 from ocmm_core.cli.campaign import other_station
 from ocmm_core.errors import OcmmError
-from ocmm_core.export import audit
+from ocmm_core.export.audits import audit
 from ocmm_core.seals import KeyFolder, memory_folder, start_memory
 from ocmm_core.storage import JobFile
 from tests.core.calibration.made_records import MADE, make_record, make_verification

@@ -15,6 +15,8 @@ _CODE = re.compile(r"[a-z][a-z0-9_]*(\.[a-z0-9_]+)+")
 _WORD = re.compile(r"[^\W\d_]{2,}")
 _MACHINE = re.compile(
     r"</?\w|\b(SELECT|PRAGMA|CREATE|INSERT|DELETE|UPDATE|VALUES|CHECK|DOCTYPE|TRIGGER|BEGIN|LOCK)\b"
+    r"|\b(ALTER TABLE|DROP|LIMIT :page|UNIQUE|NOT NULL|PRIMARY KEY|CASE WHEN)\b|\boperator, plan"
+    r"|^part, characteristic,"
     r"|://|strftime|search_path|\\d|^[\w.,/ ]*_[\w.,/ ]*$"
 )
 _SINGLE = re.compile(r"[A-Z]([a-z]+|[A-Z]+)( \(UTC\))?")

@@ -15,6 +15,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import time
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -25,24 +26,29 @@ import msgspec
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import StorageError
 from ocmm_core.host import HOST
+from ocmm_core.named_file import NamedFile, write_rescued
 from ocmm_core.seals import (
     THIS_STATION,
     KeyFolder,
+    KnownEnd,
     SealState,
     SealWord,
-    Seen,
     Signature,
     Signed,
     StationKey,
+    expect,
     judge_signature,
+    memory_loss,
     recall,
     remember,
     sign,
 )
+from ocmm_core.side_files import open_guarded
 
 T = TypeVar("T", bound=msgspec.Struct)
 
 _FIRST_LINK = "0" * 64
+_PATIENCE_S = 4.0
 
 
 class _Line(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -102,9 +108,13 @@ class ChainFile(Generic[T]):
         self._length = self._size = 0
         self._disk_failed = False
         self._digest = hashlib.sha256()
-        if not path.exists():
+        self._pieces: list[bytes] = []
+        self._name: NamedFile | None = None
+        self._lost: StorageError | None = None
+        if not os.path.lexists(path):
             return
-        whole = read_bytes(path)
+        whole = read_bytes(path, follow=False)
+        self._name = NamedFile(path)
         content = whole[: whole.rfind(b"\n") + 1]
         links: list[str] = []
         items: list[T] = []
@@ -135,10 +145,28 @@ class ChainFile(Generic[T]):
         self.torn = len(whole) != len(content)
         self._digest.update(memoryview(content)[begin:])
         self._length, self._size = len(content), len(whole)
+        self._pieces = [content]
         self._signatures = tuple(signatures)
         self.signer = self._judged()
         if remembered and links:
-            _require_all(path, links)
+            self._require_all()
+
+    def _require_all(self) -> None:
+        """Raise StorageError if the memory of this station contradicts the chain, or is missing."""
+        seen = recall(_name(self.links))
+        if seen is None:
+            if self.signer.station == THIS_STATION:
+                utc = str(getattr(self.items[-1], "utc", ""))
+                lost = memory_loss(_name(self.links), utc, KeyFolder())
+                if lost is not None:
+                    raise StorageError(lost.code, f"{self.path}: {lost.what}", lost.remedy)
+        elif not seen.holds_in(self.links):
+            raise StorageError(
+                "chain.cut",
+                f"{self.path}: line {seen.count}, which this computer has seen, is missing or "
+                "another one.",
+                "Restore the newest copy of the file. If there is none, start a new one.",
+            )
 
     def require_signed(self, remedy: str) -> None:
         """Raise StorageError if no trusted station signed all lines; an empty chain passes."""
@@ -176,6 +204,34 @@ class ChainFile(Generic[T]):
         last = self._signer_of(len(self._signatures) - 1)
         return SealState(SealWord.NOT_SIGNED) if self._signatures[0] is None else last
 
+    def require_name(self) -> None:
+        """Raise StorageError if the path no longer means this file; cheap, also for a timer.
+
+        The lines are then saved in another file.
+        """
+        if self._lost is None:
+            loss = None if self._name is None else self._name.loss()
+            if loss is None:
+                return
+            self._lost = self.lost(loss.words)
+        raise self._lost
+
+    def lost(self, words: str) -> StorageError:
+        """Save all lines in another file, and return the error that names it.
+
+        Parameters
+        ----------
+        words
+            What happened to this file.
+        """
+        saved = write_rescued(self.path.name, b"".join(self._pieces))
+        where = f"The {len(self.links)} entries before are saved in {saved}."
+        return StorageError(
+            "chain.lost",
+            f"{self.path}: {words}. {where if saved else 'No other folder takes its entries.'}",
+            "Copy the saved file back to that path, then repeat the last step.",
+        )
+
     def begins(self, content: bytes) -> tuple[int, hashlib._Hash] | None:
         """Return the length and the hash of this chain if ``content`` begins with it."""
         begin = hashlib.sha256(memoryview(content)[: self._length])
@@ -193,8 +249,10 @@ class ChainFile(Generic[T]):
         StorageError
             It could not be written, or another program has written meanwhile; the file holds what
             it held before. After a sync that failed it is not written again: that might seem to
-            succeed.
+            succeed. Or the file was removed, moved or replaced: then the lines before are saved
+            in another file.
         """
+        self.require_name()
         if self._disk_failed:
             raise _given_up(self.path)
         if self.signer.word is SealWord.UNKNOWN_KEY:
@@ -205,12 +263,17 @@ class ChainFile(Generic[T]):
             signature = sign(self._key, self._signed, line.sha256.encode())
             line = msgspec.structs.replace(line, signature=signature)
         link, content = line.sha256, _encode(line)
+        if self._remembered and not self.links:
+            expect(_name([link]), self.path.resolve())
         try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            descriptor = HOST.open_file(self.path, os.O_WRONLY | os.O_CREAT, 0o644)
+            made = 0 if self._length else os.O_CREAT
+            if made:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+            flags = os.O_WRONLY | made
+            descriptor = open_guarded(self.path, follow=False, flags=flags, mode=0o644)
             try:
                 # Two that read the same end would each write a line there.
-                HOST.lock(descriptor, wait=True)
+                _lock(self.path, descriptor)
                 if os.fstat(descriptor).st_size not in (self._size, self._length):
                     raise _elsewhere(self.path)
                 # What a failed or torn append may have left behind goes first.
@@ -224,8 +287,12 @@ class ChainFile(Generic[T]):
                     with contextlib.suppress(OSError):
                         os.ftruncate(descriptor, self._length)
                     raise _given_up(self.path) from error
+                if made:
+                    HOST.sync_folder(self.path.parent)
+                    self._name = NamedFile(self.path)
             finally:
                 os.close(descriptor)
+            self.require_name()
         except OSError as error:
             with contextlib.suppress(OSError):
                 self._size = self.path.stat().st_size
@@ -235,6 +302,7 @@ class ChainFile(Generic[T]):
                 "Free disk space or restore write permission, then repeat.",
             ) from error
         self._length += len(content)
+        self._pieces.append(content)
         self._digest.update(content)
         self._size = self._length
         self.torn = False
@@ -246,7 +314,7 @@ class ChainFile(Generic[T]):
             self.signer = SealState(SealWord.SEALED, THIS_STATION, self._key.fingerprint)
         if self._remembered:
             name, place = _name(self.links), str(self.path.resolve())
-            remember(Seen(name=name, count=len(self.links), link=link, place=place))
+            remember(KnownEnd(name=name, count=len(self.links), link=link, place=place), sync=False)
 
 
 def _line(number: int, previous: str, item: bytes, signature: Signature | None) -> _Line:
@@ -268,6 +336,22 @@ def _link_of(number: int, previous: str, item: bytes) -> str:
     return hashlib.sha256(b"%d %s " % (number, previous.encode()) + item).hexdigest()
 
 
+def _lock(path: Path, descriptor: int) -> None:
+    """Lock a chain; StorageError if another program keeps it for seconds."""
+    end = time.monotonic() + _PATIENCE_S
+    while True:
+        try:
+            return HOST.lock(descriptor)
+        except BlockingIOError as error:
+            if time.monotonic() > end:
+                raise StorageError(
+                    "chain.locked",
+                    f"{path}: another program keeps this file locked.",
+                    "Close it there and repeat.",
+                ) from error
+            time.sleep(0.01)
+
+
 def _forged(path: Path, number: int) -> StorageError:
     return StorageError(
         "chain.forged",
@@ -287,17 +371,6 @@ def _elsewhere(path: Path) -> StorageError:
 def _name(links: Sequence[str]) -> str:
     """Return what a chain is remembered by: its first line is like no other's."""
     return f"chain {links[0]}"
-
-
-def _require_all(path: Path, links: Sequence[str]) -> None:
-    seen = recall(_name(links))
-    if seen is None or (len(links) >= seen.count and links[seen.count - 1] == seen.link):
-        return
-    raise StorageError(
-        "chain.cut",
-        f"{path}: line {seen.count}, which this computer has seen, is missing or another one.",
-        "Restore the newest copy of the file. If there is none, start a new one.",
-    )
 
 
 def _given_up(path: Path) -> StorageError:

@@ -9,13 +9,14 @@ from __future__ import annotations
 import contextlib
 import os
 import stat
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import platformdirs
 
 from ocmm_core.documents import write_new
+from ocmm_core.errors import OcmmError
 from ocmm_core.host import HOST
 
 _MOST_NAMES = 10_000
@@ -94,6 +95,11 @@ class NamedFile:
             os.close(self._descriptor)
             self._descriptor = -1
 
+    def __del__(self) -> None:
+        """Give up the descriptor."""
+        with contextlib.suppress(AttributeError):
+            self.close()
+
     def _loss(self) -> NameLoss:
         path, descriptor = self.path, self._descriptor
         if descriptor >= 0 and not HOST.is_mounted(descriptor):
@@ -113,21 +119,19 @@ class NamedFile:
         return NameLoss("it was replaced by another file" if other else "it was removed")
 
 
-def rescue_folders(second: Path | None = None) -> tuple[Path, ...]:
-    """Return the folders for data whose own file is lost, best first.
+def rescue_folders() -> tuple[Path, ...]:
+    """Return the folders for data whose own file is lost: of the settings, and of the user."""
+    # Settings are kept in files of chained lines, which are named files.
+    from ocmm_core.settings import SettingsStore
 
-    Parameters
-    ----------
-    second
-        The folder in the settings; None if not set.
-    """
+    second = None
+    with contextlib.suppress(OcmmError):
+        second = SettingsStore.of_this_user().load().settings.job_rescue
     own = platformdirs.user_data_path("ocmm") / "rescued"
     return (own,) if second is None else (second, own)
 
 
-def write_rescued(
-    name: str, content: bytes | Callable[[Path], bytes], folders: Iterable[Path]
-) -> Path | None:
+def write_rescued(name: str, content: bytes | Callable[[Path], bytes]) -> Path | None:
     """Write data to a new file in the first folder that takes them, and return its path.
 
     Parameters
@@ -136,8 +140,6 @@ def write_rescued(
         Of the file whose data they are; the new one has a number in addition.
     content
         The data, or a function that makes them for the path of the new file.
-    folders
-        See `rescue_folders`.
 
     Returns
     -------
@@ -145,7 +147,7 @@ def write_rescued(
         None if no folder takes them.
     """
     stem, suffix = os.path.splitext(name)  # noqa: PTH122 - a name may begin with a full stop
-    for folder in folders:
+    for folder in rescue_folders():
         with contextlib.suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
             for number in range(1, _MOST_NAMES):

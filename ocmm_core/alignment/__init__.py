@@ -5,7 +5,7 @@ Out: the frame of the part with its derivative by the points, residuals, and fre
 
 Read `_rules` (every kind of alignment as a document holds it) and `_checks`. `_datums` chooses
 the way: `_three_two_one`, `_datum_frame` and `_precedence` (ISO 5459), `_best_fit`,
-`_reference_points` (RPS), `_model_frame` with `_model_fit` (ball centres to faces of the model).
+`_model_frame` with `_model_fit` (ball centres to faces of the model).
 `_frame_jacobian` says how a frame answers to the points, `_residuals`, `_freedom` and `_report`
 what an inspector sees before he accepts it; `_frame_document` saves one.
 It must not know tolerances, plans or job files.

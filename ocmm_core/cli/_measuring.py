@@ -210,7 +210,6 @@ def measure(
     --incomplete no report is written of a job that lacks something.
     """
     from ocmm_core.composition import ClimateRequest, StationRequest, stream_options
-    from ocmm_core.settings import SettingsStore
     from ocmm_core.station.archiving import archive_place
 
     if plan is None and go_on is None:
@@ -242,7 +241,6 @@ def measure(
         room=read,
         method="thesis" if thesis else "gauss-newton",
         stream=stream_options(stream, stream_host, stream_token, stream_cert, stream_key),
-        rescue=SettingsStore.of_this_user().load().settings.job_rescue,
     )  # fmt: skip
     measure_parts(
         request, with_truth=False, parts=parts, incomplete=incomplete,

@@ -72,8 +72,6 @@ class StationRequest:
     """In the order of the plan, or in any."""
     record: Path | None = None
     """File that takes all raw frames, or None."""
-    rescue: Path | None = None
-    """Folder for a job whose own file is lost; None is that of the user."""
     force: bool = False
     """Use a network interface although the computer needs it itself."""
     bus_processor: int | None = None

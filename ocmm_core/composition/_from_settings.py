@@ -50,7 +50,6 @@ def request_of_settings(settings: Settings, errand: Errand) -> StationRequest:
         operator=errand.operator or settings.job_operator or _nobody(settings.instrument_source),
         serial=errand.serial,
         resume=errand.resume,
-        rescue=settings.job_rescue,
         force=errand.force,
         bus_processor=settings.instrument_bus_processor,
         calibrations=settings.instrument_calibrations,

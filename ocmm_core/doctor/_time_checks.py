@@ -8,7 +8,7 @@ import msgspec
 
 from ocmm_core.doctor._computer import Computer, NotAskedError
 from ocmm_core.doctor._result import Answer, amber, green, red
-from ocmm_core.seals import Seen
+from ocmm_core.seals import KnownEnd
 
 SET_BACK = timedelta(seconds=60)
 """As the records have it: a clock further back than this is not believed."""
@@ -77,7 +77,7 @@ def _last_seen(computer: Computer) -> datetime | None:
     for name in names[:_MOST_MEMORIES]:
         # One that is damaged is not believed by the seals either; the others still are.
         try:
-            seen = msgspec.json.decode(computer.text(folder / name), type=Seen)
+            seen = msgspec.json.decode(computer.text(folder / name), type=KnownEnd)
             when = datetime.fromisoformat(seen.utc) if seen.utc else None
         except (NotAskedError, msgspec.DecodeError, ValueError, RecursionError):
             continue

@@ -7,7 +7,7 @@ factors.
 Read `_trigger` (when a point is asked for), `_stable_point` (from a window of frames to one ball
 centre), `_point` (what is kept of it), `_compensation` (from which side the ball touched),
 `_temperature`, then `_uncertainty` and `_contributions` (what each error does to all points) with
-`_contact`, `_factors`, `_pattern_field` and `_rows` (how it is kept). `_probe_report`,
+`_factors`, `_pattern_field` and `_rows` (how it is kept). `_probe_report`,
 `_probe_budget` and `_probe_maps` say it before anything is measured.
 It must not know features or plans: a point does not know what it is for.
 """

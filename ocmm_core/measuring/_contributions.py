@@ -8,6 +8,14 @@ little and its matrix is never made:
 - the field of the sensors' patterns, which near points share.
 
 Their sum is `measuring.joint_factors`.
+
+What the hand's force on the ball adds to the uncertainty of points.
+
+The surface presses the ball towards the probe, along the compensation direction. LEDs and ball
+move as the design of the probe says (`calibration.probe_shape.ContactForce`), and the tip is
+computed wrong by what is left after the pose has followed the LEDs. Every force from zero to the
+largest is as likely: its mean is common to all points of a job, for it is a habit of the hand, and
+its scatter is each point's own.
 """
 
 from __future__ import annotations
@@ -27,12 +35,26 @@ from ocmm_core.calibration.probe_design import (
 )
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, RigidTransform, skew
-from ocmm_core.measuring._contact import contact_movement
 from ocmm_core.measuring._pattern_field import PatternField, pattern_field
 from ocmm_core.measuring._point import MeasuredPoint
 from ocmm_core.measuring._rows import Rows
 from ocmm_core.measuring._temperature import PartTemperature, scale_movement
 from ocmm_core.tracking import ProbeBody, TipSensitivity
+
+
+def contact_movement(
+    points: Sequence[MeasuredPoint],
+    sensitivities: Sequence[TipSensitivity],
+    contact: ContactForce,
+) -> Float:
+    """Return by how much each of N ball centres is computed wrong for one newton, (N, 3), mm/N."""
+    return np.stack(
+        [
+            item.by_geometry
+            @ (contact.by_force @ (point.rotation_world_from_probe.T @ point.direction))
+            for point, item in zip(points, sensitivities, strict=True)
+        ]
+    )
 
 
 @dataclass(frozen=True, slots=True)

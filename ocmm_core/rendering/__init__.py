@@ -5,7 +5,7 @@ colours of its pixels, how near each is to the eye, and which face it shows.
 
 Read `_mesh` (what is painted, whole and coarser), `_closed` (whose backs are not),
 `_canvas` (a picture and what lies behind it), `_rendering` (one painted into the other, a slice at
-a time), `_finer` and `_field` (measured values as colours), `_side` (from where a place is seen).
+a time), `_field` (measured values as colours), `_side` (from where a place is seen).
 Compiled are `_raster_kernel` (triangles), `_line_kernel` (edges, outlines, polygons) and
 `_frame_kernel` (a whole picture); `_arrays` has their types.
 It must not know plans, features or the window.

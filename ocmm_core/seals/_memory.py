@@ -13,7 +13,8 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-from datetime import datetime
+from collections.abc import Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 
 import msgspec
@@ -25,7 +26,7 @@ from ocmm_core.host import HOST
 from ocmm_core.leftovers import temporary_file
 from ocmm_core.seals._key import THIS_STATION, KeyFolder
 from ocmm_core.seals._private_file import guarded_content
-from ocmm_core.seals._ring import check_names, in_utc
+from ocmm_core.seals._ring import check_names
 from ocmm_core.seals._signature import Signature, Signed, judge_signature, sign
 
 _WHAT = "memory of the station"
@@ -34,7 +35,7 @@ _PLACE = "folder "
 _HISTORY = "history "
 
 
-class Seen(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class KnownEnd(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The last known end of a chain."""
 
     name: str
@@ -55,6 +56,10 @@ class Seen(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     replaced_by: str = ""
     """Path of the history that replaced this one; only from memories of version 0.1."""
 
+    def holds_in(self, links: Sequence[str]) -> bool:
+        """Return whether a chain still has the line that was its last one."""
+        return not self.count or (len(links) >= self.count and links[self.count - 1] == self.link)
+
 
 class _Start(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     utc: str
@@ -67,7 +72,7 @@ class _SignedStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     signature: Signature
 
 
-def recall(name: str) -> Seen | None:
+def recall(name: str) -> KnownEnd | None:
     """Return the last known end of a chain; None if the station has never seen it.
 
     Raises
@@ -80,7 +85,7 @@ def recall(name: str) -> Seen | None:
     return _read(folder / _file_name(name), name)
 
 
-def remember(seen: Seen, *, sync: bool = True) -> None:
+def remember(seen: KnownEnd, *, sync: bool = True) -> None:
     """Store the end of a chain. Failures are ignored: the missing memory is reported later.
 
     Parameters
@@ -106,7 +111,7 @@ def expect(name: str, place: Path) -> None:
     """Open the memory of a chain that is about to get its first line."""
     with contextlib.suppress(StorageError):
         if recall(name) is None:
-            remember(Seen(name=name, count=0, link="", place=str(place)))
+            remember(KnownEnd(name=name, count=0, link="", place=str(place)))
 
 
 def station_clock() -> str:
@@ -123,7 +128,7 @@ def station_clock() -> str:
 
 def set_station_clock(utc: str) -> None:
     """Store the latest time at which this station checked any history."""
-    remember(Seen(name=_CLOCK, count=0, link="", utc=utc))
+    remember(KnownEnd(name=_CLOCK, count=0, link="", utc=utc))
 
 
 def memory_loss(name: str, last_utc: str, keys: KeyFolder) -> StorageError | None:
@@ -134,10 +139,10 @@ def memory_loss(name: str, last_utc: str, keys: KeyFolder) -> StorageError | Non
     name
         Of the chain; `recall` returns None for it.
     last_utc
-        Time of its last line, ISO 8601 text.
+        Time of its last line, ISO 8601 text; empty if unknown.
     """
     start = _read_start(keys)
-    if start is not None and datetime.fromisoformat(last_utc) <= datetime.fromisoformat(start.utc):
+    if start is not None and _order(last_utc) <= _order(start.utc):
         return None
     return StorageError(
         "memory.missing",
@@ -145,6 +150,19 @@ def memory_loss(name: str, last_utc: str, keys: KeyFolder) -> StorageError | Non
         f"({_file_name(name)}): a removed end would not be noticed.",
         "Restore that folder from a backup. If the key was brought to this computer or user "
         "without it, type ocmm key restored, with your name and the reason.",
+    )
+
+
+def memory_start(keys: KeyFolder) -> str:
+    """Return who accepted that files are not in the memory, as a sentence; empty if nobody did."""
+    start = _read_start(keys)
+    return (
+        ""
+        if start is None
+        else (
+            f"The memory of this station starts at {start.utc[:19]} UTC, by {start.who}: "
+            f"{start.reason}. An end that was removed before is not noticed."
+        )
     )
 
 
@@ -163,7 +181,8 @@ def start_memory(keys: KeyFolder, who: str, reason: str, now: datetime) -> str:
     check_names(THIS_STATION, who)
     if not reason.strip():
         raise InputError("memory.reason", "The reason is missing.", "Give it.")
-    start = _Start(utc=in_utc(now), who=who.strip(), reason=reason)
+    utc = now.astimezone(UTC).isoformat(timespec="microseconds")
+    start = _Start(utc=utc, who=who.strip(), reason=reason)
     signed = _SignedStart(start, sign(keys.station_key(), Signed.MEMORY, _content(start)))
     path = _start_path()
     try:
@@ -205,12 +224,12 @@ def _read_start(keys: KeyFolder) -> _Start | None:
     return found.start if state.sound and state.station == THIS_STATION else None
 
 
-def _read(path: Path, name: str) -> Seen | None:
+def _read(path: Path, name: str) -> KnownEnd | None:
     content = guarded_content(path, _WHAT)
     if content is None:
         return None
     try:
-        seen = msgspec.json.decode(content, type=Seen)
+        seen = msgspec.json.decode(content, type=KnownEnd)
         if seen.name != name or seen.count < 0 or (seen.utc and not _is_time(seen.utc)):
             raise ValueError("it is about something else")
     except (ValueError, RecursionError) as error:
@@ -252,10 +271,10 @@ def _migrate(folder: Path) -> None:
     clock = folder / _file_name(_CLOCK)
     if clock.exists() or not folder.is_dir():
         return
-    known: dict[Path, Seen] = {}
+    known: dict[Path, KnownEnd] = {}
     for path in sorted(folder.glob("*.json")):
         with contextlib.suppress(OcmmError, ValueError, RecursionError):
-            seen = msgspec.json.decode(guarded_content(path, _WHAT) or b"", type=Seen)
+            seen = msgspec.json.decode(guarded_content(path, _WHAT) or b"", type=KnownEnd)
             if path.name == _file_name(seen.name):
                 known[path] = seen
     places = {seen.place: seen for seen in known.values() if seen.name.startswith(_PLACE)}
@@ -267,7 +286,9 @@ def _migrate(folder: Path) -> None:
                 _write(path, msgspec.json.encode(late), sync=True)
         latest = max((seen.utc for seen in known.values()), default="", key=_order)
         _write(
-            clock, msgspec.json.encode(Seen(name=_CLOCK, count=0, link="", utc=latest)), sync=True
+            clock,
+            msgspec.json.encode(KnownEnd(name=_CLOCK, count=0, link="", utc=latest)),
+            sync=True,
         )
         for path, seen in known.items():
             if seen.name.startswith(_PLACE):

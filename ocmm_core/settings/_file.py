@@ -23,7 +23,6 @@ from ocmm_core.host import HOST
 from ocmm_core.settings._settings_seal import (
     SEAL,
     changes_verdict,
-    seal_in,
     sealed_table,
     signer_of,
     verdict_entries,
@@ -189,13 +188,7 @@ class SettingsFile:
         return notes
 
     def signer(self) -> SealState:
-        """Return the state of the signature on the settings that change a verdict.
-
-        Raises
-        ------
-        InputError
-            The document cannot be used.
-        """
+        """Return the state of the signature; InputError if the document cannot be used."""
         now = self.read()
         if now.state != "good":
             raise InputError(
@@ -206,15 +199,7 @@ class SettingsFile:
         return signer_of(now.entries)
 
     def confirm(self, who: str) -> None:
-        """Sign the settings that change a verdict by name, as they are now.
-
-        Raises
-        ------
-        InputError
-            The document is missing or cannot be used.
-        StorageError
-            It cannot be written, or the key of this station cannot be used.
-        """
+        """Sign the settings that change a verdict by name; errors as `signer` and `change`."""
         with _held(self.path.parent):
             self.signer()
             now = self.read()
@@ -277,7 +262,7 @@ class SettingsFile:
                             f"Correct {spec.key} there, or set it again in Settings.",
                         )
                     )
-        if seal_in(data) is not None and not signer_of(data).sound:
+        if SEAL in data and not signer_of(data).sound:
             notes.append(
                 Note(
                     f"{self.path}: settings that change verdicts were edited outside this program, "

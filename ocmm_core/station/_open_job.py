@@ -34,8 +34,6 @@ class Gear:
     """After so long without a point or a check the tip must be checked."""
     released_only: bool = False
     """Refuse plans that are not released."""
-    rescue: Path | None = None
-    """Folder for a job whose own file is lost; None is that of the user."""
 
     @property
     def rig(self) -> Rig:
@@ -93,7 +91,6 @@ def open_job(file: JobFile, use: PlanInUse, gear: Gear) -> OpenJob:
     InputError
         Its plan does not allow cameras that cannot prove the age of their data.
     """
-    file.rescue_into(gear.rescue)
     device = gear.calibration.device
     if device is not None:
         refuse_unproven(device, allowed=use.plan.cameras == "unproven")

@@ -33,7 +33,5 @@ class StationOptions:
     """Where the plan is, with its pictures beside it; None where that is not known."""
     released_only: bool = False
     """Refuse plans that are not released."""
-    rescue: Path | None = None
-    """Folder for a job whose own file is lost; None is that of the user."""
     simulated: bool = False
     """The frames come from a virtual rig; the job says so, for good."""

@@ -71,7 +71,13 @@ class Reports:
         template cannot be used.
         """
         data = replace(self.data(), paper=paper_of(self._current.now.file.path))
-        return write_report(data, formats, directory, profile, incomplete=incomplete)
+        files = write_report(data, formats, directory, profile, incomplete=incomplete)
+        lost = self._current.now.file.check_name()
+        if lost is not None:
+            for file in files:
+                file.unlink(missing_ok=True)
+            raise lost
+        return files
 
     def _data_of(self, job: OpenJob, view: JobView) -> ReportData:
         instruments = self._instruments

@@ -81,10 +81,7 @@ class MeasuringStation:
         self._acquisition, self._ring, self._recorder = acquisition, ring, recorder
         # What is said about results depends on how their poses were computed.
         session = replace(options.session, method=options.tracking.method)
-        gear = Gear(
-            calibration, probe, session.reference, options.pause, options.released_only,
-            options.rescue,
-        )  # fmt: skip
+        gear = Gear(calibration, probe, session.reference, options.pause, options.released_only)
         use = PlanInUse(plan, session, options.plan_file)
         self._current = current = CurrentJob(open_job(job, use, gear))
         halt = threading.Event()

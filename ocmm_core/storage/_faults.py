@@ -123,8 +123,9 @@ def lost_name(path: Path, words: str, saved: Path | None) -> StorageError:
     if saved is None:
         return StorageError(
             "job.lost",
-            f"{path}: {words}. {saved_sentence(None)}",
-            "Leave the program open and free disk space: it tries again to save them.",
+            f"{path}: {words}.",
+            "No folder takes the points, which are in the memory of this program. Leave it open "
+            "and free disk space: it tries again.",
         )
     return StorageError(
         "job.lost",

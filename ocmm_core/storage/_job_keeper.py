@@ -15,11 +15,16 @@ from pathlib import Path
 
 from ocmm_core.errors import StorageError
 from ocmm_core.host import HOST
-from ocmm_core.named_file import NamedFile, NameLoss, rescue_folders, write_rescued
+from ocmm_core.named_file import NamedFile, NameLoss, write_rescued
 from ocmm_core.seals import StationKey
-from ocmm_core.storage._connection import checkpoint, job_bytes, opened_bytes
+from ocmm_core.storage._connection import (
+    checkpoint,
+    connection_in_memory,
+    job_bytes,
+    opened_bytes,
+)
 from ocmm_core.storage._faults import FAULTS, disk_failed, lost_name
-from ocmm_core.storage._guard import guarded_connection
+from ocmm_core.storage._job_content import read_job
 from ocmm_core.storage._job_seal import insert_seal, remember_job
 from ocmm_core.storage._tables import insert_event
 
@@ -53,13 +58,13 @@ class JobKeeper:
         self._file = NamedFile(path)
         self._log_path = path.resolve().with_name(f"{path.resolve().name}-wal")
         self._log: NamedFile | None = None
+        # Some files that other programs have made write into the file itself.
+        self._has_log = db.execute("PRAGMA journal_mode").fetchone()[0] == "wal"
         self._lock = threading.Lock()
         self._base, self._steps = b"", list[Sequence[Insert]]()
         self._last: tuple[int, str] | None = None
         self._loss: NameLoss | None = None
         self._disk = False
-        self.second: Path | None = None
-        """The folder for rescued jobs in the settings; None if not set."""
         self.key: StationKey | None = None
         """Signs the rescued job; None before the first step."""
         self.saved_in: Path | None = self._path
@@ -88,12 +93,16 @@ class JobKeeper:
         if not whole:
             self._file.forget_content()
             return
-        self._base = db.serialize()
-        self._steps.clear()
+        if self._has_log or not self._base:
+            self._base = db.serialize()
+            self._steps.clear()
         self._file.note_content()
 
     def note_log(self) -> None:
         """Remember the log as the program itself has left it."""
+        if not self._has_log:
+            self._file.note_content()
+            return
         if self._log is None:
             with contextlib.suppress(OSError):
                 self._log = NamedFile(self._log_path)
@@ -126,12 +135,12 @@ class JobKeeper:
     def name_loss(self) -> NameLoss | None:
         """Return why the names of file and log do not mean them any more; None while they do."""
         loss = self._file.loss()
-        if loss is None and self._log is None:
+        if loss is None and self._log is None and self._has_log:
             return NameLoss(f"its log {self._log_path.name} cannot be found")
         if loss is None and self._log is not None:
             loss = self._log.loss()
-            if loss is not None and loss.words.startswith("it "):
-                return NameLoss(f"its log {self._log_path.name} {loss.words.removeprefix('it ')}")
+            words = "" if loss is None else loss.words
+            return loss and NameLoss(f"its log {self._log_path.name}: {words}")
         return loss
 
     def is_write_protected(self) -> bool:
@@ -181,9 +190,7 @@ class JobKeeper:
                 self._loss, self._disk, self.saved_in = loss, disk, None
             if self.saved_in is None:
                 with contextlib.suppress(sqlite3.Error, StorageError):
-                    self.saved_in = write_rescued(
-                        self._path.name, self._content, rescue_folders(self.second)
-                    )
+                    self.saved_in = write_rescued(self._path.name, self._content)
 
     def complete_moved(self, db: sqlite3.Connection) -> None:
         """Write the log into a file that was moved, so that it is whole without its log."""
@@ -216,14 +223,14 @@ class JobKeeper:
 
     def _holds_last(self) -> bool:
         try:
-            with contextlib.closing(guarded_connection(self._path, "ro&immutable=1")) as db:
+            content = read_job(self._path).file
+            with connection_in_memory(self._path, content) as db, contextlib.closing(db):
                 found = db.execute(
                     "SELECT sequence, hash FROM audit ORDER BY sequence DESC LIMIT 1"
                 ).fetchone()
-                sound = db.execute("PRAGMA quick_check(1)").fetchone()[0] == "ok"
-        except FAULTS:
+        except (*FAULTS, StorageError):
             return False
-        return sound and (self._last is None or tuple(found) == self._last)
+        return self._last is None or tuple(found) == self._last
 
     def _content(self, path: Path) -> bytes:
         with contextlib.closing(opened_bytes(self._base)) as db:

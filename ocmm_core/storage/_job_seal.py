@@ -1,10 +1,9 @@
-"""The signature of the station on a job: a row beside the audit for every transaction.
+"""The signature of the station on a job: a row next to the audit for every transaction.
 
-The hash of the last audit row is that of everything that was ever stored, so a signature on it is
-one on the whole job. Whoever goes on with a job adds to what he believes only: the last signature
-must be a good one of a known station before the next one is written. So a good last one stands for
-all before it, and a job that was written anew shows as one of a stranger, or of nobody. What was
-cut off at the end shows by what this station remembers (`seals`), or by a line on paper.
+The hash of the last audit row covers everything ever stored, so a signature on it covers the whole
+job. A job is continued only if its last signature is valid and of a trusted station. So a valid
+last one vouches for all before it, and a rewritten job has an unknown signature or none. A removed
+end is detected by the memory of the station (`seals`), or by a line on paper.
 """
 
 from __future__ import annotations
@@ -18,15 +17,16 @@ from ocmm_core.errors import InputError, StorageError
 from ocmm_core.seals import (
     THIS_STATION,
     KeyFolder,
+    KnownEnd,
     SealState,
     SealWord,
-    Seen,
     Signature,
     Signed,
     StationKey,
     expect,
     judge_signature,
     memory_loss,
+    memory_start,
     recall,
     remember,
     shown_key,
@@ -38,34 +38,36 @@ from ocmm_core.storage._faults import damaged
 _LINE = "ocmm-job-1"
 
 ADOPTED = "adopted"
-"""Kind of the event by which somebody takes over what this station did not sign."""
+"""Kind of the event by which a person takes over steps that this station did not sign."""
 
 
 @dataclass(frozen=True, slots=True)
 class JobSeal:
-    """How far a job goes, and who says so."""
+    """End of a job, and the state of its signature."""
 
     job_uuid: str
-    """Of the job."""
+    """Identity of the job."""
     steps: int
     head: str
     """`steps`, `head`: Rows of the audit, and the hash of the last one."""
     state: SealState
-    """Of the signature on the last row."""
+    """State of the signature on the last row."""
     signature: Signature | None = None
-    """That one; None where there is none."""
+    """Signature on the last row; None if missing."""
     unsigned: int = 0
-    """Rows at the beginning that nobody signed when they were stored."""
+    """Number of rows at the beginning that were stored without a signature."""
     missing: str = ""
     """Contradiction with the memory of the station, as a sentence; empty if none."""
     older: bool = False
     """The contradiction is only that later steps, or the memory itself, are missing."""
+    forgotten: str = ""
+    """Why the memory of the station has nothing of the job, although it should; empty if it has."""
     adopted: tuple[str, ...] = ()
-    """By whom steps were taken over, why, and what was suspect about them."""
+    """Texts of adoptions: person, reason, and everything that was suspect."""
 
     @property
     def line(self) -> str:
-        """Return what proves the job on paper: its head with the signature; empty without one."""
+        """Return the proof on paper: the head with the signature; empty without one."""
         if self.signature is None:
             return ""
         return ":".join(
@@ -75,7 +77,7 @@ class JobSeal:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Return what speaks against the job, in sentences."""
+        """Return why the job is suspect, in sentences."""
         found = {
             SealWord.SEALED: (),
             SealWord.NOT_SIGNED: (
@@ -100,15 +102,15 @@ def insert_seal(db: sqlite3.Connection, key: StationKey) -> tuple[int, str]:
 
 
 def read_seal(db: sqlite3.Connection, path: Path, job_uuid: str, keys: KeyFolder) -> JobSeal:
-    """Return how far a job goes, and who says so.
+    """Return the end of a job, and the state of its signature.
 
     Raises
     ------
     StorageError
-        A row of the signatures is none, or the ring of known keys cannot be read.
+        A signature row is malformed, or the ring of known keys cannot be read.
     """
     steps, head = _last(db)
-    # Also those that nothing is concluded from: what nobody could have stored is damage.
+    # All rows, also those not evaluated: a row that this program never writes is damage.
     fault = seal_fault(db.execute("SELECT sequence, key, signature FROM seal"), steps)
     if fault:
         raise damaged(path, fault)
@@ -117,9 +119,11 @@ def read_seal(db: sqlite3.Connection, path: Path, job_uuid: str, keys: KeyFolder
     state = judge_signature(keys, Signed.JOB, _content(steps, head), signature)
     (first,) = db.execute("SELECT coalesce(min(sequence), 0) FROM seal").fetchone()
     missing, older = _missing(db, job_uuid, steps, state, keys)
+    forgotten = memory_start(keys) if not missing and _is_forgotten(job_uuid, state) else ""
     adopted = db.execute("SELECT text FROM event WHERE kind = ? ORDER BY rowid", (ADOPTED,))
     return JobSeal(
         job_uuid, steps, head, state, signature, max(first - 1, 0), missing, older,
+        forgotten,
         tuple(str(text) for (text,) in adopted),
     )  # fmt: skip
 
@@ -136,12 +140,12 @@ def judge_head(keys: KeyFolder, steps: int, head: str, signature: Signature | No
 
 
 def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder) -> str:
-    """Return in a sentence what a line from paper proves of the job.
+    """Return in a sentence how a line from paper proves the job.
 
     Raises
     ------
     StorageError
-        It is of another job, says something else than the file, or nobody known signed it.
+        It is of another job, contradicts the file, or its signer is unknown.
     """
     parts = line.strip().split(":")
     if len(parts) != 6 or parts[0] != _LINE or not parts[2].isdecimal() or len(parts[2]) > 12:
@@ -178,8 +182,8 @@ def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder
 
 
 def remember_job(job_uuid: str, steps: int, head: str, place: Path) -> None:
-    """Store how far a job goes."""
-    seen = Seen(name=_name(job_uuid), count=steps, link=head, place=str(place))
+    """Store the end of a job in the memory of the station."""
+    seen = KnownEnd(name=_name(job_uuid), count=steps, link=head, place=str(place))
     remember(seen, sync=False)
 
 
@@ -194,7 +198,7 @@ def require_adoptable(seal: JobSeal, path: Path, faults: Sequence[str]) -> None:
     Parameters
     ----------
     faults
-        Of the file against its own chain.
+        Faults of the file against its own chain.
 
     Raises
     ------
@@ -217,12 +221,12 @@ def require_adoptable(seal: JobSeal, path: Path, faults: Sequence[str]) -> None:
 
 
 def require_sealed(seal: JobSeal, path: Path) -> None:
-    """Refuse to go on with a job whose steps nobody here answers for.
+    """Refuse to continue a job that is not sealed.
 
     Raises
     ------
     StorageError
-        A stranger signed it, or nobody, or steps of it are missing.
+        Its signer is unknown, it is not signed, or steps of it are missing.
     """
     if not seal.doubts:
         return
@@ -266,6 +270,10 @@ def _missing(
         f"Step {seen.count} is not the one that this computer has seen: the job was replaced.",
         False,
     )
+
+
+def _is_forgotten(job_uuid: str, state: SealState) -> bool:
+    return state.station == THIS_STATION and recall(_name(job_uuid)) is None
 
 
 def _last(db: sqlite3.Connection) -> tuple[int, str]:

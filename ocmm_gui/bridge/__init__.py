@@ -5,7 +5,7 @@ In: a station with its threads. Out: signals on the window's thread, and command
 Read `_bridge` (signals, timer; it joins the services) and `_evaluator` (the job evaluated on a
 thread of its own, no more often than somebody can look). What the window asks for goes through the
 queue in `_commands`, by ``job``, ``choice`` and ``results`` (`_job_commands`), ``jobs``
-(`_job_change`) and ``maintenance``; what is only read is read from ``bridge.station`` itself.
+(`_bridge`) and ``maintenance``; what is only read is read from ``bridge.station`` itself.
 Nothing long runs on the window's thread. It must not know a single screen.
 """
 

@@ -2,25 +2,173 @@
 
 The station emits on its reconstruction thread. A Qt signal with a queued connection carries each
 event to the window's thread; frames never travel this way, the timer pulls the latest snapshot.
+
+What a maintenance technician asks of the station in the window.
+
+Another job, asked for in the window.
 """
 
 from __future__ import annotations
 
+import contextlib
 import logging
+import threading
 import time
+from collections.abc import Callable
+from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.evaluation import JobView, withdrawn
+from ocmm_core.errors import OcmmError, StorageError
+from ocmm_core.failure import contained
+from ocmm_core.inspection.evaluation import JobHeader, JobView, withdrawn
 from ocmm_core.measuring import MeasuredPoint, Refusal
 from ocmm_core.station import MeasuringStation
 from ocmm_core.station.coaching import CoachView
 from ocmm_gui.bridge._commands import CommandQueue, ShownJob
 from ocmm_gui.bridge._evaluator import Evaluator
-from ocmm_gui.bridge._job_change import JobChangeCommands
 from ocmm_gui.bridge._job_commands import ChoiceCommands, JobCommands, ResultCommands
-from ocmm_gui.bridge._maintenance import MaintenanceCommands
+
+_CAN_BE_READ = ("job.locked", "job.not_sealed", "job.not_writable")
+
+
+class JobChangeCommands(QObject):
+    """Begin another job, or go on with one.
+
+    Parameters
+    ----------
+    station
+        Measures it.
+    queue
+        Carries the commands out.
+    """
+
+    job_left = Signal(str)
+    """Emits what became of a job that another one was begun before it was finished."""
+    only_to_look = Signal(Path)
+    """Emits a job that cannot be gone on with: another program measures it, or it is not sealed
+    here. It can be looked at."""
+    job_begun = Signal()
+    """Another job is measured now; its first `job_changed` follows when it is evaluated."""
+
+    def __init__(self, station: MeasuringStation, queue: CommandQueue, parent: QObject) -> None:
+        super().__init__(parent)
+        self._jobs, self._job, self._queue = station.jobs, station.job, queue
+
+    def next_part(self, header: JobHeader) -> None:
+        """Go on with a new job for another part; `job_begun` tells when it is there."""
+
+        def begin() -> str:
+            self._jobs.next_part(header)
+            return ""
+
+        self._begin(begin)
+
+    def change_plan(self, path: Path, header: JobHeader) -> None:
+        """Begin a job by the plan of a file; `job_begun` tells when it is there."""
+        self._begin(lambda: self._jobs.change_plan(path, header))
+
+    def go_on(self, path: Path) -> None:
+        """Go on with a job that was left open; `job_begun` tells when it is there.
+
+        Where nothing can be added to it, `only_to_look` is emitted beside the error.
+        """
+
+        def go_on() -> str:
+            try:
+                return self._jobs.go_on(path)
+            except StorageError as error:
+                if error.code in _CAN_BE_READ:
+                    self.only_to_look.emit(path)
+                raise
+
+        self._begin(go_on)
+
+    def is_beginning(self) -> bool:
+        """Return whether another job is being begun."""
+        return self._queue.begins
+
+    def _begin(self, call: Callable[[], str]) -> None:
+        def done(words: str) -> None:
+            if words:
+                self.job_left.emit(words)
+            self.job_begun.emit()
+
+        def begin() -> str:
+            words = call()
+            # Evaluated before it is told: what is on the screen until then is of the job before.
+            # Why it cannot be, the station tells.
+            with contextlib.suppress(OcmmError):
+                self._job.view()
+            return words
+
+        self._queue.begin(begin, done)
+
+
+class MaintenanceCommands(QObject):
+    """Carry out maintenance on threads that may wait.
+
+    Parameters
+    ----------
+    station
+        Is looked after.
+    queue
+        Carries the commands out.
+    """
+
+    bus_text_saved = Signal(object)
+    """Emits the `Path` that the report of the bus was written to."""
+    cameras_written = Signal()
+    """The cameras store the intrinsics of the calibration."""
+    failed = Signal(object)
+    """Emits the `OcmmError` of writing to the cameras."""
+
+    # One signal each for the thread change; the public ones are emitted on the window's thread.
+    _written_elsewhere = Signal()
+    _failed_elsewhere = Signal(object)
+
+    def __init__(self, station: MeasuringStation, queue: CommandQueue, parent: QObject) -> None:
+        super().__init__(parent)
+        self._maintenance, self._queue = station.maintenance, queue
+        self._writing: threading.Thread | None = None
+        queued = Qt.ConnectionType.QueuedConnection
+        self._written_elsewhere.connect(self.cameras_written, queued)
+        self._failed_elsewhere.connect(self.failed, queued)
+
+    def save_bus_text(self, path: Path) -> None:
+        """Write the report of the bus to a file."""
+        self._queue.do(
+            lambda: self._maintenance.save_bus_text(path), lambda: self.bus_text_saved.emit(path)
+        )
+
+    def mount_tip(self, tip: str) -> None:
+        """Say that a tip, maybe the same one again, was screwed on."""
+        self._queue.do(lambda: self._maintenance.mount_tip(tip))
+
+    def look_at_probe_records(self) -> None:
+        """Let the station take in what a wizard has stored about the probe."""
+        self._queue.do(self._maintenance.probe_records_changed)
+
+    def write_to_cameras(self) -> None:
+        """Store the intrinsics of the calibration in the cameras, in a thread of its own."""
+        if self._queue.closed or (self._writing is not None and self._writing.is_alive()):
+            return
+        self._writing = threading.Thread(target=self._write, name="ocmm-write-cameras")
+        self._writing.start()
+
+    def join(self, limit_s: float) -> None:
+        """Wait until nothing is written any more; the end of the bus ends it."""
+        if self._writing is not None:
+            self._writing.join(limit_s)
+
+    def _write(self) -> None:
+        try:
+            self._maintenance.write_to_cameras()
+        except Exception as error:
+            self._failed_elsewhere.emit(contained(error, "Writing to the cameras"))
+        else:
+            self._written_elsewhere.emit()
+
 
 LIVE_MS = 31
 """Between two pulls of the live values: a little less than a thirtieth of a second."""

@@ -58,7 +58,7 @@ class PlanList(Sheet):
                 self.list,
             )
             item.setData(_PATH, plan.path)
-            item.setToolTip(literal(str(plan.path)))
+            item.setToolTip(literal(f"{plan.path}\n{said(plan.release.words)}"))
             item.setSizeHint(QSize(200, _ROW_PX))
         self.say(tr("Return or F8 goes on with the selected plan."))
         if plans:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from PySide6.QtCore import Signal
 
 from ocmm_core.inspection.step import Offer
-from ocmm_core.part_model import PartModel
 from ocmm_gui.kit import (
     ChoiceBox,
     caption,
     form_field,
     millimetres,
+    said,
     shape_word,
     split_unit,
     to_mm,
@@ -20,6 +18,7 @@ from ocmm_gui.kit import (
     typed_value,
     unit_word,
 )
+from ocmm_gui.plan_editor._importing import ReadModel
 from ocmm_gui.plan_editor._part_choice import ChoiceLine, ChoiceWords, PartChoice
 
 UPS = ("+z", "-z", "+y", "-y", "+x", "-x")
@@ -32,6 +31,7 @@ class ModelChoice(PartChoice):
     """Emits the axis of the model that is to point up: what is within reach changes with it."""
 
     def __init__(self) -> None:
+        self._read: ReadModel | None = None
         self._offers: tuple[Offer, ...] = ()
         words = tr("Profile of free forms, {unit}").format(unit=unit_word())
         self.zone = form_field(words, tr("Width of the zone"))
@@ -52,16 +52,16 @@ class ModelChoice(PartChoice):
         self.zone.textChanged.connect(lambda _text: self.show_choice())
         self._up.textActivated.connect(self.up_changed)
 
-    def show_model(self, part: PartModel | None, offers: Sequence[Offer], up: str) -> None:
-        """Show a part and what it offers; what nothing stands against is chosen."""
-        self._offers = tuple(offers)
-        self._up.setCurrentText(up)
+    def show_model(self, read: ReadModel) -> None:
+        """Show a part and what it offers; surfaces without a reason against them are chosen."""
+        self._read, self._offers = read, read.offers
+        self._up.setCurrentText(read.up)
         has_free = any(offer.free_form is not None for offer in self._offers)
         self.zone.setVisible(has_free)
         self._zone_words.setVisible(has_free)
         # Nobody but the drawing knows the zone of a free form.
         self.show_lines(
-            part,
+            read.model.part,
             [
                 ChoiceLine(
                     _words(offer), tuple(face - 1 for face in offer.faces),
@@ -97,7 +97,19 @@ class ModelChoice(PartChoice):
         if count and not self.can_be_taken():
             missing = tr("Enter the profile of free forms.")
             words = f"{words} {missing}"
-        return words
+        return words if self._read is None else f"{words}\n{self._faces(self._read)}"
+
+    def _faces(self, read: ReadModel) -> str:
+        """Return how many faces of the file are taken, and reasons against those of no surface."""
+        account = read.account(self.chosen())
+        listed = {offer.against for offer in self._offers}
+        others = [
+            f"{said(why)} ({count})"
+            for why, count in account.left_out
+            if why in read.model.not_measured and why not in listed
+        ]
+        sentences = (said(account.sentence()), said(account.recognised_sentence()))
+        return "\n".join((" ".join(filter(None, sentences)), *others))
 
     def about(self, row: int) -> str:
         """Return what stands against a surface, or that nothing does."""

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ocmm_core.errors import OcmmError
 from ocmm_core.export.report import ReportData
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_gui.bridge import StationBridge
@@ -27,6 +28,8 @@ class JobSource:
     """Gives the job as it was shown last."""
     report: Ask
     """Gives all that a report can say about it as it stands."""
+    lost: Callable[[], OcmmError | None] = lambda: None
+    """Gives why the job is no longer on the disk under its name; None while it is."""
     read_only: bool = False
     """It was opened from its file."""
     calibration: str = ""
@@ -44,7 +47,10 @@ class JobSource:
     @classmethod
     def of_bridge(cls, bridge: StationBridge) -> JobSource:
         """Return the job that is measured."""
-        return cls(lambda: bridge.station.job.path, lambda: bridge.shown.job, bridge.results.report)
+        job = bridge.station.job
+        return cls(
+            lambda: job.path, lambda: bridge.shown.job, bridge.results.report, lambda: job.lost
+        )
 
     @classmethod
     def of_opened(cls, opened: OpenedJob) -> JobSource:

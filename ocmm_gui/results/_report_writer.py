@@ -95,6 +95,10 @@ class ReportWriter(QObject):
         Without a paper, it is that of the station, with what was given with the job.
         """
         if not self.is_busy():
+            lost = source.lost()
+            if lost is not None:
+                self.failed.emit(lost)
+                return
             try:
                 sheet = paper_of(source.path) if paper is None else paper
             except OcmmError as error:
@@ -159,9 +163,15 @@ class ReportWriter(QObject):
         request.source.report(done, failed)
 
     def _on_written(self, paths: object) -> None:
-        data = self._data
+        data, request = self._data, self._request
         self._end()
-        if isinstance(paths, tuple) and data is not None:
+        lost = None if request is None else request.source.lost()
+        if lost is not None and isinstance(paths, tuple):
+            # Nothing on paper refers to a job that cannot be found.
+            for path in paths:
+                path.unlink(missing_ok=True)
+            self.failed.emit(lost)
+        elif isinstance(paths, tuple) and data is not None:
             self.written.emit(Written(data.job, paths, missing_of(data.view)))
 
     def _on_failed(self, error: object) -> None:

@@ -3,7 +3,7 @@
 In: a guided procedure of the core and its snapshots. Out: commands to it, and pages of each step.
 
 Read `_registry` (one entry a wizard says everything), `_wizard` (begin or resume, then run),
-`_sessions` with `_camera_sessions` and `_probe_sessions` (what is asked, how a session begins),
+`_wizard` with `_camera_sessions` and `_probe_sessions` (what is asked, how a session begins),
 `_site` (rig, probe, records, frames), `_driver` (commands out, snapshots in, nothing waits),
 `_runner` (rail, page, why Next is closed), `_guided_stack` (one at a time, behind its first page).
 `parts` is what pages are made of, `pages` the pages themselves.

@@ -61,7 +61,7 @@ def choice(qtbot: QtBot) -> ModelChoice:
     made = ModelChoice()
     qtbot.addWidget(made)
     made.resize(1200, 700)
-    made.show_model(PART, offers(), "+z")
+    made.show_model(ReadModel(Path("block.stp"), StepModel((), (), {}, PART), offers(), "+z"))
     return made
 
 

@@ -15,7 +15,7 @@ from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.errors import InputError
 from ocmm_gui.kit import ACTIONS, Mode
 from ocmm_gui.wizards import _registry as registry
-from ocmm_gui.wizards import _sessions
+from ocmm_gui.wizards import _wizard as _sessions
 from ocmm_gui.wizards._keys import WIZARD_ACTIONS
 from ocmm_gui.wizards._registry import WIZARDS, WizardSpec, wizard_of
 from ocmm_gui.wizards._site import Opened

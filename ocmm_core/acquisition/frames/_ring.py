@@ -160,12 +160,7 @@ class FrameRing:
         head[RingHeaderField.N_CAMERAS], head[RingHeaderField.CAPACITY] = n_cameras, capacity
         head[RingHeaderField.N_SLOTS] = n_slots
         for attempt in range(1, _TRIES + 1):
-            descriptor, name = tempfile.mkstemp(prefix=_PREFIX, dir=folder)
-            try:
-                os.truncate(descriptor, size)
-                os.write(descriptor, head.tobytes())
-            finally:
-                os.close(descriptor)
+            name = _new_file(folder, size, head.tobytes())
             try:
                 return cls(Path(name), owner=True)
             except AcquisitionError:
@@ -332,6 +327,35 @@ class FrameRing:
     def _skip(self, count: int) -> None:
         self._words[RingHeaderField.READ] += count
         self._words[RingHeaderField.OVERRUN] += count
+
+
+def _new_file(folder: Path | None, size: int, head: bytes) -> str:
+    """Return the name of a new file with this head, and room for all of its size.
+
+    Raises
+    ------
+    AcquisitionError
+        There is no room: a file that was only given its length would end the program by a signal.
+    """
+    name = ""
+    try:
+        descriptor, name = tempfile.mkstemp(prefix=_PREFIX, dir=folder)
+        try:
+            HOST.reserve(descriptor, size)
+            os.write(descriptor, head)
+        finally:
+            os.close(descriptor)
+    except OSError as error:
+        if name:
+            Path(name).unlink(missing_ok=True)
+        place = folder or tempfile.gettempdir()
+        raise AcquisitionError(
+            "ring.no_room",
+            f"{place}: no room for the frame ring of {(size >> 20) + 1} MB ({error.strerror}).",
+            "Make it writable with at least 512 MB (sudo mount -o remount,rw,size=512M /dev/shm), "
+            "and check ulimit -f.",
+        ) from error
+    return name
 
 
 def _no_ring(path: Path) -> AcquisitionError:

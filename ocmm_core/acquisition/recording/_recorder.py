@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import shutil
 import time
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
+from typing import BinaryIO
 
 import numpy as np
 
@@ -26,6 +28,7 @@ from ocmm_core.acquisition.recording._recording import (
 )
 from ocmm_core.camera import Rig
 from ocmm_core.errors import AcquisitionError
+from ocmm_core.named_file import NamedFile, write_rescued
 
 SYNC_PERIOD_S = 1.0
 """Longest time that recorded frames stay in the memory of the system."""
@@ -81,7 +84,7 @@ class FrameRecorder:
             n_slots=description.n_slots,
         )
         try:
-            self._stream = self.path.open("xb", buffering=0)
+            self._stream = self.path.open("x+b", buffering=0)
         except FileExistsError as error:
             raise AcquisitionError(
                 "recording.exists",
@@ -90,6 +93,9 @@ class FrameRecorder:
             ) from error
         except OSError as error:
             raise self._failure(error) from error
+        self._name = NamedFile(self.path, os.fstat(self._stream.fileno()))
+        self._rescue: BinaryIO | None = None
+        self._saved: Path | None = None
         self._write(encode_head(head))
         self._sync()
 
@@ -100,7 +106,8 @@ class FrameRecorder:
         ------
         AcquisitionError
             The disk is nearly full or does not take them, or the recording is closed. The
-            recording then ends with the frames before these and is closed.
+            recording then ends with the frames before these and is closed. Or the file was
+            removed, moved or replaced: then `close` copies the frames before to another one.
         ValueError
             The block has another number of cameras or slots.
         """
@@ -113,6 +120,7 @@ class FrameRecorder:
             )
         if not len(block):
             return
+        self._require_name()
         content = encode_chunk(self._sequence, to_records(block).tobytes())
         if self._free_bytes() < RESERVE_BYTES + len(content):
             self.close()
@@ -134,11 +142,45 @@ class FrameRecorder:
         Raises
         ------
         AcquisitionError
-            The disk does not take the last frames.
+            The disk does not take the last frames, or the file is not there under its name.
         """
-        if not self._stream.closed:
-            self._sync()
+        if self._stream.closed:
+            return
+        lost: AcquisitionError | None = None
+        try:
+            self._require_name()
+        except AcquisitionError as error:
+            lost = error
+        try:
+            if self._rescue is None:
+                self._sync()
+            else:
+                self._stream.seek(0)
+                shutil.copyfileobj(self._stream, self._rescue, RESERVE_BYTES)
+                os.fsync(self._rescue.fileno())
+                self._rescue.close()
+        except OSError as error:
+            raise self._failure(error) from error
+        finally:
             self._stream.close()
+        if lost is not None:
+            raise lost
+
+    def _require_name(self) -> None:
+        """Raise AcquisitionError if the path no longer means the file that is written."""
+        loss = self._name.loss()
+        if loss is None:
+            return
+        saved = self._saved = loss.moved_to or self._saved or write_rescued(self.path.name, b"")
+        if saved is not None and loss.moved_to is None and self._rescue is None:
+            # Frames are copied when the job is closed: until then points need the disk.
+            self._rescue = saved.open("r+b", buffering=0)
+        where = f"Its {self.frames} frames are in {saved} when the job is closed."
+        raise AcquisitionError(
+            "recording.lost",
+            f"{self.path}: {loss.words}. {where if saved else 'No other folder takes its frames.'}",
+            "Start a new recording.",
+        )
 
     def __enter__(self) -> FrameRecorder:
         return self

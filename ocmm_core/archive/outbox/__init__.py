@@ -24,7 +24,7 @@ if TYPE_CHECKING:
         main,
         only_one,
     )
-    from ocmm_core.archive.outbox._learn import learn_marks
+    from ocmm_core.archive.outbox._learn import exchange_heads, learn_marks
     from ocmm_core.archive.outbox._notes import JobNote, has_points, sweep
     from ocmm_core.archive.outbox._outbox import Outbox, default_outbox
     from ocmm_core.archive.outbox._outbox_rows import Contact, Item, ItemState, machine_identity
@@ -34,7 +34,7 @@ else:
         __name__,
         _courier="BackOff Courier Handed sender_of",
         _follow="ArchivePlace HandOverProcess follow main only_one",
-        _learn="learn_marks",
+        _learn="exchange_heads learn_marks",
         _notes="JobNote has_points sweep",
         _outbox="Outbox default_outbox",
         _outbox_rows="Contact Item ItemState machine_identity",
@@ -54,6 +54,7 @@ __all__ = [
     "JobNote",
     "Outbox",
     "default_outbox",
+    "exchange_heads",
     "follow",
     "hand_over",
     "has_points",

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import contextlib
 import getpass
+import logging
 import random
 import socket
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from ocmm_core.archive.outbox._learn import learn_marks
+from ocmm_core.archive.outbox._learn import exchange_heads, learn_marks
 from ocmm_core.archive.outbox._outbox import Outbox
 from ocmm_core.archive.outbox._outbox_rows import Item, ItemState
 from ocmm_core.archive.records import (
@@ -32,6 +34,8 @@ from ocmm_core.failure import contained
 from ocmm_core.seals import KeyFolder, Signature, Signed, sign
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 300.0
+_EXCHANGE_S = 600.0
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +98,7 @@ class Courier:
         self._outbox, self._connect, self._extract = outbox, connect, extract
         self._station = station
         self._archive: SqlArchive | None = None
+        self._exchange_at = 0.0
         self._again = 0
 
     def close(self) -> None:
@@ -126,6 +131,7 @@ class Courier:
                     else:
                         aside += 1
             learn_marks(archive)
+            self._exchange_heads(archive, now=sent > 0)
         except Exception as caught:
             # Whatever an archive says, the process that hands over lives on and tries again.
             error = contained(caught, "The hand-over to the archive")
@@ -135,6 +141,17 @@ class Courier:
             self._outbox.note_contact(error)
             return Handed(sent, aside, self._again, error)
         return Handed(sent, aside, self._again)
+
+    def _exchange_heads(self, archive: SqlArchive, *, now: bool) -> None:
+        if not now and time.monotonic() < self._exchange_at:
+            return
+        self._exchange_at = time.monotonic() + _EXCHANGE_S
+        try:
+            exchange_heads(archive, sender_of(self._outbox, self._station).station)
+        except OcmmError as error:
+            # An archive whose owner has not run set-up again; jobs are handed over all the same.
+            _log.warning("The ends of histories are not in the archive: %s", error)
+            self.close()
 
     def _open(self) -> SqlArchive:
         if self._archive is None:

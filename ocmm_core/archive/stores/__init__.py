@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ocmm_core.archive.stores._faults import Remedy, not_understood, remedy_of
     from ocmm_core.archive.stores._interface import (
         CLOCK_TELL_S,
+        HEADS,
         Answer,
         Archive,
         Cell,
@@ -40,7 +41,7 @@ else:
         __name__,
         _address="check_address is_server parse_server",
         _faults="Remedy not_understood remedy_of",
-        _interface="CLOCK_TELL_S Answer Archive Cell Finding Receipt Row Table",
+        _interface="CLOCK_TELL_S HEADS Answer Archive Cell Finding Receipt Row Table",
         _keys="stations_by_key verifies",
         _open="default_archive open_archive",
         _reader="time_of",
@@ -52,6 +53,7 @@ else:
 
 __all__ = [
     "CLOCK_TELL_S",
+    "HEADS",
     "ROLES",
     "VERSION",
     "VIEW_NAMES",

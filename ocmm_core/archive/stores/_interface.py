@@ -20,6 +20,8 @@ Row = tuple[Cell, ...]
 Kind = type | UnionType
 """What a cell of an answer is."""
 
+HEADS = "heads"
+"""Kind of the findings with the signed ends of histories (`seals.signed_heads`)."""
 CLOCK_TELL_S = 300.0
 """A clock that is off by more is told: a day's list would have jobs of another day."""
 

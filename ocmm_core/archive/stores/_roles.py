@@ -1,9 +1,9 @@
 """The roles of a server: what a station, a reader and quality may do, as SQL for its owner.
 
-`ocmm_station` adds jobs, deliveries and its own name; it reads what it needs to know what arrived,
-and the marks and findings that it holds back by. `ocmm_reader` reads the views, no job file.
-`ocmm_quality` reads everything, adds findings and marks, admits the logins of stations, and lets a
-computer be replaced.
+`ocmm_station` adds jobs, deliveries, its own name and the signed ends of its histories; it reads
+what arrived, and the marks and findings that it holds back by. `ocmm_reader` reads the views, no
+job file. `ocmm_quality` reads everything, adds findings and marks, admits the logins of stations,
+and lets a computer be replaced.
 
 Only the owner may change or delete a row. Column ``role`` names the login that added a row: the
 server fills it in (``SESSION_USER``), and no login may give it. Row-level security binds a login to
@@ -14,6 +14,7 @@ of another station, and takes no number of another outbox.
 from __future__ import annotations
 
 from ocmm_core.archive.records import JobRow, MarkRow, ResultRow
+from ocmm_core.archive.stores._interface import HEADS
 from ocmm_core.archive.stores._store import SqlArchive
 from ocmm_core.archive.stores._views import VIEW_NAMES
 
@@ -28,6 +29,7 @@ _ADDS = {
     "used": ("job", "kind", "identity", "name", "created_utc"),
     "delivery": ("outbox", "sequence", "job", "sha256", "sent_utc", "signature"),
     "station_key": ("station", "key", "proof"),
+    "finding": ("kind", "subject", "document", "who", "utc"),
 }
 _OWN = "{0} IN (SELECT l.station FROM ocmm.station_login l WHERE l.login = SESSION_USER)"
 # Rows of a job say of it what it says of itself.
@@ -51,6 +53,7 @@ _BOUND = {
     "job": _OWN.format("station"),
     "result": _OF_JOB.format("result", " AND j.part = result.part"),
     "used": _OF_JOB.format("used", ""),
+    "finding": f"kind = '{HEADS}'",
     "delivery": _DELIVERED + _OWN.format("j.station") + ")",
 }
 """What a row must fulfil that a station adds."""
@@ -70,6 +73,8 @@ def _policies() -> tuple[str, ...]:
         ]
     return (
         *made,
+        "DROP POLICY IF EXISTS judge ON ocmm.finding",
+        "CREATE POLICY judge ON ocmm.finding FOR INSERT TO ocmm_quality WITH CHECK (true)",
         "DROP POLICY IF EXISTS replace ON ocmm.station",
         "CREATE POLICY replace ON ocmm.station FOR UPDATE TO ocmm_quality USING (true)",
     )

@@ -193,75 +193,48 @@ _LOGINS = (
     # Of an older archive: a login that alone has sent under a name is that station.
     """INSERT INTO station_login (login, station)
         SELECT min(role), station FROM sender GROUP BY station HAVING min(role) = max(role)""",
-    """INSERT INTO sender (outbox, station, machine, username, role)
-        SELECT DISTINCT d.outbox, s.station, s.machine, s.username, d.role
-        FROM delivery d JOIN sender s ON s.outbox = d.outbox WHERE d.role <> s.role""",
     "UPDATE job SET seal = 'SIGNED' WHERE seal IN ('SEALED', 'UNKNOWN KEY')",
     "CREATE INDEX job_by_part ON job (part, created_utc)",
 )
-_BOUND = (
-    ("outbox {text} PRIMARY KEY CHECK", "outbox {text} NOT NULL CHECK"),
-    ("role {text} NOT NULL DEFAULT {who},\n    since_utc {text} NOT NULL DEFAULT {now})",
-     "role {text} NOT NULL DEFAULT {who},\n    since_utc {text} NOT NULL DEFAULT {now},\n"
-     "    PRIMARY KEY (outbox, role))"),
-    ("outbox {text} NOT NULL REFERENCES sender (outbox)", "outbox {text} NOT NULL"),
-    ("PRIMARY KEY (outbox, sequence))",
-     "signature {text} NOT NULL DEFAULT '', PRIMARY KEY (outbox, role, sequence),\n"
-     "    FOREIGN KEY (outbox, role) REFERENCES sender (outbox, role))"),
-    ("UNIQUE (job_uuid, steps, head, sound))",
-     "key {text} NOT NULL DEFAULT '', signature {text} NOT NULL DEFAULT '',\n"
-     "    UNIQUE (job_uuid, station, steps, head, sound))"),
-)  # fmt: skip
-
-
-def _again(table: str, name: str, columns: str) -> tuple[str, ...]:
-    """Return how SQLite, which drops no constraint, gets a table with other ones."""
-    for old, new in _BOUND:
-        table = table.replace(old, new)
-    return (
-        table.replace(f"CREATE TABLE {name} ", f"CREATE TABLE {name}_new "),
-        f"INSERT INTO {name}_new ({columns}) SELECT {columns} FROM {name}",  # noqa: S608
-        f"DROP TABLE {name}",
-        f"ALTER TABLE {name}_new RENAME TO {name}",
-    )
-
-
 _JOB_BEFORE = (
     "id, job_uuid, steps, head, sha256, size, station, state, part, serial, order_name, batch,"
     " operator, plan, plan_sha256, program, created_utc, changed_utc, rig, calibration, probe, tip,"
     " part_c, probe_c, verdict, complete, simulated, points, seal, signer, fault, sound,"
     " received_utc, role"
 )
-_DELIVERED = "outbox, sequence, job, sha256, sent_utc, received_utc, role"
+_UNIQUE = "UNIQUE (job_uuid, station, steps, head, sound)"
+_SIGNED = "key {text} NOT NULL DEFAULT '', signature {text} NOT NULL DEFAULT ''"
 _THIRD_SQLITE = (
-    *_again(_SENDER, "sender", "outbox, station, machine, username, role, since_utc"),
-    *_again(_JOB, "job", _JOB_BEFORE),
-    *_again(_DELIVERY, "delivery", _DELIVERED),
+    # It drops no constraint: the table is made again. All of its rows are of one login.
+    _JOB.replace("job (", "job_new (", 1).replace(
+        "UNIQUE (job_uuid, steps, head, sound)", f"{_SIGNED}, {_UNIQUE}"
+    ),
+    f"INSERT INTO job_new ({_JOB_BEFORE}) SELECT {_JOB_BEFORE} FROM job",  # noqa: S608
+    "DROP TABLE job",
+    "ALTER TABLE job_new RENAME TO job",
+    "ALTER TABLE delivery ADD COLUMN signature {text} NOT NULL DEFAULT ''",
     "CREATE INDEX job_by_day ON job (changed_utc)",
     "CREATE INDEX job_by_station ON job (station, changed_utc)",
     "CREATE INDEX job_by_arrival ON job (station, received_utc)",
-    "CREATE INDEX delivery_by_job ON delivery (job)",
 )
 _THIRD_POSTGRESQL = (
-    "ALTER TABLE job DROP CONSTRAINT job_job_uuid_steps_head_sound_key,"
-    " ADD COLUMN key {text} NOT NULL DEFAULT '', ADD COLUMN signature {text} NOT NULL DEFAULT '',"
-    " ADD UNIQUE (job_uuid, station, steps, head, sound)",
+    f"ALTER TABLE job DROP CONSTRAINT job_job_uuid_steps_head_sound_key, ADD {_UNIQUE},"
+    f" ADD COLUMN {_SIGNED.replace(', ', ', ADD COLUMN ')}",
     "ALTER TABLE delivery DROP CONSTRAINT delivery_outbox_fkey,"
     " DROP CONSTRAINT delivery_pkey, ADD COLUMN signature {text} NOT NULL DEFAULT ''",
     "ALTER TABLE sender DROP CONSTRAINT sender_pkey, ADD PRIMARY KEY (outbox, role)",
+    # A login that used the outbox of another one.
+    """INSERT INTO sender (outbox, station, machine, username, role)
+        SELECT DISTINCT d.outbox, s.station, s.machine, s.username, d.role
+        FROM delivery d JOIN sender s ON s.outbox = d.outbox WHERE d.role <> s.role""",
     "ALTER TABLE delivery ADD PRIMARY KEY (outbox, role, sequence),"
     " ADD FOREIGN KEY (outbox, role) REFERENCES sender (outbox, role)",
 )
 
 
 def _third(dialect: Dialect) -> tuple[str, ...]:
-    tables, logins = _LOGINS[:2], _LOGINS[2:]
-    if dialect is SQLITE:
-        # All of SQLite's rows are of one login.
-        return (*_VIEWS_BEFORE, *tables, *_THIRD_SQLITE, *logins[:1], *logins[2:], *JUDGED_VIEWS)
-    # The row of a login that shares an outbox needs the wider key first.
-    wide = (_THIRD_POSTGRESQL[0], _THIRD_POSTGRESQL[1], _THIRD_POSTGRESQL[2])
-    return (*_VIEWS_BEFORE, *tables, *wide, *logins, _THIRD_POSTGRESQL[3], *JUDGED_VIEWS)
+    own = _THIRD_SQLITE if dialect is SQLITE else _THIRD_POSTGRESQL
+    return (*_VIEWS_BEFORE, *own, *_LOGINS, *JUDGED_VIEWS)
 
 
 MIGRATIONS: tuple[Callable[[Dialect], tuple[str, ...]], ...] = (

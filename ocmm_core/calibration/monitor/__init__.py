@@ -5,7 +5,7 @@ Out: a verdict with its score: nothing has changed, or what did, and which camer
 
 Read `_residual_samples` (residuals averaged while the probe hardly moves), `_baseline` with
 `_pattern_fit` and `_baseline_file` (what is normal for these sensors), `_drift_design_matrix` (what
-would move the spots), `_drift_statistic`, `_drift_decision` and `_drift_messages`; `_monitor` runs
+would move the spots), `_drift_statistic` and `_drift_decision`; `_monitor` runs
 it.
 It must not know the station, threads or jobs: who holds points back is `station`.
 """

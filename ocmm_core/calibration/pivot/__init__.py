@@ -5,7 +5,7 @@ Out: places of the LEDs about the ball, the covariance of the tip, and what spea
 
 Read `_data` (what comes and goes), `_centre` and `_start` (first values), `_bundle` with `_kernel`
 (one rotation a pose), `_robust` (wrong frames), `_covariance` and `_pattern`, then `_pivot`, which
-puts them in order. `_guards`, `_coverage`, `_validation` (a second sweep) and `_culprit` judge.
+puts them in order. `_guards`, `_coverage`, and `_validation` (a second sweep) judge.
 It must not know steps, sessions or screens; the guided form is `sweeping`.
 """
 

@@ -39,9 +39,9 @@ from ocmm_core.host import HOST
 from ocmm_core.seals import (
     THIS_STATION,
     KeyFolder,
+    KnownEnd,
     SealState,
     SealWord,
-    Seen,
     expect,
     memory_loss,
     recall,
@@ -63,8 +63,7 @@ class StoredEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     files: tuple[KeptFile, ...] = ()
     """Session files that it rests on."""
     lost: tuple[str, ...] = ()
-    """Names of files of earlier events that were missing or damaged, and that what was done now
-    makes up for; they are not asked for any more."""
+    """Names of missing or damaged files of earlier events that this event makes unnecessary."""
     who: str
     reason: str
     """`who`, `reason`: For people."""
@@ -104,7 +103,7 @@ class EventFolder(ABC, Generic[T]):
         self._fault: StorageError | None = None
         self._keys = KeyFolder()
         self._signer = SealState(SealWord.NOT_SIGNED)
-        self._seen: Seen | None = None
+        self._seen: KnownEnd | None = None
         self._chain: ChainFile[T]
         self._known: ChainFile[T] | None = None
         self._read_at = -float("inf")
@@ -113,7 +112,7 @@ class EventFolder(ABC, Generic[T]):
 
     @property
     def folder(self) -> Path:
-        """Return where it is."""
+        """Return the path of the folder."""
         return self._folder
 
     @property
@@ -122,20 +121,20 @@ class EventFolder(ABC, Generic[T]):
         return self._chain.items
 
     def refresh(self) -> None:
-        """Take in what another process appended; raise StorageError where the chain is broken."""
+        """Read lines appended by other processes; raise StorageError if the chain is broken."""
         with self._lock:
             self._refresh()
 
     @property
     def signer(self) -> SealState:
-        """Return who signed the history."""
+        """Return the state of the signature on the history."""
         return self._signer
 
     @property
     def seen_utc(self) -> str:
         """Return the latest time known to this station, ISO 8601 text; empty if none.
 
-        The time at which it last checked this history or any other one, whichever is later.
+        The later of its last check of this history, and of any history.
         """
         own = self._seen
         with contextlib.suppress(StorageError):
@@ -166,7 +165,7 @@ class EventFolder(ABC, Generic[T]):
                 return lost
         if seen is not None and seen.replaced_by:
             return self._older("another one took its place", seen.replaced_by)
-        if seen is not None and not _contains(links, seen):
+        if seen is not None and not seen.holds_in(links):
             return self._older(_missing(seen.count), seen.place)
         if (
             latest is not None
@@ -187,13 +186,13 @@ class EventFolder(ABC, Generic[T]):
 
     @abstractmethod
     def _identity_of_thing(self) -> str:
-        """Return what the history is about, by serial numbers; empty if unknown."""
+        """Return the identity of the cameras or probe; empty if unknown."""
 
-    def _thing(self, seen: Seen | None) -> str:
+    def _thing(self, seen: KnownEnd | None) -> str:
         """Return the name of the thing in the memory.
 
-        Virtual probes have the documents of real ones. Only the folder of a new history tells them
-        apart; from then on the memory does.
+        Virtual probes share the documents of real ones. The folder of a new history distinguishes
+        them; the memory keeps that for good.
         """
         known = "" if seen is None else seen.thing
         thing = self._identity_of_thing()
@@ -222,7 +221,10 @@ class EventFolder(ABC, Generic[T]):
         """
         with self._lock, self._locked():
             # The lines of another process must not be written over.
+            before = self._chain
             self._refresh(writing=True)
+            if len(self._chain.links) < len(before.links):
+                raise before.lost("it was removed or replaced by an older one")
             exchanged = self.exchanged
             if exchanged is not None and self.events:
                 # From here on the history itself holds it, not only the memory of this station.
@@ -275,14 +277,14 @@ class EventFolder(ABC, Generic[T]):
             self._fault = error
             raise
         self._fault = None
-        # Who signs what a stranger wrote makes it his own.
+        # Signing a foreign history would vouch for it.
         if self._unfinished and not writing and self._signer.sound:
             self._finish()
         if self._chain.links and self.exchanged is None:
             self._remember()
 
     def _finish(self) -> None:
-        """Seal what a program wrote that ended before it could: then it cannot be cut off."""
+        """Seal the last line of a program that ended before it could: it cannot be cut off then."""
         try:
             with self._locked():
                 self._chain = self._read_whole()
@@ -290,7 +292,7 @@ class EventFolder(ABC, Generic[T]):
                     write_seal(self._folder, self._chain, self._keys)
                     self._stamps = self._stamps_now()
         except StorageError:
-            # What was read fitted; if it does no more, the next look says so.
+            # The chain was sound; if that changes, the next check reports it.
             self._stamps = (None, None)
 
     def _read_between_writes(self) -> ChainFile[T]:
@@ -303,11 +305,11 @@ class EventFolder(ABC, Generic[T]):
                 return self._read_whole()
 
     def _read_whole(self) -> ChainFile[T]:
-        """Return the chain, or raise StorageError where it is broken or does not fit its seal."""
+        """Return the chain; raise StorageError if it is broken or does not fit its seal."""
         self._read_at = time.monotonic()
         try:
             self._stamps = self._stamps_now()
-            # Where another program adds to it all the time, each look costs what was added.
+            # If another program appends all the time, each check reads only the new lines.
             chain = ChainFile(self._folder / "events.jsonl", self._kind, known=self._known)
             self._known = chain
             needed = any(event.sealed for event in chain.items)
@@ -333,7 +335,7 @@ class EventFolder(ABC, Generic[T]):
         with contextlib.suppress(StorageError):
             known = recall(_identity(links))
             thing, place = self._thing(known), str(self._folder.resolve())
-            seen = Seen(
+            seen = KnownEnd(
                 name=_identity(links), count=len(links), link=links[-1], place=place, thing=thing,
                 utc=utc or ("" if known is None else known.utc),
             )  # fmt: skip
@@ -366,10 +368,6 @@ def _identity(links: Sequence[str]) -> str:
 
 def _missing(event: int) -> str:
     return f"event {event} of it is missing"
-
-
-def _contains(links: Sequence[str], seen: Seen) -> bool:
-    return not seen.count or (len(links) >= seen.count and links[seen.count - 1] == seen.link)
 
 
 def _time(utc: str) -> float:

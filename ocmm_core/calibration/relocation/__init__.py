@@ -4,7 +4,7 @@ In: frames of a waved probe, placements of a length bar, two seats visited first
 Out: cameras in a world that was chosen, their covariance, findings, and a record to accept.
 
 Read `_data` (what comes and goes), `_problem` (from observations to a bundle), `_relocation` (the
-adjustment), `_frame` (where the world is), `_quality`, `_guards`, `_findings`, `_repeats` and
+adjustment), `_frame` (where the world is), `_guards`, `_findings`, `_repeats` and
 `_culprit` (may it be used, and who lied). `_procedure_relocation` with `_steps` and `_state`
 guides somebody through it.
 The adjustment itself is in `bundle`. It must not know the probe's own calibration.

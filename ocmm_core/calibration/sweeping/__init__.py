@@ -3,7 +3,7 @@
 In: frames of a probe that is swept about its ball, in one cone and in a second one.
 Out: snapshots with the map of directions, then a record of the probe that waits to be accepted.
 
-Read `_procedure_pivot` (the procedure) with `_steps` and `_state`, `_watch` (which frames count),
+Read `_procedure_pivot` (the procedure) with `_state`, `_watch` (which frames count),
 `_map` and `_progress` (what is still missing), `_repeat` (did the cone move), `_session` (its
 file), `_views` (snapshots) and `_conclusion` (the record).
 The numbers come from `pivot`. It is the last room of calibration; no other one imports it.

@@ -4,7 +4,7 @@ In: a calibration, calibrated bars and spheres, averaged spots of them in the vo
 Out: errors against the limit, a verdict, and what would explain a failure.
 
 Read `_line_planning` (where the bar should lie), `_artefacts` (independent of the calibration or
-not), `_verification` (the errors), `_verdict` (the checks, and did anything move), `_culprits`.
+not), `_verification` (the errors), `_verdict` (the checks, and did anything move).
 `_procedure_verification` with `_state` guides somebody through it.
 It must not know how the cameras were calibrated: a verification is independent of that.
 """

@@ -214,9 +214,10 @@ def part_use(
     kept = loaded.record
     if not loaded.signer.sound:
         raise InputError(
-            "msa.not_signed", f"{study}: the U of this study may not be used. {loaded.signer.fault}",
+            "msa.not_signed",
+            f"{study}: the U of this study may not be used. {loaded.signer.fault}",
             "Make the study again from its jobs (ocmm msa part), or trust its key: ocmm key trust.",
-        )  # fmt: skip
+        )
     found = uncertainty_for(kept, load_task(task), temperature)
     console = make_console()
     _say_simulated(console, kept.simulated)

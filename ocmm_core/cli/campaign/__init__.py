@@ -3,7 +3,8 @@
 In: lanes, a seed, how many trials or hours. Out: a table of what was lost, with its bounds.
 
 Read `_reliability` (the command) and `_trials` (a trial, a finding, the state file), then the
-lanes: `_kills`, `_cuts`, `_faults` with `_faulty_disk`, `_writers`, `_clock`, `_hostile`, `_soak`.
+lanes: `_kills`, `_lost_names`, `_cuts`, `_faults` with `_faulty_disk`, `_writers`, `_clock`,
+`_hostile`, `_soak`.
 `_work` and `_stores` are what they write. `_hostile` gives the files of `_hostile_jobs`,
 `_hostile_documents` and `_hostile_forge` to real commands (`_hostile_runs`).
 It must not know the other commands; it starts them as a user does.
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from ocmm_core.cli.campaign._hostile_groups import given, good_files, hostile_groups, usual_of
     from ocmm_core.cli.campaign._hostile_jobs import damaged_kinds, job_kinds
     from ocmm_core.cli.campaign._hostile_runs import REFUSED
+    from ocmm_core.cli.campaign._lost_names import LOSSES, lose_name
     from ocmm_core.cli.campaign._reliability import reliability, selftest_app
     from ocmm_core.cli.campaign._stores import other_station
 else:
@@ -41,11 +43,13 @@ else:
         _hostile_groups="given good_files hostile_groups usual_of",
         _hostile_jobs="damaged_kinds job_kinds",
         _hostile_runs="REFUSED",
+        _lost_names="LOSSES lose_name",
         _reliability="reliability selftest_app",
         _stores="other_station",
     )
 
 __all__ = [
+    "LOSSES",
     "REFUSED",
     "Kind",
     "damaged_kinds",
@@ -56,6 +60,7 @@ __all__ = [
     "hostile_groups",
     "job_kinds",
     "leaf_kinds",
+    "lose_name",
     "other_station",
     "points_kinds",
     "recording_kinds",

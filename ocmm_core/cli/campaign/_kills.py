@@ -30,8 +30,8 @@ from ocmm_core.tracking import load_probe
 
 REOPEN_LIMIT_S = 2.0
 """Of the processor, not of the clock: what else the computer does is no finding."""
-_PLAN = resource("plans", "quick.toml")
-_RATE_HZ = 500
+QUICK_PLAN = resource("plans", "quick.toml")
+RATE_HZ = 500
 _RINGS = Path("/dev/shm")  # noqa: S108 - shared memory, only looked at
 _PATIENCE_S = 120.0
 
@@ -52,12 +52,12 @@ def kills(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
                 yield _kill(folder / f"{number}", seed, number, longest)
 
 
-def measure_job(out: Path, pipe: int | None, rate_hz: int = _RATE_HZ) -> None:
+def measure_job(out: Path, pipe: int | None, rate_hz: int = RATE_HZ) -> None:
     """Measure a whole job on the virtual rig, as fast as it goes.
 
     What was acknowledged, as the beep does it, goes to the pipe; 0 says that the job is made.
     """
-    request = StationRequest(plan=_PLAN, out=out, speed=0.0, frame_rate_hz=rate_hz)
+    request = StationRequest(plan=QUICK_PLAN, out=out, speed=0.0, frame_rate_hz=rate_hz)
     station = build_station(request).station
     if pipe is not None:
         os.write(pipe, b"0\n")
@@ -105,8 +105,8 @@ def _kill(out: Path, seed: int, number: int, longest: float) -> Trial:
 
 
 def _reopened(path: Path) -> tuple[list[int], int]:
-    """Open a job as the program does to go on with it; return its points and faults."""
-    plan, rig, body = load_plan(_PLAN), load_rig(RECOMMENDED_RIG), load_probe(STANDARD_PROBE)
-    with JobFile.open(path) as job:
+    """Read a job as users do; return its points and faults."""
+    plan, rig, body = load_plan(QUICK_PLAN), load_rig(RECOMMENDED_RIG), load_probe(STANDARD_PROBE)
+    with JobFile.read(path) as job:
         _ = InspectionSession(plan, rig, body, job, SessionOptions()).view
         return [point.number for point in job.points()], len(job.verify())

@@ -22,6 +22,10 @@ FINDINGS = {
         "acknowledged items lost", "files unreadable", "errors not told", "tracebacks",
         "descriptors synced again",
     ),
+    "names": (
+        "acknowledged points lost", "losses not told", "told after 1 s", "exit code 0",
+        "audit faults",
+    ),
     "writers": (
         "acknowledged items lost", "items twice", "audit faults", "writers that gave up",
     ),
@@ -35,6 +39,10 @@ FINDINGS = {
     ),
     "hostile": (
         "tracebacks", "hangs above 5 s", "above 512 MB", "wrongly used", "without a sentence",
+    ),
+    "sides": (
+        "tracebacks", "hangs above 5 s", "above 512 MB", "without a sentence",
+        "other files changed",
     ),
 }  # fmt: skip
 """What each lane looks for; none of it may ever happen."""

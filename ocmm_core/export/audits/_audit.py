@@ -17,7 +17,7 @@ from ocmm_core.export import ENDING
 from ocmm_core.export.audits._audit_files import audit_file
 from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditRow
 from ocmm_core.export.certificate import CERTIFICATE_ENDING, SEAL_SUFFIX
-from ocmm_core.inspection.archive import SUFFIX, copy_of_job
+from ocmm_core.inspection.archive import SUFFIX
 from ocmm_core.seals import RELEASE_ENDING
 from ocmm_core.storage import JobEvent, JobFile
 
@@ -31,7 +31,7 @@ _STEPS = {
     "reference": "reference body stored",
     "reference_observation": "reference body beside point {}",
 }
-"""What a row of the audit is called, by its table."""
+"""Names of the rows of the audit, by table."""
 
 
 def audit(path: Path, line: str = "") -> Audit:
@@ -78,8 +78,9 @@ def files_to_audit(path: Path) -> tuple[Path, ...]:
 
 
 def _of_job(path: Path, line: str) -> Audit:
-    with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
-        seal, faults, proofs = job.seal(), job.verify(), []
+    with JobFile.read(path) as job:
+        seal, faults = job.seal(), job.verify()
+        proofs = [seal.forgotten] if seal.forgotten else []
         if line:
             try:
                 proofs.append(job.check_line(line))

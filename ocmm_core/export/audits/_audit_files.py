@@ -16,7 +16,7 @@ from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.export import ENDING, check_report_seal
 from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditRow
 from ocmm_core.export.certificate import CERTIFICATE_ENDING, SEAL_SUFFIX, check_dcc_seal
-from ocmm_core.inspection.archive import RecallRecord, copy_of_job
+from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.seals import (
     RELEASE_ENDING,
     KeyFolder,
@@ -45,13 +45,7 @@ class _Record(msgspec.Struct):
 
 
 def document_kind(path: Path) -> Signed:
-    """Return the kind of a document that can be released.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, or is no document of this program.
-    """
+    """Return the kind of a document that can be released; InputError for any other file."""
     family = _schema_of(path).partition("/")[0]
     if not family.startswith("ocmm.") or family == "ocmm.settings":
         raise InputError(
@@ -64,13 +58,7 @@ def document_kind(path: Path) -> Signed:
 
 
 def audit_file(path: Path) -> Audit:
-    """Return the audit of a file that is no job.
-
-    Raises
-    ------
-    OcmmError
-        It is none that this program writes, or cannot be read.
-    """
+    """Return the audit of a file that is no job; OcmmError if it cannot be read."""
     for ending, read in _READERS.items():
         if path.name.endswith(ending):
             return read(path)
@@ -107,7 +95,7 @@ def _of_report(path: Path, only: Path | None = None) -> Audit:
 def _since(file: Path, uuid: str, steps: int, head: str) -> tuple[str, bool]:
     """Return what became of a reported job, and whether that speaks against the report."""
     try:
-        with copy_of_job(file) as copy, JobFile.open(copy, scratch=True) as job:
+        with JobFile.read(file) as job:
             links, own = job.links(), job.head.job_uuid
     except OcmmError as error:
         return f"The job next to it cannot be read: {error.what}", True
@@ -185,15 +173,14 @@ def _of_document(path: Path) -> Audit:
         return _judged(path, AuditedKind.SETTINGS, SettingsFile(path).signer())
     kind = document_kind(path)
     found = release_state(path, kind)
-    row = found.release
-    rows = () if row is None else (AuditRow(row.utc, row.who, f"released. {row.reason}".strip()),)
-    audit = _judged(path, AuditedKind(kind.value), found.signer, *rows)
+    row, fault = found.release, found.signer.fault
+    if row is None:
+        return Audit(path, AuditedKind(kind.value), found.signer, ("Not released.",), ())
     if found.changed:
         fault = "The file was changed after its release."
-        return Audit(path, audit.kind, audit.signer, (fault,), rows)
-    if row is None:
-        return Audit(path, audit.kind, audit.signer, ("Not released.",), rows)
-    return audit
+    step = AuditRow(row.utc, row.who, f"released. {row.reason}".strip())
+    faults = (fault,) if fault else ()
+    return Audit(path, AuditedKind(kind.value), found.signer, faults, (step,))
 
 
 def _judged(path: Path, kind: AuditedKind, state: SealState, *rows: AuditRow) -> Audit:

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from lxml import etree
 
 from ocmm_core.export.qif._check import NAMESPACE
-from ocmm_core.export.qif._units import NotTakenError, Units, number, units_of
+from ocmm_core.export.qif._units import DocumentUnits, NotTakenError, number, units_of
 from ocmm_core.inspection.plan import NAME_PATTERN
 
 Q = f"{{{NAMESPACE}}}"
@@ -77,12 +77,12 @@ class Node:
     element
         The element.
     units
-        Units of the document.
+        DocumentUnits of the document.
     is_pmi
         Whether the units of product and manufacturing information apply (characteristics).
     """
 
-    def __init__(self, element: etree._Element, units: Units, *, is_pmi: bool) -> None:
+    def __init__(self, element: etree._Element, units: DocumentUnits, *, is_pmi: bool) -> None:
         self.element, self._units, self._is_pmi = element, units, is_pmi
         self._children: dict[str, list[etree._Element]] = {}
         for child in element.iterchildren(tag=etree.Element):

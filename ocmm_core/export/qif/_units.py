@@ -24,7 +24,7 @@ class NotTakenError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Units:
+class DocumentUnits:
     """Units of length and angle of a document."""
 
     lengths: MutableMapping[str, float]
@@ -68,7 +68,7 @@ class Units:
         return found
 
 
-def units_of(root: etree._Element, prefix: str) -> Units:
+def units_of(root: etree._Element, prefix: str) -> DocumentUnits:
     """Read the units that a document declares.
 
     Parameters
@@ -85,7 +85,7 @@ def units_of(root: etree._Element, prefix: str) -> Units:
     NotTakenError
         A unit is not known and has no factor, or one name has two factors.
     """
-    units = Units({}, {}, {})
+    units = DocumentUnits({}, {}, {})
     for group in ("PrimaryUnits", "OtherUnits"):
         for unit in root.iterfind(f"{prefix}FileUnits/{prefix}{group}/*"):
             word = str(unit.tag).removeprefix(prefix)

@@ -5,7 +5,7 @@ In: points (n, 3), mm. Out: a `Fit`: geometry vector, residuals, Jacobian by all
 Read `_line` and `_plane` (closed form), `_ball` with `_circle` and `_sphere`, then `_cylinder`,
 `_cone` and `_torus` (cold: nothing is known of the axis), `_flat` with `_ellipse` and `_slot`.
 `_oriented` and `_oriented_search` fit with a direction that is given; `_distances` says how
-residuals move with the points. `_ellipse_starts` and `_torus_starts` are families of starts.
+residuals move with the points.
 It must not know nominals or tolerances: no fit is helped by what a plan hopes for.
 """
 

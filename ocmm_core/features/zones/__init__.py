@@ -5,7 +5,7 @@ element, with the points that touch it and forces that hold it in balance.
 
 Read `_zone` and `_bounded` (the two ways in), `_elements` (from a fit to what a zone is built on),
 `_solver` with `_settle_kernel`, `_place_kernel` and `_kernel` (a dual simplex step), `_surfaces`,
-`_distance_kernel` and `_steps` (distances), `_levels`, then `_certificate`, `_forces`, `_settled`
+`_distance_kernel` and `_steps` (distances), `_levels`, then `_certificate`, `_settled`
 and `_rescue` (proof, and what is tried without it).
 A zone that is not proven is refused. It must not know tolerances or datums.
 """

@@ -82,7 +82,7 @@ def with_model(
 
 
 def _kept_together(files: ModelFiles, folder: Path) -> str:
-    """Return the name of an assembly in the folder of a plan; its files are copied to one of its own.
+    """Return the name of an assembly, whose files are copied to a folder of their own.
 
     The files name each other, so that none can be renamed: another folder of the same name stays,
     and the copy is numbered.

@@ -29,13 +29,7 @@ class _Copy(msgspec.Struct, frozen=True):
 
 
 def release_plan(path: Path, who: str, reason: str = "") -> Release:
-    """Release a plan by name: sign it with the key of this station; errors as `release_file`.
-
-    Raises
-    ------
-    InputError
-        The plan cannot be measured.
-    """
+    """Release a plan by name; errors as `load_plan` and `release_file`."""
     load_plan(path)
     return release_file(path, Signed.PLAN, who, reason)
 
@@ -46,13 +40,7 @@ def plan_release(path: Path) -> ReleaseState:
 
 
 def require_released(path: Path, found: ReleaseState) -> None:
-    """Refuse a plan that is not released.
-
-    Raises
-    ------
-    InputError
-        It is not released, or was changed afterwards.
-    """
+    """Raise InputError for a plan that is not released, or was changed afterwards."""
     if not found.released:
         raise InputError(
             "plan.not_released",
@@ -62,26 +50,14 @@ def require_released(path: Path, found: ReleaseState) -> None:
 
 
 def note_release(job: JobFile, found: ReleaseState) -> None:
-    """Copy the release of the plan into a new job; without one there is nothing to copy.
-
-    Raises
-    ------
-    StorageError
-        It cannot be stored.
-    """
+    """Copy the release of the plan into a new job; StorageError if it cannot be stored."""
     if found.release is not None and found.release.signature is not None:
         content = msgspec.json.encode(_Copy(found.words, found.release))
         job.append_event(RELEASE_EVENT, content.decode())
 
 
 def release_in_job(head: JobHead, events: Iterable[JobEvent]) -> ReleaseState:
-    """Return the state of the release in a job, judged with the keys of this computer.
-
-    Raises
-    ------
-    StorageError
-        The ring of known keys cannot be read.
-    """
+    """Return the state of the release in a job; errors as `judge_release`."""
     texts = [event.text for event in events if event.kind == RELEASE_EVENT]
     if not texts:
         return NO_RELEASE

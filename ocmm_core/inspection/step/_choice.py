@@ -12,7 +12,6 @@ from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.step._model import StepModel
 from ocmm_core.inspection.step._profiled import FreeForm
 
-_REASONS = 3
 FREE_FORM = "free form"
 """Kind of what is measured as a profile against the model."""
 
@@ -92,31 +91,27 @@ def chosen(offers: Sequence[Offer], choice: Choice) -> tuple[Offer, ...]:
 
 
 def _why_none(offers: Sequence[Offer], choice: Choice) -> str:
-    """Return why no offer is taken: what was asked for, and what is against it."""
-    whys: Counter[str] = Counter()
-    for offer in offers:
-        if choice.only and not _named(offer, choice.only):
-            continue
-        if not choice.only and not _to_begin_with(offer, choice):
-            whys[offer.against or "it is a free form, which needs the zone of its profile"] += 1
-        elif choice.kinds and offer.kind.lower() not in {kind.lower() for kind in choice.kinds}:
-            whys["it is of another kind than the chosen ones"] += 1
-        elif not choice.least_mm <= offer.size_mm <= choice.most_mm:
-            whys["its size is outside of the chosen limits"] += 1
-        else:
-            whys["it is among those to leave out"] += 1
+    """Return why no offer is taken: what is against those that were asked for."""
+    whys = Counter(
+        offer.against or "it is a free form, which needs the zone of its profile"
+        for offer in offers
+        if not choice.only and _is_asked_for(offer, choice)
+    )
     if not whys:
-        return "nothing can be measured: it offers no surface"
-    listed = "; ".join(f"{why} ({count})" for why, count in whys.most_common(_REASONS))
-    return f"no surface fits the choice: {listed}"
+        return "no surface has the name, kind and size of the choice"
+    (why, often), *_ = whys.most_common(1)
+    return f"no surface fits the choice; most often ({often} of {whys.total()}), {why}"
 
 
 def _fits(offer: Offer, choice: Choice) -> bool:
+    wanted = _named(offer, choice.only) if choice.only else _to_begin_with(offer, choice)
+    return wanted and _is_asked_for(offer, choice)
+
+
+def _is_asked_for(offer: Offer, choice: Choice) -> bool:
     kinds = {kind.lower() for kind in choice.kinds}
-    named = _named(offer, choice.only)
     return (
-        (named if choice.only else _to_begin_with(offer, choice))
-        and not _named(offer, choice.without)
+        not _named(offer, choice.without)
         and (not kinds or offer.kind.lower() in kinds)
         and choice.least_mm <= offer.size_mm <= choice.most_mm
     )

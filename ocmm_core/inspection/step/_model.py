@@ -17,11 +17,11 @@ from ocmm_core.inspection.step._answer import OPEN, StepAnswer, StepSurface
 from ocmm_core.inspection.step._asking import REMEDY, Asking, ask
 from ocmm_core.inspection.step._model_files import step_error
 from ocmm_core.inspection.step._names import feature_names
-from ocmm_core.inspection.step._profiled import NOT_EXACT, FreeForm, free_forms_of
+from ocmm_core.inspection.step._profiled import FreeForm, free_forms_of
 from ocmm_core.inspection.step._request import StepRequest, setting_of
 from ocmm_core.inspection.step._worker import Wanted
 from ocmm_core.inspection.step.brep import StepFace, Triple
-from ocmm_core.part_model import FARTHEST_MM, PartModel
+from ocmm_core.part_model import PartModel
 
 USUAL_BALL_MM = 6.0
 """Diameter of the ball of the standard probe."""
@@ -90,14 +90,6 @@ class StepModel:
     unasked: Setting | None = None
     """Probe, cameras and placement that only the chosen surfaces are asked about, see
     `ask_for_chosen`; None where all were, or nobody asked."""
-
-    def why_not(self) -> list[tuple[str, int]]:
-        """Return reasons and how many surfaces have each, the most frequent first."""
-        counts = Counter(one.why for one in self.left_out)
-        counts.update({f"its surface is of the kind {kind}": n for kind, n in self.others.items()
-                       if kind in NOT_EXACT})  # fmt: skip
-        counts.update(self.not_measured)
-        return counts.most_common()
 
 
 def read_model(
@@ -213,10 +205,13 @@ def _fault(feature: NominalFeature, surface: StepSurface) -> str:
     if surface.against:
         return surface.against
     sizes = (*feature.point, *feature.direction, feature.length, feature.width, feature.diameter)
-    if not np.isfinite(sizes).all() or np.abs(sizes).max() > FARTHEST_MM:
+    if not np.isfinite(sizes).all():
         return "its size or place is not that of a part"
     wrong = shape_fault(feature)
-    return "" if wrong is None else f"no plan can hold it: its {wrong[0]} {wrong[1]}"
+    if wrong is None:
+        return ""
+    place, fault = wrong
+    return f"no plan can hold it: its {place} {fault}"
 
 
 def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:

@@ -139,7 +139,11 @@ def _part(top: Path, name: str) -> bytes:
             top, f"its part file {shortened(name)} is not in its folder",
             "Copy all files of the assembly into one folder, or export it as one file.",
         )  # fmt: skip
-    content = read_bytes(path)
+    try:
+        content = read_bytes(path)
+    except InputError as error:
+        fault = error.what.rstrip(".")
+        raise step_error(top, f"its part file cannot be read: {fault}", error.remedy) from error
     if not content.lstrip().startswith(_HEAD):
         raise step_error(
             top, f"its part file {shortened(name)} is not a STEP file",

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 
 from ocmm_core.errors import InputError
 from ocmm_core.failure import contained
@@ -28,6 +29,7 @@ from ocmm_core.inspection.step._answer import StepAnswer, StepFreeForm, StepSurf
 from ocmm_core.inspection.step._free_forms import free_form_rooms, free_forms_of
 from ocmm_core.inspection.step._joined import bore_axes, rooms_of, surfaces_of
 from ocmm_core.inspection.step.brep import (
+    ENDLESS,
     LESS,
     FaceCheck,
     FoundFaces,
@@ -131,6 +133,8 @@ def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[Step
         made = b"" if source is None else model_to_bytes(part_of(document, source, doing))
         return StepAnswer(part_bytes=len(made)), made
     with_surface, others = faces_with_surface(document.shape)
+    if ENDLESS in others:
+        document = document.of_faces(with_surface)
     # Another processor makes meshes meanwhile: of the model, and of the part that is shown.
     aside = MeshAside(document, with_surface, source, wanted.limit_s)
     try:
@@ -148,12 +152,22 @@ def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[Step
     finally:
         aside.end()
     answer = StepAnswer(
-        remark=" ".join(filter(None, (remark, _empty_words(document.empty)))), surfaces=surfaces, free_forms=free_forms, others=dict(others + found.others),
-        faults=dict(Counter(found.faults.values())), face_count=len(with_surface) + others.total(),
-        pmi=pmi, face_entities=entities, face_words=words, part_bytes=len(part),
-        face_names={number: name for number, face in enumerate(with_surface, start=1)
-                    if (name := document.about(face).name)},
-    )  # fmt: skip
+        remark=" ".join(filter(None, (remark, _empty_words(document.empty)))),
+        surfaces=surfaces,
+        free_forms=free_forms,
+        others=dict(others + found.others),
+        faults=dict(Counter(found.faults.values())),
+        face_count=len(with_surface) + others.total(),
+        pmi=pmi,
+        face_entities=entities,
+        face_words=words,
+        part_bytes=len(part),
+        face_names={
+            number: name
+            for number, face in enumerate(with_surface, start=1)
+            if (name := document.about(face).name)
+        },
+    )
     return answer, part
 
 
@@ -192,8 +206,12 @@ def _with_targets(
     doing("the mesh to find targets by")
     mesh = aside.mesh()
     reach = None
-    if len(mesh.triangles):
-        part = make_obstacle(mesh.triangles, mesh.owners, len(with_surface), mesh.deflection_mm)
+    # What a damaged face is in space is not known: it must not stand in the way of all others.
+    sound = ~np.isin(mesh.owners, np.array([*found.faults], dtype=np.int64) - 1)
+    if sound.any():
+        part = make_obstacle(
+            mesh.triangles[sound], mesh.owners[sound], len(with_surface), mesh.deflection_mm
+        )
         reach = Reach(part, radius, wanted.setting, bore_axes([one.face for one in found.faces]))
     check = FaceCheck(with_surface)
     surfaces = surfaces_of(rooms, reach, doing, check.inside)

@@ -4,7 +4,7 @@ In: EtherCAT frames of any master, and pictures or spots of where its frames com
 Out: answers as a real camera gives them, down to registers, mailboxes and process data.
 
 Read `_software_camera` (the whole), `_esc` with `_registers` and `_slave_clock` (the controller),
-`_segment` (cameras on one wire), `_coe` with the `_sdo_values`, `_sdo_information`
+`_segment` (cameras on one wire), `_coe` with the `_sdo_values`
 and `_sdo_abort` behind it (objects), `_electronics`, `_diagnosis`, `_store`, `_sii`;
 `_frame_buffer` and `_pattern` (frames), `_sensor`, `_black_image` and `_snapshot` (pictures).
 It must not know optics or the scene: frames are given to it.

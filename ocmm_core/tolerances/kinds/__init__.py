@@ -5,7 +5,7 @@ In: measured features, datums, the frame. Out: a value with its gradient by all 
 Read `_spec` (what an entry says of its kind) and `_registry` (all entries), then `_evaluate` and
 `_checks`, which go by the entries. The kinds, each file with its entries at the end: `_size`,
 `_distance`, `_angle`, and those with a zone: `_form`, `_orientation`, `_location`, `_profile`,
-`_runout`, `_symmetry`; `_bonus` widens that of a position. Nobody outside asks for the name of a
+`_runout`, `_symmetry`; Nobody outside asks for the name of a
 kind; `spec_of` refuses unknown ones.
 It must not know uncertainty: a value is the same whatever is known of its points.
 """

@@ -2,6 +2,8 @@
 
 Ball centres lie on a surface parallel to that of the part, so that a zone of theirs is one of the
 part. The smallest zone is the default; least squares where the plan says so.
+
+Straightness of an axis and of a probed edge (ISO 1101, 17.2).
 """
 
 from __future__ import annotations
@@ -18,10 +20,13 @@ from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import (
     DIRECTION,
     MINIMUM_POINTS,
+    POINT,
     Criterion,
     Shape,
+    element,
     shapes_where,
 )
+from ocmm_core.geometry import RigidTransform, perpendicular_pair
 from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.kinds._form_zone import form_range, form_zone
 from ocmm_core.tolerances.kinds._shape_groups import ALL
@@ -34,19 +39,62 @@ from ocmm_core.tolerances.kinds._spec import (
     Symbol,
     Zone,
 )
-from ocmm_core.tolerances.kinds._straightness import straight_axis, straight_line
 from ocmm_core.tolerances.zones import (
+    BEST_FIT,
     Characteristic,
     Evaluation,
     Frames,
+    Surface,
+    ZoneFrame,
     associated,
     axis_sections,
+    derived_zone,
     few_in_a_section,
+    free_frame,
     kept_offset,
     least_squares,
+    median_line,
     own_fit,
     section_circle,
+    surface_points,
+    surface_zone,
 )
+
+
+def straight_axis(feature: ActualFeature) -> Evaluation:
+    centres = median_line(feature)
+    frame = free_frame(RigidTransform.identity(), feature.fit.point)
+    across = np.stack(perpendicular_pair(feature.fit.direction))
+    found = derived_zone(centres, feature.fit.point, across, frame)
+    # The middle line of a straight cylinder has no vector that could cross zero.
+    return replace(
+        found, components=None, component_gradients=None, association="minimum zone", frame="",
+        note=f"Centres of {len(centres)} sections.",
+    )  # fmt: skip
+
+
+def straight_line(feature: ActualFeature, *, smallest: bool) -> Evaluation:
+    """Return straightness of a probed edge, seen along the face's normal."""
+    surface = surface_points(feature)
+    towards, direction = surface.normals[0], feature.fit.direction
+    if not smallest:
+        touches = own_fit(feature)[0]
+        arms = touches.tips - least_squares(feature).point
+        along = arms @ direction
+        by_place = towards @ feature.jacobian[POINT]
+        by_turn = towards @ feature.jacobian[DIRECTION]
+        own = Rows.of_own_points(touches.places, np.tile(towards, (len(arms), 1)))
+        rows = own - by_place.outer(np.ones(len(arms))) - by_turn.outer(along)
+        return form_range(arms @ towards, rows.without_radius(), "least squares")
+    middle = feature.fit.point
+    turn = np.cross(direction, towards)
+    motions = np.zeros((6, 2))
+    motions[3:, 0] = towards
+    motions[:3, 1], motions[3:, 1] = turn, np.cross(middle, turn)
+    frame = ZoneFrame(RigidTransform.identity(), Rows.nothing(6), motions, BEST_FIT)
+    found = surface_zone([Surface(surface, Shape.LINE, element(middle, towards))], frame)
+    return replace(found, association="minimum zone", frame="")
+
 
 _FORMS_OF_SHAPES = ("straightness", "flatness", "roundness", "cylindricity")
 """Kinds that are the form of one shape by a name of their own (ISO 1101)."""

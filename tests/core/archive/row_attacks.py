@@ -63,7 +63,7 @@ KINDS = (*TEXTS, *NUMBERS, *(("taken", name) for name in TAKEN))
 
 
 @dataclass(slots=True)
-class Outcome:
+class AttackCounts:
     """What became of the attacks."""
 
     tried: int = 0
@@ -180,9 +180,9 @@ def victims(archive: SqlArchive) -> Counter[str]:
     return found + Counter(map(repr, table.rows))
 
 
-def attack(shop: Shop, rng: random.Random, many: int, told: Callable[[str], None]) -> Outcome:
+def attack(shop: Shop, rng: random.Random, many: int, told: Callable[[str], None]) -> AttackCounts:
     """Send so many hostile rows, each judged by itself and taken away again."""
-    outcome = Outcome()
+    outcome = AttackCounts()
     assert shop.send("attacker", shop.attacker, "Station 2", shop.theirs) == ""
     with open_archive(shop.owner) as archive:
         rows = shop.rows_of_theirs(archive)
@@ -264,7 +264,7 @@ def insert(table: str, cells: Mapping[str, Any], back: str = "1") -> tuple[str, 
     return f"INSERT INTO {table} ({names}) VALUES ({marks}){again} RETURNING {back}", dict(cells)  # noqa: S608
 
 
-def judge(shop: Shop, what: str, outcome: Outcome) -> None:
+def judge(shop: Shop, what: str, outcome: AttackCounts) -> None:
     """Note what an attack changed that nobody is told of, and take it away again."""
     outcome.allowed += 1
     shop.count += 1

@@ -17,7 +17,7 @@ import msgspec
 from ocmm_core.acquisition.bus_process import NEEDED
 from ocmm_core.calibration.records import ArtefactUse, save
 from ocmm_core.doctor import Computer, HostCalls
-from ocmm_core.seals import Seen
+from ocmm_core.seals import KnownEnd
 from tests.core.calibration.made_records import RIG, make_record
 
 NOW = datetime(2026, 6, 1, 8, 0, tzinfo=UTC)
@@ -155,6 +155,8 @@ def good_computer(root: Path) -> Computer:
     put_record(computer, timedelta(days=300), timedelta(days=200))
     put(computer, DATA / "keys/station.key", "-----BEGIN PRIVATE KEY-----\n").chmod(0o600)
     computer.place(DATA / "keys").chmod(0o700)
-    seen = Seen(name="folder x", count=3, link="a" * 64, utc=(NOW - timedelta(days=1)).isoformat())
+    seen = KnownEnd(
+        name="folder x", count=3, link="a" * 64, utc=(NOW - timedelta(days=1)).isoformat()
+    )
     put(computer, STATE / "histories" / "0.json", msgspec.json.encode(seen))
     return computer

@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 
 from ocmm_core.doctor import Computer, Light
-from ocmm_core.seals import Seen
+from ocmm_core.seals import KnownEnd
 from tests.core.doctor.fake_computer import (
     ADAPTER,
     CPU,
@@ -79,7 +79,7 @@ def slow_fsync(seconds: float) -> Fault:
 
 def set_back(computer: Computer) -> None:
     """Let the station remember a later moment than now."""
-    seen = Seen(name="x", count=3, link="b" * 64, utc=(NOW + timedelta(hours=2)).isoformat())
+    seen = KnownEnd(name="x", count=3, link="b" * 64, utc=(NOW + timedelta(hours=2)).isoformat())
     put(computer, STATE / "histories" / "1.json", msgspec.json.encode(seen))
 
 

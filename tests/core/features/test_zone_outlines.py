@@ -11,7 +11,7 @@ from ocmm_core.features.elements import distance_derivatives, fit_ellipse
 from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import Criterion, Fit, NominalFeature, Shape, shape_fault
 from ocmm_core.features.zones import certificate, fit_zone
-from ocmm_core.features.zones._forces import least_held
+from ocmm_core.features.zones._certificate import least_held
 from ocmm_core.geometry import Float, Points3, RigidTransform
 from ocmm_core.tolerances.kinds import evaluate
 from tests.core.features.exact_outlines import (

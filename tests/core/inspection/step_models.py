@@ -179,7 +179,7 @@ def rail() -> Any:
     return BRepPrimAPI_MakePrism(outline, gp_Vec(0, 60, 0)).Shape()
 
 
-def hill(rational: bool = False) -> Any:
+def hill(rational: bool = False, rise: float = 8.0) -> Any:
     """Return a block of 100 by 60 whose top is a free surface some 30 mm high, with a bore."""
     import OCP.collections as held
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Splitter
@@ -192,7 +192,7 @@ def hill(rational: bool = False) -> Any:
     for i in range(count):
         for j in range(count):
             x, y = -20.0 + 140.0 * i / (count - 1), -20.0 + 100.0 * j / (count - 1)
-            z = 30.0 + 8.0 * np.sin(0.05 * x) * np.cos(0.06 * y)
+            z = 30.0 + rise * np.sin(0.05 * x) * np.cos(0.06 * y)
             poles.SetValue(i + 1, j + 1, gp_Pnt(x, y, z))
             weights.SetValue(i + 1, j + 1, 1.0 + (0.3 * ((i + j) % 2) if rational else 0.0))
     knots, often = held.Array1_double(1, 5), held.Array1_int(1, 5)

@@ -286,7 +286,7 @@ def test_a_text_whose_faces_were_exchanged_gives_nothing(tmp_path: Path) -> None
 
     document = read_document(str(path), lambda _: None)
     with_surface, _ = faces_with_surface(document.shape)
-    faces, _ = faces_of(with_surface, lambda _: None, document.steps)
+    faces = faces_of(with_surface, lambda _: None, document.steps).faces
     order = _order_of(document.reader.Reader(), faces_with_surface(document.shape)[0])
     assert len(order) == 7
     assert order_fault(faces, order, read_pmi(lines)[1]) == ""

@@ -59,7 +59,7 @@ def test_a_part_whose_place_mirrors_it_has_its_material_inside() -> None:
     for place, is_mirrored in ((nested, True), (twice, False)):
         moved = bored().Moved(place, False)
         faces, _ = faces_with_surface(moved)
-        found, _ = faces_of(faces, lambda _: None, EdgeSteps())
+        found = faces_of(faces, lambda _: None, EdgeSteps()).faces
         assert any(is_turned(face) for face in explored(moved, "FACE"))
         middle = np.array([-57.0, 70.0, 13.0] if is_mirrored else [43.0, 70.0, 13.0])
         for one in found:
@@ -178,7 +178,7 @@ def test_bodies_that_are_put_elsewhere_are_there(scale: str, tmp_path: Path) -> 
     needs_package("OCP", "the extra 'step'")
     path = put_by_operator(tmp_path / "put.step", bored(), scale, "0.,0.,1.", 1000.0)
     faces, _ = faces_with_surface(read_document(str(path), lambda _: None).shape)
-    found, _ = faces_of(faces, lambda _: None, EdgeSteps())
+    found = faces_of(faces, lambda _: None, EdgeSteps()).faces
     (bore,) = [one.face for one in found if one.face.shape == "Cylinder"]
     assert bore.inner
     assert bore.point == pytest.approx((1020.0, 20.0, 0.0), abs=1e-9)

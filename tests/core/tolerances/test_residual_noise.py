@@ -10,7 +10,7 @@ from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import MeasuredPoint, Rows, factors_of_matrix
 from ocmm_core.tolerances.uncertainty import form_samples
-from ocmm_core.tolerances.uncertainty._residuals import of_residuals
+from ocmm_core.tolerances.uncertainty._sampling import of_residuals
 from tests.core.features.exact_touches import (
     flat_touches,
     moved,

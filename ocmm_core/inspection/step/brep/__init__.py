@@ -5,9 +5,10 @@ mesh and splines; which face of the file each of them is.
 
 Read `_document` (the file as the library has it) with `_library` (how that is asked), `_raw_faces`
 (faces in numbers) with `_elementary` (planes, cylinders, cones, spheres, tori) and `_step_face`;
-`_recognised` finds them among splines. `_edge_steps` and `_surface_places` ask the library for what `_surface_kernel` computes. `_part` is
-the nominal part, of `_surface_splines` and `_solid_mesh`, which `_mesh_aside` makes beside.
-`_face_order` tells which faces tolerances are of, `_face_check` whether targets lie on faces. It must not know balls, probes or targets.
+`_recognised` finds them among splines. `_edge_steps` and `_surface_places` ask the library for what
+`_surface_kernel` computes. `_part` is the nominal part, of `_surface_splines` and `_solid_mesh`,
+which `_mesh_aside` makes beside. `_face_order` tells which faces tolerances are of, `_face_check`
+whether targets lie on faces. It must not know balls, probes or targets.
 """
 
 from __future__ import annotations

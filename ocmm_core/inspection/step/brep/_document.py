@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +60,10 @@ class StepDocument:
     """Names of components without a face."""
     steps: EdgeSteps = field(default_factory=EdgeSteps)
     """Along its edges, as far as somebody asked."""
+
+    def of_faces(self, faces: Sequence[Any]) -> StepDocument:
+        """Return the document with some of its faces as its shape."""
+        return replace(self, shape=_together(list(faces)))
 
     def about(self, face: Any) -> Said:
         """Return what the file says of a face of ``shape``."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -17,20 +17,31 @@ _MOST_CHORDS = 20_000
 """Of an arc: one that needs more is longer than 10 km, and no edge of a part."""
 """Edges become lines that are off by no more."""
 BEND_RAD = 0.1
+Place: TypeAlias = tuple[float, float, float]
+_NOWHERE: Place = (math.nan, math.nan, math.nan)
 
 
 class EdgeSteps:
     """Parameters along edges, found once for all faces that meet in one."""
 
     def __init__(self) -> None:
-        self._kept: dict[tuple[SameShape, float, float], Float] = {}
+        self._kept: dict[tuple[SameShape, float, float], tuple[Float, Place]] = {}
 
-    def of(self, edge: Any, first: float, last: float) -> Float:
-        """Return what `edge_steps` does."""
+    def of(self, edge: Any, first: float, last: float) -> tuple[Float, Place]:
+        """Return what `edge_steps` does, and the place of the middle one on the edge, mm.
+
+        An edge that is a point, such as the tip of a cone, has no place: it is not a number.
+        """
         key = SameShape(edge), first, last
         kept = self._kept.get(key)
         if kept is None:
-            kept = self._kept[key] = edge_steps(edge, first, last)
+            along = edge_steps(edge, first, last)
+            degenerated, adaptor, *_ = _tools()
+            middle = _NOWHERE
+            if not degenerated(edge):
+                point = adaptor(edge).Value(float(along[len(along) // 2]))
+                middle = (point.X(), point.Y(), point.Z())
+            kept = self._kept[key] = along, middle
         return kept
 
 

@@ -17,7 +17,12 @@ from scipy.spatial import cKDTree
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.step.brep import _surface_kernel as kernel
 from ocmm_core.inspection.step.brep._document import read_document
-from ocmm_core.inspection.step.brep._edge_steps import EdgeSteps, curve_numbers, parameters_on
+from ocmm_core.inspection.step.brep._edge_steps import (
+    EdgeSteps,
+    Place,
+    curve_numbers,
+    parameters_on,
+)
 from ocmm_core.inspection.step.brep._elementary import elementary_face
 from ocmm_core.inspection.step.brep._library import explored, is_turned, kind_of, static
 from ocmm_core.inspection.step.brep._recognised import recognised_face
@@ -25,7 +30,7 @@ from ocmm_core.inspection.step.brep._step_face import LESS, StepFace
 from ocmm_core.inspection.step.brep._surface_places import surface_numbers
 from ocmm_core.part_model import FARTHEST_MM, MOST_FACES
 
-ENDLESS = "larger than a part can be"
+ENDLESS = "endless surface"
 """Word for faces without an end, among the kinds of surfaces."""
 _DEFLECTION_MM = 0.02
 """A shorter edge is a tip or a pole."""
@@ -218,10 +223,10 @@ def _raw_face(face: Any, number: int, steps: EdgeSteps) -> tuple[str, RawFace | 
         if known is None:
             return kind, None
         as_said, places, lines, normals, lengths = known
+        curves.refuse_off(lines)
         _check(as_said)
-        return kind, RawFace(
-            as_said, places, rims_of(curves.starts, lines, normals, lengths), number
-        )
+        rims = rims_of(curves.starts, lines, normals, lengths)
+        return kind, RawFace(as_said, places, rims, number)
     _check(as_said)
     rims, places = _edges(_curves(face, steps), surface_numbers(surface), reverse)
     return kind, RawFace(as_said, places, rims, number)
@@ -245,6 +250,27 @@ class _Curves:
     along: Float
     uv: Float
     """Filled in for curves that are not written out."""
+    middles: Float
+    """(m, 3), mm: the middle of each edge, by its curve in space; not a number for a point."""
+
+    def refuse_off(self, lines: Float) -> None:
+        """Refuse edges (n, 3), mm, as the surface has them, that leave their own curves.
+
+        Raises
+        ------
+        ValueError
+            They do: surface or edges are damaged, and neither can be believed.
+        """
+        at = self.starts[:-1] + np.diff(self.starts) // 2
+        off = np.linalg.norm(lines[at] - self.middles, axis=1)
+        for row in np.flatnonzero(off > _GAP_MM).tolist():
+            # The parameter of an edge may run otherwise on the surface: that moves no line.
+            line = lines[self.starts[row] : self.starts[row + 1]]
+            away = _away(self.middles[row], line)
+            if away <= _GAP_MM:
+                continue
+            msg = f"its edges lie off its surface (by {away:.3g} mm)"
+            raise ValueError(msg)
 
     def on_face(self) -> Float:
         """Return the parameters (n, 2) of all edges on the face."""
@@ -257,16 +283,26 @@ class _Curves:
         return uv
 
 
+def _away(point: Float, line: Float) -> float:
+    """Return how far a point (3,) is from a line (n, 3), mm."""
+    starts, ways = line[:-1], np.diff(line, axis=0)
+    squares = np.maximum((ways * ways).sum(axis=1), 1e-30)
+    shares = np.clip(((point - starts) * ways).sum(axis=1) / squares, 0.0, 1.0)
+    return float(np.linalg.norm(starts + shares[:, None] * ways - point, axis=1).min())
+
+
 def _curves(face: Any, steps: EdgeSteps) -> _Curves:
     from OCP.BRepAdaptor import BRepAdaptor_Curve2d
 
     kinds: list[int] = []
     numbers: list[tuple[float, ...]] = []
     alongs: list[Float] = []
+    middles: list[Place] = []
     others: dict[int, Float] = {}
     for edge in explored(face, "EDGE"):
         curve = BRepAdaptor_Curve2d(edge, face)
-        along = steps.of(edge, curve.FirstParameter(), curve.LastParameter())
+        along, middle = steps.of(edge, curve.FirstParameter(), curve.LastParameter())
+        middles.append(middle)
         kind, six = curve_numbers(curve)
         if kind == kernel.OTHER:
             others[len(kinds)] = parameters_on(curve, along)
@@ -280,7 +316,7 @@ def _curves(face: Any, steps: EdgeSteps) -> _Curves:
         uv[starts[row] : starts[row + 1]] = known
     return _Curves(
         np.array(kinds, dtype=np.int64), np.array(numbers).reshape(-1, 6), starts,
-        np.concatenate([np.empty(0), *alongs]), uv,
+        np.concatenate([np.empty(0), *alongs]), uv, np.array(middles).reshape(-1, 3),
     )  # fmt: skip
 
 
@@ -303,6 +339,7 @@ def _edges(
         curves.along, curves.uv, lines, normals, lengths,
     )  # fmt: skip
     rims = rims_of(curves.starts, lines, normals, lengths)
+    curves.refuse_off(lines)
     return rims, kernel.places_inside(*surface, curves.uv, curves.starts)
 
 

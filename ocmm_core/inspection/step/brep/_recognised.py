@@ -6,6 +6,7 @@ checked here on places and edges of the face, and used only within `RECOGNISED_M
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import msgspec
@@ -79,9 +80,7 @@ def recognised_face(
         return None
     onto = places - offsets_of(said, places)[:, None] * normals_of(said, places)
     steps = np.linalg.norm(np.diff(lines, axis=0), axis=1)
-    lengths = np.array(
-        [steps[a : b - 1].sum() for a, b in zip(starts[:-1], starts[1:], strict=True)]
-    )
+    lengths = np.array([steps[first : last - 1].sum() for first, last in pairwise(starts.tolist())])
     made = msgspec.structs.replace(said, deviation_mm=deviation)
     return made, onto, lines, truth, lengths
 

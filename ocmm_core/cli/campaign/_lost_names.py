@@ -1,0 +1,182 @@
+"""Files of running jobs that are removed, moved, replaced, overwritten or unmounted at any moment.
+
+The job runs as a user starts it, and what is left is read as a user reads it.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import re
+import select
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from ocmm_core.cli.campaign._kills import QUICK_PLAN, RATE_HZ, measure_job
+from ocmm_core.cli.campaign._trials import Trial, forked
+from ocmm_core.composition import StationRequest, build_station
+from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.archive import reopen_job
+
+_TOLD_S = 1.0
+_PATIENCE_S = 120.0
+_AT_CLOSE = 0.25
+"""Share of the jobs that are closed at once."""
+_SAVED = re.compile(r"All points taken are saved in (.*\.ocmm)\.")
+
+
+def _remove_file(job: Path) -> None:
+    job.unlink()
+
+
+def _remove_folder(job: Path) -> None:
+    shutil.rmtree(job.parent)
+
+
+def _move_file(job: Path) -> None:
+    job.rename(job.with_name("moved.ocmm"))
+
+
+def _move_folder(job: Path) -> None:
+    job.parent.rename(job.parent.with_name("elsewhere"))
+
+
+def _replace(job: Path) -> None:
+    other = job.with_name("other.ocmm")
+    other.write_bytes(b"another file" * 500)
+    other.replace(job)
+
+
+def _empty(job: Path) -> None:
+    os.truncate(job, 0)
+
+
+def _overwrite(job: Path) -> None:
+    job.write_bytes(b"another file" * 500)
+
+
+def _remove_log(job: Path) -> None:
+    job.with_name(f"{job.name}-wal").unlink()
+
+
+def _unmount(job: Path) -> None:
+    subprocess.run(["umount", "-l", job.parent], check=True, capture_output=True)  # noqa: S603, S607
+
+
+LOSSES: dict[str, Callable[[Path], None]] = {
+    "file removed": _remove_file,
+    "folder removed": _remove_folder,
+    "file moved": _move_file,
+    "folder moved": _move_folder,
+    "file replaced": _replace,
+    "file emptied": _empty,
+    "file overwritten": _overwrite,
+    "log removed": _remove_log,
+    "unmounted": _unmount,
+}
+"""What is done to a job, by its name in the notes."""
+
+
+def lost_names(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
+    """Give what each loss of a name left behind; see `FINDINGS`."""
+    kinds = [kind for kind in LOSSES if kind != "unmounted" or os.geteuid() == 0]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        # Once here, so that every copy of this program is warm, and once to know how long it takes.
+        measure_job(folder / "warm", None)
+        begin = time.monotonic()
+        measure_job(folder / "whole", None)
+        longest = time.monotonic() - begin
+        for number in range(runs):
+            if number not in done:
+                kind = kinds[number % len(kinds)]
+                yield lose_name(folder / f"{number}", seed, number, kind, longest)
+
+
+def lose_name(out: Path, seed: int, number: int, kind: str, longest: float) -> Trial:
+    """Lose the name of a running job at a moment before ``longest``, s, and look for its points.
+
+    A quarter of the jobs are closed at once, before a timer could notice.
+    """
+    rng = random.Random(f"{seed} {number}")  # noqa: S311 - moments, no secret
+    jobs = out / "jobs"
+    jobs.mkdir(parents=True)
+    if kind == "unmounted":
+        mount = ["mount", "-t", "tmpfs", "-o", "size=64m", "none", str(jobs)]
+        subprocess.run(mount, check=True, capture_output=True)  # noqa: S603
+    stopping, stop = os.pipe()
+    child, pipe = forked(lambda to: _measure(jobs, to, stopping, stop))
+    os.close(stopping)
+    with os.fdopen(pipe, "r", encoding="utf-8") as said, os.fdopen(stop, "wb") as stopper:
+        lines: list[str] = []
+        first = said.readline()
+        time.sleep(rng.uniform(0.0, longest))
+        begin = time.monotonic()
+        LOSSES[kind](next(jobs.glob("*.ocmm")))
+        at_close = rng.random() < _AT_CLOSE
+        if at_close:
+            stopper.close()
+        for line in said:
+            lines.append(line.rstrip("\n"))
+            if line.startswith("failed"):
+                lines[-1] = f"failed {time.monotonic() - begin:.2f}"
+                stopper.close()
+        _, status = os.waitpid(child, 0)
+    found, note = _judge(lines, os.waitstatus_to_exitcode(status), at_close=at_close)
+    shutil.rmtree(out, ignore_errors=True)
+    acknowledged = sum(line.startswith("point ") for line in lines)
+    note = f"{kind}: {note} {first.strip()} {lines}" if found else ""
+    return Trial("names", seed, number, acknowledged, found, note)
+
+
+def _measure(jobs: Path, pipe: int, stopping: int, stop: int) -> None:
+    """Measure a job on the virtual rig until it is to stop, and write what an inspector sees."""
+
+    os.close(stop)
+
+    def say(line: str) -> None:
+        os.write(pipe, f"{line}\n".encode())
+
+    request = StationRequest(plan=QUICK_PLAN, out=jobs, speed=0.0, frame_rate_hz=RATE_HZ)
+    station = build_station(request).station
+    station.events.point_taken.connect(lambda point: say(f"point {point.number}"))
+    station.faults.failed.connect(lambda _error: say("failed"))
+    say("made")
+    station.start()
+    # Ends also where the other side has gone.
+    select.select([stopping], [], [], _PATIENCE_S)
+    station.close()
+    lost = station.job.lost
+    if lost is not None:
+        say(f"lost {lost.what}")
+    os._exit(0 if lost is None else 2)
+
+
+def _judge(lines: list[str], code: int, *, at_close: bool) -> tuple[dict[str, int], str]:
+    """Return what was found, and why a job could not be read."""
+    found: dict[str, int] = {}
+    words = [line for line in lines if line.startswith("lost ")]
+    if not words:
+        return {"losses not told": 1}, ""
+    if code == 0:
+        found["exit code 0"] = 1
+    told_s = [float(line.split()[1]) for line in lines if line.startswith("failed")]
+    if not at_close and not (told_s and told_s[0] <= _TOLD_S):
+        found["told after 1 s"] = 1
+    acknowledged = {int(line.split()[1]) for line in lines if line.startswith("point ")}
+    saved = _SAVED.search(words[0])
+    if saved is None:
+        return {**found, "acknowledged points lost": max(len(acknowledged), 1)}, ""
+    try:
+        job = reopen_job(Path(saved[1]), alone=True)
+    except OcmmError as error:
+        return {**found, "acknowledged points lost": max(len(acknowledged), 1)}, str(error)
+    finally:
+        Path(saved[1]).unlink(missing_ok=True)
+    lost = acknowledged - {point.number for point in job.points}
+    found |= {"acknowledged points lost": len(lost), "audit faults": len(job.faults)}
+    return {finding: count for finding, count in found.items() if count}, ""
