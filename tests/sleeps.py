@@ -30,11 +30,11 @@ def scale_sleeps() -> None:
         own = sys._getframe(1).f_code.co_filename.startswith(_TESTS)  # noqa: SLF001 - no other way
         sleep(factor * seconds if own else seconds)
 
-    time.sleep = scaled
+    time.sleep = scaled  # type: ignore[assignment] # tests give seconds
     from PySide6.QtTest import QTest
     from pytestqt.qtbot import QtBot
 
     wait, wait_in_test = QtBot.wait, QTest.qWait
 
-    QtBot.wait = lambda self, ms: wait(self, round(factor * ms))
-    QTest.qWait = staticmethod(lambda ms: wait_in_test(round(factor * ms)))
+    QtBot.wait = lambda self, ms: wait(self, round(factor * ms))  # type: ignore[method-assign] # the only way
+    QTest.qWait = staticmethod(lambda ms: wait_in_test(round(factor * ms)))  # type: ignore[method-assign] # as above

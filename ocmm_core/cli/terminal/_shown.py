@@ -23,7 +23,7 @@ _SPELLED = {
     "±": "+/-", "°": "deg", "²": "^2", "×": "x", "·": "*", "…": "...", "–": "-", "−": "-", "Ø": "O",
     "„": '"', "“": '"', "”": '"', "‘": "'", "’": "'", "⌀": "D", "█": "#",  # noqa: RUF001
 }  # fmt: skip
-"""Signs of our own sentences where the encoding of a terminal lacks them."""
+"""Spelling of the signs in messages if the encoding of a terminal lacks them."""
 _HANDLER = "ocmm.spelled"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import isfinite
 
 import numpy as np
@@ -54,12 +55,13 @@ def checked_points(shape: Shape, points: Points3) -> Points3:
     return array
 
 
-def refuse_masked(word: str, points: Points3) -> None:
+def refuse_masked(word: str, points: Points3 | Sequence[Float]) -> None:
     """Raise FitError if a coordinate is masked: conversion would use the value under the mask."""
     rows = (points,) if isinstance(points, np.ndarray) else points
     if not any(isinstance(row, np.ma.MaskedArray) and np.ma.is_masked(row) for row in rows):
         return
-    masked = np.atleast_2d(np.array([np.ma.getmaskarray(row) for row in points])).any(axis=1)
+    mask = np.array([np.ma.getmaskarray(row) for row in points])
+    masked = np.asarray(mask.reshape(len(mask), -1).any(axis=1))
     raise FitError(
         "fit.masked",
         f"{int(masked.sum())} of {len(masked)} points of a {word} are masked; the first one is "

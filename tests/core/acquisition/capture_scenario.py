@@ -8,6 +8,7 @@ writer of this file's own) or ``tcpdump``.
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
 import signal
 import socket
@@ -29,6 +30,7 @@ from ocmm_core.simulation.bus import CAMERA_INTERFACE, HOST_INTERFACE, SegmentCo
 CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
 FRAMES = 6000
 _LIMIT_S = 240.0
+_SIOCGIFFLAGS, _IFF_UP = 0x8913, 1
 _ETH_P_ALL = 3
 
 
@@ -58,10 +60,19 @@ def _socket(ended: threading.Event) -> socket.socket:
     return channel
 
 
+def _is_up() -> bool:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:
+        try:
+            answer = fcntl.ioctl(asked, _SIOCGIFFLAGS, struct.pack("256s", HOST_INTERFACE.encode()))
+        except OSError:
+            return False
+    return bool(struct.unpack_from("<H", answer, 16)[0] & _IFF_UP)
+
+
 def _tcpdump(path: Path, bus: int) -> subprocess.Popen[bytes]:
     """Start tcpdump on the cable; the bus waits until it listens, however busy the computer is."""
-    while HOST_INTERFACE not in [name for _, name in socket.if_nameindex()]:
-        time.sleep(0.002)
+    while not _is_up():
+        time.sleep(0.0005)
     os.kill(bus, signal.SIGSTOP)
     # Short slots: the buffer would hold 64 packets of the usual ones, and a bring-up is a burst.
     options = ["-Z", "root", "-q", "--immediate-mode", "-s", "2048", "-B", "16384"]

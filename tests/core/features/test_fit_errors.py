@@ -52,7 +52,7 @@ def test_masked_points_are_refused_and_a_mask_without_any_is_none(shape: Shape) 
     masked = np.ma.MaskedArray(far, mask)
     for given in (masked, list(masked)):
         with pytest.raises(FitError, match="the first one is point 4") as caught:
-            fit_shape(shape, given)
+            fit_shape(shape, given)  # type: ignore[arg-type] # a list is no array, and is taken
         assert caught.value.code == "fit.masked"
     fit = fit_shape(shape, points)
     with pytest.raises(FitError, match="masked"):
