@@ -168,7 +168,7 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
         partial(packages, "requirements-package.lock", "requirements-dev.lock"),
     ),
     "parts of packages": (_LICENCES, held),
-    "sources": ("README.md", sources),
+    "sources": ("docs/commands.md", sources),
 }
 """By the name in its marks: the page, from the root, and what stands between the marks."""
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import time
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -42,10 +43,12 @@ from ocmm_core.seals import (
     remember,
     sign,
 )
+from ocmm_core.side_files import open_guarded
 
 T = TypeVar("T", bound=msgspec.Struct)
 
 _FIRST_LINK = "0" * 64
+_PATIENCE_S = 4.0
 
 
 class _Line(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -108,9 +111,9 @@ class ChainFile(Generic[T]):
         self._pieces: list[bytes] = []
         self._name: NamedFile | None = None
         self._lost: StorageError | None = None
-        if not path.exists():
+        if not os.path.lexists(path):
             return
-        whole = read_bytes(path)
+        whole = read_bytes(path, follow=False)
         self._name = NamedFile(path)
         content = whole[: whole.rfind(b"\n") + 1]
         links: list[str] = []
@@ -266,10 +269,11 @@ class ChainFile(Generic[T]):
             made = 0 if self._length else os.O_CREAT
             if made:
                 self.path.parent.mkdir(parents=True, exist_ok=True)
-            descriptor = HOST.open_file(self.path, os.O_WRONLY | made, 0o644)
+            flags = os.O_WRONLY | made
+            descriptor = open_guarded(self.path, follow=False, flags=flags, mode=0o644)
             try:
                 # Two that read the same end would each write a line there.
-                HOST.lock(descriptor, wait=True)
+                _lock(self.path, descriptor)
                 if os.fstat(descriptor).st_size not in (self._size, self._length):
                     raise _elsewhere(self.path)
                 # What a failed or torn append may have left behind goes first.
@@ -330,6 +334,22 @@ def _end_of(line: _Line) -> str:
 
 def _link_of(number: int, previous: str, item: bytes) -> str:
     return hashlib.sha256(b"%d %s " % (number, previous.encode()) + item).hexdigest()
+
+
+def _lock(path: Path, descriptor: int) -> None:
+    """Lock a chain; StorageError if another program keeps it for seconds."""
+    end = time.monotonic() + _PATIENCE_S
+    while True:
+        try:
+            return HOST.lock(descriptor)
+        except BlockingIOError as error:
+            if time.monotonic() > end:
+                raise StorageError(
+                    "chain.locked",
+                    f"{path}: another program keeps this file locked.",
+                    "Close it there and repeat.",
+                ) from error
+            time.sleep(0.01)
 
 
 def _forged(path: Path, number: int) -> StorageError:

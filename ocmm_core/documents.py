@@ -7,12 +7,10 @@ the field. Documents are data: nothing in them is ever evaluated.
 from __future__ import annotations
 
 import contextlib
-import errno
 import hashlib
 import os
 import re
 import reprlib
-import stat
 import tomllib
 from collections.abc import Iterator
 from functools import cache
@@ -25,6 +23,7 @@ import msgspec
 from ocmm_core.errors import InputError
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import temporary_file
+from ocmm_core.side_files import OversizeError, read_guarded
 
 LONGEST_NAME = 255
 """Of a file with its folders."""
@@ -125,8 +124,8 @@ def stays_inside(name: str) -> bool:
     )
 
 
-def read_bytes(path: Path, most: int = LARGEST_FILE) -> bytes:
-    """Return the content of ``path``; at most ``most`` bytes are read.
+def read_bytes(path: Path, most: int = LARGEST_FILE, *, follow: bool = True) -> bytes:
+    """Return the content of ``path``; at most ``most`` bytes are read, and a link if ``follow``.
 
     Raises
     ------
@@ -134,15 +133,16 @@ def read_bytes(path: Path, most: int = LARGEST_FILE) -> bytes:
         It is missing, no file, larger, or cannot be read.
     """
     try:
-        kind = path.stat()
-        if not (stat.S_ISREG(kind.st_mode) or stat.S_ISDIR(kind.st_mode)):
-            # A pipe that nobody writes to would be waited for, and a device may have no end.
-            raise OSError(errno.EINVAL, "it is a pipe or a device")
-        with path.open("rb") as stream:
-            content = stream.read(most + 1) if kind.st_size <= most else b""
+        return read_guarded(path, most, follow=follow)
     except FileNotFoundError as error:
         raise InputError(
             "document.missing", f"{path}: file not found.", "Check the name and the folder."
+        ) from error
+    except OversizeError as error:
+        raise InputError(
+            "document.too_large",
+            f"{path}: the file has {error.size:,} bytes, and at most {most:,} are read.",
+            "Check that it is the right file.",
         ) from error
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
@@ -151,14 +151,6 @@ def read_bytes(path: Path, most: int = LARGEST_FILE) -> bytes:
             f"{path}: the file cannot be read ({reason}).",
             "Check that it is a file and that you have read permission.",
         ) from error
-    if kind.st_size > most or len(content) > most:
-        raise InputError(
-            "document.too_large",
-            f"{path}: the file has {max(kind.st_size, len(content)):,} bytes, and at most {most:,} "
-            "are read.",
-            "Check that it is the right file.",
-        )
-    return content
 
 
 def read_text(path: Path, most: int = LARGEST_FILE) -> str:

@@ -80,6 +80,26 @@ def log_folder() -> Path:
     return platformdirs.user_log_path("ocmm")
 
 
+def hold_standard_streams() -> None:
+    """Put the null device in the place of standard streams that are closed.
+
+    Else the next file that is opened gets the number of a closed one, and everything printed is
+    written into it: into a job file, for example.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            opened = os.open(os.devnull, os.O_RDWR)
+            if opened != number:
+                os.dup2(opened, number)
+                os.close(opened)
+        if getattr(sys, name) is None:
+            mode = "w" if number else "r"
+            stream = os.fdopen(number, mode, encoding="utf-8", errors="replace", closefd=False)
+            setattr(sys, name, stream)
+
+
 class ThreadNet:
     """Catch, while the context is open, what a thread without a boundary of its own raises.
 

@@ -161,10 +161,14 @@ def unheld(paths: Iterable[Path]) -> list[Path]:
     """Return those files of this user that nobody holds; nothing is removed."""
     found = []
     for path in paths:
-        with contextlib.suppress(OSError), path.open("rb") as stream:
-            if HOST.is_own(os.fstat(stream.fileno())):
-                HOST.lock(stream.fileno())
-                found.append(path)
+        with contextlib.suppress(OSError):
+            descriptor = HOST.open_as_it_is(path)
+            try:
+                if HOST.is_own(os.fstat(descriptor)):
+                    HOST.lock(descriptor)
+                    found.append(path)
+            finally:
+                os.close(descriptor)
     return found
 
 

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import QApplication
 
 from ocmm_core.composition import DEFAULT_SOURCE, DEMO_PLAN
 from ocmm_core.errors import InputError, InternalError, OcmmError
-from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.failure import EXIT_INTERNAL, contained, hold_standard_streams
 from ocmm_core.settings import LoadedSettings, Origin, RecentPlaces, Settings, SettingsStore
 from ocmm_gui._hand_over import HandOverSender, watch_jobs
 from ocmm_gui._showing import end_after, end_on_signals, let_go, save_pictures, show, splash
@@ -110,6 +110,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     That is 0, 2 if it could not be started, or 3 if something that nobody foresaw ended it or the
     measuring in it.
     """
+    hold_standard_streams()
     parsed = parser().parse_args(arguments)
     try:
         return run(parsed)

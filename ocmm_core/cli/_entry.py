@@ -3,27 +3,44 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import stat
 import sys
-from typing import NoReturn
+from typing import NoReturn, TextIO
 
 from ocmm_core.acquisition.bus_process import hold_nothing
 from ocmm_core.blas import use_one_thread
-from ocmm_core.cli.terminal import say
-from ocmm_core.errors import InternalError, OcmmError
-from ocmm_core.failure import EXIT_INTERNAL, ThreadNet, contained
+from ocmm_core.cli.terminal import print_in_any_encoding, say
+from ocmm_core.errors import InternalError, OcmmError, StorageError
+from ocmm_core.failure import EXIT_INTERNAL, ThreadNet, contained, hold_standard_streams
 from ocmm_core.host import HOST
 
 COULD_NOT_MEASURE = 2
 NOBODY_READS = 141
 """128 and SIGPIPE, as of any program whose reader has left: ``ocmm --help | head -1``."""
 
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG, errno.EBADF)
+
 _SAFE = "All points taken are saved in the job file."
+_MEASURING = ("measure", "demo")
+"""Commands that record points in a job file."""
 
 
 def main() -> None:
-    """Run the command line; every fault, also one nobody foresaw, is a sentence and its remedy."""
+    """Run the command line; every fault, also an unexpected one, is a sentence and its remedy."""
+    hold_standard_streams()
+    print_in_any_encoding()
+    try:
+        _main()
+    except SystemExit as end:
+        if end.code is None or isinstance(end.code, int):
+            sys.exit(_written(end.code or 0))
+        raise
+    sys.exit(_written(0))
+
+
+def _main() -> None:
     piped = _is_piped()
     with ThreadNet(_tell) as threads:
         try:
@@ -38,7 +55,11 @@ def main() -> None:
                 _give_up(cause.__cause__ or cause, piped=piped)
             raise
         except KeyboardInterrupt:
-            sys.stderr.write(say("ocmm: stopped; all points taken are saved in the job file.\n"))
+            if _measures():
+                told = say("ocmm: stopped; all points taken are saved in the job file.\n")
+            else:
+                told = say("ocmm: stopped.\n")
+            sys.stderr.write(told)
             sys.exit(130)
         except Exception as error:
             _give_up(error, piped=piped)
@@ -64,11 +85,69 @@ def _is_crash(error: Exception) -> bool:
 def _give_up(error: BaseException, *, piped: bool) -> NoReturn:
     if isinstance(error, BrokenPipeError) and piped and _is_unread():
         # Nothing failed. What is left in the buffer would be complained about at the very end.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _silence(sys.stdout)
         sys.exit(NOBODY_READS)
-    told = contained(error, "The command", _SAFE)
+    if isinstance(error, OSError) and error.errno in _FULL and error.filename is None:
+        fault = _fault_of(sys.stdout, b"\n") or _fault_of(sys.stderr, b"\n")
+        if fault is not None:
+            # The output failed, not the program.
+            _tell(_unwritten(fault))
+            sys.exit(COULD_NOT_MEASURE)
+    told = contained(error, "The command", _SAFE if _measures() else "")
     _tell(told)
     sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else COULD_NOT_MEASURE)
+
+
+def _written(code: int) -> int:
+    """Return the exit code after all that was printed is written, or could not be."""
+    fault = _fault_of(sys.stdout)
+    if fault is not None:
+        _silence(sys.stdout)
+        if isinstance(fault, BrokenPipeError):
+            code = code or NOBODY_READS
+        else:
+            code = max(code, COULD_NOT_MEASURE)
+            _tell(_unwritten(fault))
+    if _fault_of(sys.stderr) is not None:
+        _silence(sys.stderr)
+    return code
+
+
+def _unwritten(fault: OSError) -> OcmmError:
+    return StorageError(
+        "output.unwritable",
+        f"The output could not be written ({fault.strerror}).",
+        "Free disk space or print to another place, then repeat the command."
+        f"{f' {_SAFE}' if _measures() else ''}",
+    )
+
+
+def _fault_of(stream: TextIO, probe: bytes = b"") -> OSError | None:
+    """Return why a stream cannot be written; None if it can be, or is closed."""
+    try:
+        stream.flush()
+        if probe:
+            os.write(stream.fileno(), probe)
+    except OSError as error:
+        return error
+    except ValueError:
+        # It was closed.
+        return None
+    return None
+
+
+def _silence(stream: TextIO) -> None:
+    """Drop what cannot be written, so that Python does not end with a code of its own (120)."""
+    with contextlib.suppress(OSError, ValueError):
+        nothing = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nothing, stream.fileno())
+        os.close(nothing)
+        stream.flush()
+
+
+def _measures() -> bool:
+    """Return whether this command records points."""
+    return any(word in _MEASURING for word in sys.argv[1:4])
 
 
 def _is_piped() -> bool:

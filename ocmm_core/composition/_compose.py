@@ -42,7 +42,7 @@ from ocmm_core.settings import released_plans_only
 from ocmm_core.simulation.hand import HandAtRig
 from ocmm_core.simulation.scene import Missing, VirtualRig
 from ocmm_core.station import MeasuringStation, StationOptions, free_path, give_back
-from ocmm_core.storage import JobFile, make_head
+from ocmm_core.storage import NAMED, JobFile, make_head
 from ocmm_core.tracking import (
     ProbeBody,
     ReferenceBody,
@@ -217,6 +217,7 @@ def _new_job(
     )
     head = replace(head, rig_text=calibration.rig_text, probe_text=probe.probe_text)
     job = JobFile.create(job_path, head)
+    job.append_event(NAMED, job_path.stem)
     if request.order or request.batch:
         job.append_event(HEADER_EVENT, header_text(header))
     note_release(job, plan_release(request.plan))

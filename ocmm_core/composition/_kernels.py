@@ -82,6 +82,7 @@ ocmm_core.inspection.step._place_kernel
     distances f2 f3 f
     gaps_about f1 f1 f2
 ocmm_core.inspection.step.brep._surface_kernel
+    closed_loops f2 i1
     inside f1 f1 f3 b2
     run_along i f2 f1 f i1 f2 i1 f1 f2 f2 f2 f1
     places_inside i f2 f1 f2 i1

@@ -11,6 +11,7 @@ from ocmm_core.documents import write_atomic, written_beside
 from ocmm_core.errors import StorageError
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import clear_beside
+from ocmm_core.side_files import LARGEST_JOB, read_guarded
 
 
 def write_together(
@@ -46,7 +47,7 @@ def write_together(
             if check is not None:
                 check({path: staged[path].read_bytes() for path in contents})
             for path in contents:
-                before = path.read_bytes() if path.exists() else None
+                before = read_guarded(path, LARGEST_JOB) if path.exists() else None
                 staged[path].replace(path)
                 replaced.append((path, before))
             for folder in {path.parent for path in contents}:

@@ -237,15 +237,13 @@ def _touched(
     return _ELSEWHERE
 
 
-def _content_of(
-    places: ShopPlaces, hashes: dict[Path, str], job: DoubtedJob
-) -> tuple[bytes, bytes]:
+def _content_of(places: ShopPlaces, hashes: dict[Path, str], job: DoubtedJob) -> tuple[bytes]:
     with open_archive(places.address, password=places.password, read_only=True) as archive:
         return _from_open(archive, hashes, job)
 
 
-def _from_open(archive: Archive, hashes: dict[Path, str], job: DoubtedJob) -> tuple[bytes, bytes]:
-    return archive.content(hashes[job.path]), b""
+def _from_open(archive: Archive, hashes: dict[Path, str], job: DoubtedJob) -> tuple[bytes]:
+    return (archive.content(hashes[job.path]),)
 
 
 def _unknown(row: _Archived, record: JobRecord, finding: ArchiveFinding) -> RecalledJob:

@@ -9,6 +9,7 @@ from pathlib import Path
 from ocmm_core.errors import StorageError
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import temporary_file
+from ocmm_core.side_files import open_guarded
 
 _LARGEST = 1 << 20
 
@@ -101,8 +102,7 @@ def private_content(path: Path) -> bytes | None:
         It cannot be read, or other users can read it or write its folder.
     """
     try:
-        # A pipe without a writer would be waited for.
-        descriptor = HOST.open_file(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+        descriptor = open_guarded(path)
     except FileNotFoundError:
         return None
     except OSError as error:

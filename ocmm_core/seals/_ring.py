@@ -13,12 +13,13 @@ import msgspec
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.host import HOST
 from ocmm_core.leftovers import hold
 from ocmm_core.seals._private_file import guarded_content, unwritable
 from ocmm_core.seals._public import fingerprint_of, public_from_text
+from ocmm_core.side_files import SIDE_FILES, Trusted, open_guarded
 
 _RING = "known_keys.json"
+_LARGEST = SIDE_FILES[Trusted.KEYS][0].most
 _LOCK = ".changing"
 _SCHEMA = "ocmm.keys/1"
 _NAME_LENGTH = 60
@@ -109,7 +110,7 @@ def changing(folder: Path) -> Iterator[None]:
     while True:
         try:
             folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-            descriptor = HOST.open_file(path, os.O_RDWR | os.O_CREAT, 0o600)
+            descriptor = open_guarded(path, flags=os.O_RDWR | os.O_CREAT)
         except OSError as error:
             raise unwritable(folder, error) from error
         if hold(descriptor, path):

@@ -14,7 +14,7 @@ from ocmm_core.inspection.evaluation import JobHeader
 from ocmm_core.inspection.plan import Plan, note_release
 from ocmm_core.inspection.session import HEADER_EVENT, check_header, header_text
 from ocmm_core.seals import NO_RELEASE, ReleaseState
-from ocmm_core.storage import JobFile, JobHead, now_utc
+from ocmm_core.storage import NAMED, JobFile, JobHead, now_utc
 
 _log = logging.getLogger(__name__)
 
@@ -60,7 +60,7 @@ def job_for(
     )
     job = JobFile.create(free_path(folder, plan), head)
     try:
-        job.append_event(HEADER_EVENT, header_text(header))
+        job.change(events=((NAMED, job.path.stem), (HEADER_EVENT, header_text(header))))
         note_release(job, release)
     except BaseException:
         job.close()

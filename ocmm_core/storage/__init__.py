@@ -5,8 +5,9 @@ In: points, events, documents of a job. Out: one SQLite file per job, and the sa
 Read `_job_file` (the file and its promises), `_tables` and `_rows` (what stands in it, bit for
 bit), `_job_steps` (points and annulments in order), `_audit` (the hash-linked chain),
 `_job_seal` (who signed it), `_job_writer` (until the disk fails), `_job_keeper` (until its name is
-lost: then it is rescued), `_event_text`, `_connection`
-and `_faults` (what is the matter, in one sentence), `_guard`, `_schema` and `_checks` (what a file
+lost: then it is rescued), `_event_text`, `_connection` and `_faults` (faults as sentences),
+`_job_content` with `_write_ahead_log` (the one door for readers), `_guard`, `_schema` and `_checks`
+(what a file
 from elsewhere may cost and hold), `_migrations` (versions),
 `_glance` (a summary without opening it to write), `_held_jobs` (what an archive holds back).
 It must not know plans, features or verdicts: it keeps what it is given.
@@ -20,11 +21,10 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.storage._audit import AUDITED, AuditedStep, digest_row, now_utc
-    from ocmm_core.storage._connection import is_current, require_size
     from ocmm_core.storage._event_text import bad_event, event_value
     from ocmm_core.storage._faults import damaged, no_job, not_writable, saved_sentence
-    from ocmm_core.storage._glance import JobSummary, read_summary, settled_trace
-    from ocmm_core.storage._guard import LARGEST_FILE, guarded_connection
+    from ocmm_core.storage._glance import JobSummary, read_summary
+    from ocmm_core.storage._guard import database_content, open_in_place
     from ocmm_core.storage._held_jobs import (
         HeldJobs,
         held_jobs_file,
@@ -32,7 +32,8 @@ if TYPE_CHECKING:
         read_held_jobs,
         write_held_jobs,
     )
-    from ocmm_core.storage._job_file import JobFile
+    from ocmm_core.storage._job_content import JobContent, read_job
+    from ocmm_core.storage._job_file import NAMED, JobFile
     from ocmm_core.storage._job_keeper import RESCUED
     from ocmm_core.storage._job_seal import ADOPTED, JobSeal, judge_head
     from ocmm_core.storage._job_steps import JobStep
@@ -42,13 +43,13 @@ else:
     __getattr__ = door(
         __name__,
         _audit="AUDITED AuditedStep digest_row now_utc",
-        _connection="is_current require_size",
         _event_text="bad_event event_value",
         _faults="damaged no_job not_writable saved_sentence",
-        _glance="JobSummary read_summary settled_trace",
-        _guard="LARGEST_FILE guarded_connection",
+        _glance="JobSummary read_summary",
+        _guard="database_content open_in_place",
         _held_jobs="HeldJobs held_jobs_file held_sentences read_held_jobs write_held_jobs",
-        _job_file="JobFile",
+        _job_content="JobContent read_job",
+        _job_file="NAMED JobFile",
         _job_keeper="RESCUED",
         _job_seal="ADOPTED JobSeal judge_head",
         _job_steps="JobStep",
@@ -60,10 +61,11 @@ __all__ = [
     "ADOPTED",
     "AUDITED",
     "CLOCK",
-    "LARGEST_FILE",
+    "NAMED",
     "RESCUED",
     "AuditedStep",
     "HeldJobs",
+    "JobContent",
     "JobEvent",
     "JobFile",
     "JobHead",
@@ -74,21 +76,20 @@ __all__ = [
     "Observed",
     "bad_event",
     "damaged",
+    "database_content",
     "digest_row",
     "event_value",
-    "guarded_connection",
     "held_jobs_file",
     "held_sentences",
-    "is_current",
     "judge_head",
     "make_head",
     "no_job",
     "not_writable",
     "now_utc",
+    "open_in_place",
     "read_held_jobs",
+    "read_job",
     "read_summary",
-    "require_size",
     "saved_sentence",
-    "settled_trace",
     "write_held_jobs",
 ]

@@ -5,13 +5,13 @@ from __future__ import annotations
 import contextlib
 import os
 import sqlite3
-import stat
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TypeVar
 
-from ocmm_core.documents import write_new
+from ocmm_core.documents import write_atomic, write_new
 from ocmm_core.errors import StorageError
+from ocmm_core.side_files import Trusted
 from ocmm_core.storage._faults import (
     FAULTS,
     bad_text,
@@ -21,16 +21,18 @@ from ocmm_core.storage._faults import (
     primary_code,
     storage_error,
 )
-from ocmm_core.storage._guard import LARGEST_FILE, GuardedConnection, guarded_connection
-from ocmm_core.storage._migrations import APPLICATION_ID, MIGRATIONS, bring_up_to_date
+from ocmm_core.storage._guard import GuardedConnection, database_content, open_in_place, with_log
+from ocmm_core.storage._job_content import HELD, read_job, unreadable
+from ocmm_core.storage._migrations import APPLICATION_ID, backup_older, bring_up_to_date
 from ocmm_core.storage._schema import require_schema
+from ocmm_core.storage._tables import stored_head
 
 C = TypeVar("C", bound=sqlite3.Connection)
 
 _WAIT_S = 1.0
 """How long an open waits for another program to let go of the file."""
 
-_FORMAT_VERSIONS, _USER_VERSION = slice(18, 20), slice(60, 64)
+_FORMAT_VERSIONS = slice(18, 20)
 """Bytes of the head of an SQLite file."""
 _MAGIC = b"SQLite format 3\0"
 
@@ -43,13 +45,19 @@ def make_file(path: Path, fill: Callable[[sqlite3.Connection], None]) -> None:
     StorageError
         There is such a file already, or it cannot be written; nothing is left behind then.
     """
-    with contextlib.closing(sqlite3.connect(":memory:", isolation_level=None)) as db:
-        with _closing_on_error(path, db):
-            bring_up_to_date(db, path, read_only=False)
-            db.execute("BEGIN")
-            fill(db)
-            db.execute("COMMIT")
-        content = job_bytes(db)
+
+    def whole(db: sqlite3.Connection) -> None:
+        bring_up_to_date(db, path)
+        db.execute("BEGIN")
+        fill(db)
+        db.execute("COMMIT")
+
+    try:
+        content = database_content(whole)
+    except FAULTS as error:
+        raise storage_error(path, error) from error
+    except UnicodeEncodeError as error:
+        raise bad_text(path, error) from error
     try:
         write_new(path, content)
     except FileExistsError as error:
@@ -64,11 +72,7 @@ def make_file(path: Path, fill: Callable[[sqlite3.Connection], None]) -> None:
 
 def job_bytes(db: sqlite3.Connection) -> bytes:
     """Return the bytes of a job file with what a connection in memory holds."""
-    content = bytearray(db.serialize())
-    # Of a file with a write-ahead log (SQLite, "Database File Format", 1.3.3); a database in
-    # memory has none.
-    content[_FORMAT_VERSIONS] = b"\2\2"
-    return bytes(content)
+    return with_log(db.serialize())
 
 
 def opened_bytes(content: bytes) -> sqlite3.Connection:
@@ -81,38 +85,50 @@ def opened_bytes(content: bytes) -> sqlite3.Connection:
 
 
 @contextlib.contextmanager
-def connection_to(path: Path, *, read_only: bool) -> Iterator[GuardedConnection]:
-    """Give the connection to a job file that is there, closed again where the body fails.
+def connection_to(path: Path) -> Iterator[GuardedConnection]:
+    """Give the connection to a job file to add to it, closed again where the body fails.
 
     Raises
     ------
     StorageError
         The file is missing, no job file, newer than this program, damaged, cannot be read or
-        written, or is in use by another program.
+        written, is in use by another program, or a file next to it is refused.
     """
-    if not path.is_file():
-        raise StorageError(
-            "job.missing", f"{path}: file not found.", "Check the name and the folder."
-        )
-    require_size(path)
-    mode = "rw"
-    if not read_only and not (os.access(path, os.W_OK) and os.access(path.parent, os.W_OK)):
+    # As every reader sees it, before SQLite opens anything by name.
+    content = read_job(path)
+    if path.is_symlink():
+        raise not_writable(path, f"it is a link to {path.resolve()}; add to that file itself")
+    if not (os.access(path, os.W_OK) and os.access(path.parent, os.W_OK)):
         raise not_writable(path, "the file or its folder is write-protected")
-    if read_only and not os.access(path.parent, os.W_OK):
-        # SQLite needs a writable folder even to read a WAL. A finished file has none and can
-        # be read as it is, e.g. from an archive that nobody can write to.
-        mode = "ro" if path.with_name(f"{path.name}-wal").exists() else "ro&immutable=1"
-    with _closing_on_error(path, _connect(path, mode, alone=not read_only)) as db:
-        _require_job(db, path, read_only=read_only)
-        if not read_only:
-            # What a killed program or a failed sync left in the log may only be in memory: from
-            # here on it is on the disk, before anything is written behind it.
-            checkpoint(db)
+    if content.file[_FORMAT_VERSIONS] != b"\2\2":
+        _mark_with_log(path, content.file)
+    with _closing_on_error(path, _connect(path)) as db:
+        _require_job(db, path)
+        backup_older(db, path)
+        bring_up_to_date(db, path)
+        # What a killed program or a failed sync left in the log may only be in memory: from
+        # here on it is on the disk, before anything is written behind it.
+        checkpoint(db)
         yield db
 
 
+def _mark_with_log(path: Path, content: bytes) -> None:
+    """Replace a job that another program saved without a log by one that is written with a log.
+
+    SQLite would write it by a rollback journal, which a reader refuses.
+    """
+    with connection_in_memory(path, content) as checked, contextlib.closing(checked):
+        stored_head(checked, path)
+    try:
+        write_atomic(path, with_log(content))
+    except OSError as error:
+        raise not_writable(path, error.strerror or str(error)) from error
+
+
 @contextlib.contextmanager
-def connection_in_memory(path: Path, content: bytes) -> Iterator[GuardedConnection]:
+def connection_in_memory(
+    path: Path, content: bytes, *, whole: bool = True
+) -> Iterator[GuardedConnection]:
     """Give a connection to the bytes of a job file without a log, closed where the body fails.
 
     Parameters
@@ -120,43 +136,39 @@ def connection_in_memory(path: Path, content: bytes) -> Iterator[GuardedConnecti
     path
         What it is called; no file is touched.
     content
-        Of this program's version (`is_current`).
+        Of this version or an earlier one, which is brought up to date in memory.
+    whole
+        All pages are checked; else only what a list reads is there, of its own version.
 
     Raises
     ------
     StorageError
         It is no job file, or damaged.
     """
-    held = bytearray(content)
-    # A database in memory has no write-ahead log, see `make_file`.
-    held[_FORMAT_VERSIONS] = b"\1\1"
+    if not content.startswith(_MAGIC):
+        raise no_job(path)
+    # A database in memory has no write-ahead log.
+    held = content[: _FORMAT_VERSIONS.start] + b"\1\1" + content[_FORMAT_VERSIONS.stop :]
     db: GuardedConnection = sqlite3.connect(
         ":memory:", factory=GuardedConnection, isolation_level=None, check_same_thread=False
     )
     with _closing_on_error(path, db):
         db.deserialize(held)
-        db.guard(None, len(held))
+        del held
+        db.guard(None, len(content))
         db.execute("PRAGMA foreign_keys = ON")
-        _require_job(db, path, read_only=True)
+        _require_job(db, path, whole=whole)
+        if whole:
+            bring_up_to_date(db, path)
         yield db
 
 
-def is_current(content: bytes) -> bool:
-    """Return whether bytes say that they are an SQLite file of the version of this program.
-
-    Others are brought up to date as files.
-    """
-    version = int.from_bytes(content[_USER_VERSION], "big")
-    return content[: len(_MAGIC)] == _MAGIC and version == len(MIGRATIONS)
-
-
-def _require_job(db: sqlite3.Connection, path: Path, *, read_only: bool) -> None:
-    """Raise StorageError where what is open is no whole job; an older one is brought up to date."""
+def _require_job(db: sqlite3.Connection, path: Path, *, whole: bool = True) -> None:
+    """Raise StorageError if the open file is no whole job."""
     if int(db.execute("PRAGMA application_id").fetchone()[0]) != APPLICATION_ID:
         raise no_job(path)
     require_schema(db, path)
-    bring_up_to_date(db, path, read_only=read_only)
-    fault = db.execute("PRAGMA quick_check(1)").fetchone()[0]
+    fault = db.execute("PRAGMA quick_check(1)").fetchone()[0] if whole else "ok"
     if fault != "ok":
         raise damaged(path, " ".join(fault.split()))
 
@@ -196,29 +208,24 @@ def give_up(db: sqlite3.Connection) -> None:
     db.close()
 
 
-def require_size(path: Path) -> None:
-    """Raise StorageError where ``path`` is no file, or larger than any job."""
+def _connect(path: Path) -> GuardedConnection:
     try:
-        found = path.stat()
+        key = HELD.hold(path)
     except OSError as error:
-        raise not_writable(path, error.strerror or str(error)) from error
-    if not stat.S_ISREG(found.st_mode):
-        # A pipe would be waited for.
-        raise no_job(path)
-    size = found.st_size
-    if size > LARGEST_FILE:
-        raise damaged(path, f"{size >> 20} MB are more than any job has")
-
-
-def _connect(path: Path, mode: str, *, alone: bool) -> GuardedConnection:
+        raise unreadable(path, error) from error
     try:
-        db = guarded_connection(
-            path, mode, timeout=_WAIT_S, isolation_level=None, check_same_thread=False
-        )
-    except FAULTS as error:
-        raise storage_error(path, error) from error
+        db = open_in_place(path, GuardedConnection, Trusted.JOB, wait_s=_WAIT_S)
+    except BaseException as error:
+        HELD.let_go(key)
+        if isinstance(error, FAULTS):
+            raise storage_error(path, error) from error
+        if isinstance(error, OSError):
+            raise unreadable(path, error) from error
+        raise
+    db.on_close(lambda: HELD.let_go(key))
     with _closing_on_error(path, db):
-        db.execute("PRAGMA locking_mode = EXCLUSIVE" if alone else "PRAGMA query_only = ON")
+        db.guard(path)
+        db.execute("PRAGMA locking_mode = EXCLUSIVE")
         db.execute("PRAGMA synchronous = FULL")
         # By itself SQLite would tell nobody of a sync that fails there, and try it again.
         db.execute("PRAGMA wal_autocheckpoint = 0")

@@ -6,15 +6,23 @@ So nothing of its schema is trusted, and nothing in it may keep us longer than i
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import sqlite3
+import stat
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
+
+from ocmm_core.side_files import SIDE_FILES, Trusted, refuse_side_files
+
+C = TypeVar("C", bound=sqlite3.Connection)
 
 LONGEST_VALUE = 32 << 20
 """Bytes of the longest value of a row; SQLite refuses a longer one before it makes room for it."""
 
-LARGEST_FILE = 1 << 30
+LARGEST_FILE = SIDE_FILES[Trusted.JOB][0].most
 """Bytes of the largest file that is opened; a job of 100,000 points has a fifth of it."""
 
 _LIMITS = {
@@ -49,6 +57,17 @@ class GuardedConnection(sqlite3.Connection):
         self._path: Path | None = None
         self._size = 0
         self._until_s = 0.0
+        self._on_close: Callable[[], None] = lambda: None
+
+    def on_close(self, then: Callable[[], None]) -> None:
+        """Call ``then`` once, after the connection is closed."""
+        self._on_close = then
+
+    def close(self) -> None:
+        """Close the connection; may be called twice."""
+        super().close()
+        self._on_close()
+        self._on_close = lambda: None
         self.inserts: list[tuple[str, tuple[object, ...]]] | None = None
         """The statements that inserted rows, with their values; None if not collected."""
 
@@ -73,13 +92,7 @@ class GuardedConnection(sqlite3.Connection):
             self.setlimit(limit, most)
         self.set_progress_handler(self._is_over, _STEPS)
         self.renew()
-        # From Python 3.12 on; the schema is compared in any case.
-        switch = getattr(self, "setconfig", None)
-        defensive = getattr(sqlite3, "SQLITE_DBCONFIG_DEFENSIVE", None)
-        if switch is not None and defensive is not None:
-            switch(defensive, True)
-        for defence in _DEFENCES:
-            self.execute(defence)
+        harden(self)
 
     def renew(self) -> None:
         """Let the file take its time anew; whoever begins another reading or writing calls this."""
@@ -94,26 +107,56 @@ class GuardedConnection(sqlite3.Connection):
         return time.thread_time() > self._until_s
 
 
-def guarded_connection(path: Path, mode: str, **options: Any) -> GuardedConnection:
-    """Open the file at ``path`` with everything bounded.
+def harden(db: sqlite3.Connection) -> None:
+    """Let nothing in the schema of a file run, and check its pages; before the first statement."""
+    # From Python 3.12 on; the schema is compared in any case.
+    switch = getattr(db, "setconfig", None)
+    defensive = getattr(sqlite3, "SQLITE_DBCONFIG_DEFENSIVE", None)
+    if switch is not None and defensive is not None:
+        switch(defensive, True)
+    for defence in _DEFENCES:
+        db.execute(defence)
 
-    Parameters
-    ----------
-    mode
-        Of SQLite's address, with further parameters of it.
-    options
-        Of `sqlite3.connect`.
+
+def open_in_place(
+    path: Path, factory: type[C], kind: Trusted, *, wait_s: float, read_only: bool = False
+) -> C:
+    """Open a database by its name, hardened, if nothing hostile lies next to it.
 
     Raises
     ------
+    OSError
+        As of `refuse_side_files`.
     sqlite3.Error
         It cannot be opened.
     """
-    address = f"{path.resolve().as_uri()}?mode={mode}"
-    db: GuardedConnection = sqlite3.connect(address, uri=True, factory=GuardedConnection, **options)
+    there = path.resolve()
+    if not stat.S_ISREG(there.stat().st_mode):
+        raise OSError(errno.EINVAL, "it is no file", str(path))
+    refuse_side_files(there, kind)
+    db: C = sqlite3.connect(
+        f"{there.as_uri()}?mode={'ro' if read_only else 'rw'}", uri=True, factory=factory,
+        timeout=wait_s, isolation_level=None, check_same_thread=False,
+    )  # fmt: skip
     try:
-        db.guard(path)
+        harden(db)
     except BaseException:
         db.close()
         raise
     return db
+
+
+def database_content(fill: Callable[[sqlite3.Connection], None]) -> bytes:
+    """Return the bytes of a new database with a write-ahead log that holds what ``fill`` stores.
+
+    Made in memory: no rollback journal is ever made on a disk, so each one there is foreign.
+    """
+    with contextlib.closing(sqlite3.connect(":memory:", isolation_level=None)) as db:
+        fill(db)
+        return with_log(db.serialize())
+
+
+def with_log(content: bytes) -> bytes:
+    """Return the bytes of a database marked as one with a write-ahead log."""
+    # A database in memory has none (SQLite, "Database File Format", 1.3.3).
+    return content[:18] + b"\2\2" + content[20:]

@@ -30,7 +30,8 @@ from ocmm_core.storage._audit import (
 )
 from ocmm_core.storage._connection import connection_in_memory, connection_to, make_file
 from ocmm_core.storage._faults import FAULTS, not_writable, storage_error
-from ocmm_core.storage._guard import GuardedConnection
+from ocmm_core.storage._guard import GuardedConnection, with_log
+from ocmm_core.storage._job_content import read_job
 from ocmm_core.storage._job_keeper import JobKeeper
 from ocmm_core.storage._job_seal import (
     ADOPTED,
@@ -66,6 +67,8 @@ from ocmm_core.storage._tables import (
 
 _LOCK_S = 0.4
 """Longest wait for a step in progress, when the name of the file is lost."""
+NAMED = "named"
+"""Kind of the event with the name of the job; the first one counts."""
 
 
 class JobFile:
@@ -75,12 +78,6 @@ class JobFile:
     that takes points and the window that undoes them do not meet. A call waits at most for one
     commit of another thread (milliseconds; as long as the disk takes).
 
-    Attributes
-    ----------
-    path
-        Where the file is.
-    head
-        What the job says about itself.
     """
 
     def __init__(
@@ -89,16 +86,21 @@ class JobFile:
         db: GuardedConnection,
         head: JobHead,
         *,
-        read_only: bool,
+        read_only: bool = False,
         scratch: bool = False,
     ) -> None:
         self.path = path
+        """Where the file is."""
         self.head = head
+        """What the job says about itself."""
+        self.left_out = ""
+        """What of the file is in no complete step, as a sentence; empty if there is nothing."""
         self._read_only, self._scratch = read_only, scratch
         self._db: GuardedConnection | None = db
         self._lock = threading.Lock()
         self._writer = JobWriter(path)
         self._key: StationKey | None = None
+        self._name: str | None = None
         self._closing = False
         self._keeper: JobKeeper | None = None
         if not (read_only or scratch):
@@ -174,41 +176,51 @@ class JobFile:
         return made
 
     @classmethod
-    def open(cls, path: Path | str, *, read_only: bool = False, scratch: bool = False) -> JobFile:
-        """Open a job file.
-
-        Parameters
-        ----------
-        read_only
-            Nothing can be added.
-        scratch
-            It is a copy that nobody keeps: what is added is neither signed nor remembered, so that
-            a job in doubt can be looked into as well.
+    def open(cls, path: Path | str, *, read_only: bool = False) -> JobFile:
+        """Open a job file to add to it, or by `read` if ``read_only``.
 
         Raises
         ------
         StorageError
             The file is missing, no job file, newer than this program, damaged, cannot be read or
-            written, or is in use by another program.
+            written, is in use by another program, or a file next to it is refused.
         """
         path = Path(path)
-        with connection_to(path, read_only=read_only) as db:
+        if read_only:
+            return cls.read(path, read_only=True)
+        with connection_to(path) as db:
             head = stored_head(db, path)
             try:
-                return cls(path, db, head, read_only=read_only, scratch=scratch)
+                return cls(path, db, head)
             except OSError as error:
                 raise not_writable(path, error.strerror or str(error)) from error
 
     @classmethod
-    def in_memory(cls, path: Path, content: bytes) -> JobFile:
+    def read(cls, path: Path, *, read_only: bool = False) -> JobFile:
+        """Return the job at ``path`` as it is now, in memory; its file is touched no more.
+
+        What is added is added to this copy alone, unless it is ``read_only``.
+
+        Raises
+        ------
+        StorageError
+            As of `read_job`, or it is damaged.
+        """
+        content = read_job(path)
+        return cls.in_memory(path, content.file, content.left_out, read_only=read_only)
+
+    @classmethod
+    def in_memory(
+        cls, path: Path, content: bytes, left_out: str = "", *, read_only: bool = False
+    ) -> JobFile:
         """Open the bytes of a job file without a log; no disk is touched, and nothing is kept.
 
         Parameters
         ----------
         path
             What it is called.
-        content
-            Of the version of this program (`is_current`).
+        left_out
+            Of `JobContent`.
 
         Raises
         ------
@@ -216,7 +228,14 @@ class JobFile:
             They are none of a job file, or damaged.
         """
         with connection_in_memory(path, content) as db:
-            return cls(path, db, stored_head(db, path), read_only=False, scratch=True)
+            made = cls(path, db, stored_head(db, path), read_only=read_only, scratch=True)
+            made.left_out = left_out
+            return made
+
+    def content(self) -> bytes:
+        """Return the bytes of the file with all that is stored, without a log."""
+        with self._reading() as db:
+            return with_log(db.serialize())
 
     def append_point(self, point: MeasuredPoint) -> None:
         """Store a point; it is on the disk when this returns.
@@ -270,6 +289,20 @@ class JobFile:
                 insert_point(db, self.path, point)
             for kind, text in events:
                 insert_event(db, kind, text)
+
+    @property
+    def name(self) -> str:
+        """Return the name that the job was given when it was made, whatever its file is called now.
+
+        That of its file for jobs of earlier versions, which did not store it.
+        """
+        if self._name is None:
+            with self._reading() as db:
+                row = db.execute(
+                    "SELECT text FROM event WHERE kind = ? ORDER BY id LIMIT 1", (NAMED,)
+                ).fetchone()
+            self._name = self.path.stem if row is None else str(row[0])
+        return self._name
 
     def points(self) -> list[MeasuredPoint]:
         """Return the points that are not annulled, in the order in which they were taken.
@@ -441,10 +474,8 @@ class JobFile:
                 f"{path}: this file already exists.",
                 "Choose another name for the backup.",
             )
-        with self._reading() as db:
-            content = db.serialize()
         try:
-            write_atomic(path, content)
+            write_atomic(path, self.content())
         except OSError as error:
             raise not_writable(path, error.strerror or str(error)) from error
 

@@ -17,9 +17,14 @@ from ocmm_core.errors import StorageError
 from ocmm_core.host import HOST
 from ocmm_core.named_file import NamedFile, NameLoss, write_rescued
 from ocmm_core.seals import StationKey
-from ocmm_core.storage._connection import checkpoint, job_bytes, opened_bytes
+from ocmm_core.storage._connection import (
+    checkpoint,
+    connection_in_memory,
+    job_bytes,
+    opened_bytes,
+)
 from ocmm_core.storage._faults import FAULTS, disk_failed, lost_name
-from ocmm_core.storage._guard import guarded_connection
+from ocmm_core.storage._job_content import read_job
 from ocmm_core.storage._job_seal import insert_seal, remember_job
 from ocmm_core.storage._tables import insert_event
 
@@ -218,14 +223,14 @@ class JobKeeper:
 
     def _holds_last(self) -> bool:
         try:
-            with contextlib.closing(guarded_connection(self._path, "ro&immutable=1")) as db:
+            content = read_job(self._path).file
+            with connection_in_memory(self._path, content) as db, contextlib.closing(db):
                 found = db.execute(
                     "SELECT sequence, hash FROM audit ORDER BY sequence DESC LIMIT 1"
                 ).fetchone()
-                sound = db.execute("PRAGMA quick_check(1)").fetchone()[0] == "ok"
-        except FAULTS:
+        except (*FAULTS, StorageError):
             return False
-        return sound and (self._last is None or tuple(found) == self._last)
+        return self._last is None or tuple(found) == self._last
 
     def _content(self, path: Path) -> bytes:
         with contextlib.closing(opened_bytes(self._base)) as db:

@@ -137,40 +137,41 @@ def require_known(db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = 
     return version
 
 
-def bring_up_to_date(
-    db: sqlite3.Connection, path: Path, *, read_only: bool, steps: tuple[Step, ...] = MIGRATIONS
-) -> None:
-    """Take the file at ``path``, open as ``db``, to the version of this program.
-
-    A file that holds something already is first copied to ``<name>.v<version>.bak`` beside it.
+def backup_older(db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = MIGRATIONS) -> None:
+    """Copy an older file to ``<name>.v<version>.bak`` next to it, before it is brought up to date.
 
     Raises
     ------
     StorageError
-        The file is newer than this program, or older and opened for reading only, or its backup
-        cannot be written. The file is then as it was.
-    sqlite3.Error
-        A step failed; the file has the version before that step.
+        The file is newer than this program, or the backup cannot be written.
     """
     version = require_known(db, path, steps)
     if version == len(steps):
         return
-    if read_only:
+    backup = path.with_name(f"{path.name}.v{version}.bak")
+    try:
+        write_atomic(backup, db.serialize())
+    except OSError as error:
         raise StorageError(
-            "job.older",
-            f"{path}: the job has the older file version {version} and was opened read-only.",
-            "Open it once for measuring; it is then backed up and updated.",
-        )
-    if version > 0:
-        backup = path.with_name(f"{path.name}.v{version}.bak")
-        try:
-            write_atomic(backup, db.serialize())
-        except OSError as error:
-            raise StorageError(
-                "job.backup",
-                f"{backup}: the backup before the update cannot be written ({error.strerror}).",
-                "Free space in that folder, or copy the job to a writable folder.",
-            ) from error
+            "job.backup",
+            f"{backup}: the backup before the update cannot be written ({error.strerror}).",
+            "Free space in that folder, or copy the job to a writable folder.",
+        ) from error
+
+
+def bring_up_to_date(
+    db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = MIGRATIONS
+) -> None:
+    """Take the file called ``path``, open as ``db``, to the version of this program.
+
+    Raises
+    ------
+    StorageError
+        The file is newer than this program. It is then as it was.
+    sqlite3.Error
+        A step failed; the file has the version before that step.
+    """
+    version = require_known(db, path, steps)
     for number, step in enumerate(steps[version:], start=version + 1):
         db.execute("BEGIN IMMEDIATE")
         try:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ocmm_core.tables._named import NamedColumns, TextRow, TextTable, read_table
     from ocmm_core.tables._numbers import NUMBER, NumberGrammar, typed_number
     from ocmm_core.tables._points import PointsFile, read_points_file
+    from ocmm_core.tables._preview import PreviewRow, TablePreview, preview_table
     from ocmm_core.tables._text import decoded
 else:
     __getattr__ = door(
@@ -28,6 +29,7 @@ else:
         _named="NamedColumns TextRow TextTable read_table",
         _numbers="NUMBER NumberGrammar typed_number",
         _points="PointsFile read_points_file",
+        _preview="PreviewRow TablePreview preview_table",
         _text="decoded",
     )
 
@@ -36,12 +38,15 @@ __all__ = [
     "NamedColumns",
     "NumberGrammar",
     "PointsFile",
+    "PreviewRow",
     "TableAccount",
     "TableColumn",
     "TableOptions",
+    "TablePreview",
     "TextRow",
     "TextTable",
     "decoded",
+    "preview_table",
     "read_points_file",
     "read_table",
     "typed_number",

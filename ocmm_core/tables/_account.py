@@ -150,7 +150,7 @@ class TableAccount:
 
 def _meaning(column: TableColumn) -> str:
     unit = f" [{column.unit}]" if column.unit else ""
-    same = column.heading.lower() == column.role
+    same = column.heading.lower() == column.role or column.heading.isdigit()
     return f"{column.role}{unit}" if same else f"{column.role}{unit} = {column.heading!r}"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,8 +18,13 @@ from ocmm_core.units import find_unit, heading_unit
 AXES = ("x", "y", "z")
 NORMAL = ("i", "j", "k")
 _ROLES = (*AXES, *NORMAL, "name", "sigma", "unit")
+_MOST_TEXTS = 30_000
 _UNIT_VECTOR = 1e-3
-_ASK = "State the columns with --columns, such as --columns name,x,y,z or --columns x,y,z,-."
+_COORDINATE = re.compile(
+    r"(?:[a-zα-ω]|phi|theta|rho|lat|lon|long|latitude|longitude|radius|azimuth|angle|range|dist|"
+    r"distance)(?![a-zα-ω])"
+)
+_ASK = "State the columns, such as --columns name,x,y,z or --columns x,y,z,-."
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +96,16 @@ def heading_roles(cells: Sequence[str]) -> tuple[str, ...] | None:
     return tuple(roles) if len(set(coordinates)) >= 2 else None
 
 
+def check_texts(path: Path, count: int) -> None:
+    """Raise InputError if a file has more comments and titles than are searched for units."""
+    if count > _MOST_TEXTS:
+        raise InputError(
+            "table.lines",
+            f"{path}: more than {_MOST_TEXTS:,} lines that are not points.",
+            "Give a file with the points of one feature.",
+        )
+
+
 def find_heading(grid: TextGrid) -> tuple[int, list[str], tuple[str, ...]] | None:
     """Return line, cells and roles of the last heading above the rows; None if there is none."""
     split = grid.splitter()
@@ -97,7 +113,8 @@ def find_heading(grid: TextGrid) -> tuple[int, list[str], tuple[str, ...]] | Non
     first: list[str] = []
     comments = [(line, text.lstrip("#%!;/*' \t"), text) for line, text in grid.comments]
     lines = sorted([*comments, *((line, text, text) for line, text in grid.body)])
-    for line, text, raw in lines:
+    for place, (line, text, raw) in enumerate(lines):
+        check_texts(grid.path, place)
         cells = heading_cells(text, grid.separator)
         if heading_roles(cells) is not None:
             found = (line, raw, cells)
@@ -107,6 +124,7 @@ def find_heading(grid: TextGrid) -> tuple[int, list[str], tuple[str, ...]] | Non
             if len(first) - len(words) >= len(AXES) and not is_summary(words):
                 break
     if found is None:
+        _refuse_unknown_heading(grid, lines, first)
         return None
     line, raw, cells = found
     while len(first) > len(cells) and not first[-1]:
@@ -116,6 +134,29 @@ def find_heading(grid: TextGrid) -> tuple[int, list[str], tuple[str, ...]] | Non
     if len(cells) == len(first) - 1 and (raw.startswith("#") or not is_number(first[0])):
         cells = ["name", *cells] if "name" not in map(role_of, cells) else cells
     return line, cells, heading_roles(cells) or ()
+
+
+def _refuse_unknown_heading(
+    grid: TextGrid, lines: Sequence[tuple[int, str, str]], first: Sequence[str]
+) -> None:
+    """Raise InputError if the line above the rows names columns other than x, y and z."""
+    split = grid.splitter()
+    above: tuple[int, list[str], bool] | None = None
+    for line, text, raw in lines:
+        if text is raw and split(line, text) == first:
+            break
+        above = (line, heading_cells(text, grid.separator), text is raw)
+    if above is None or len(above[1]) != len(first) or any(map(is_number, above[1])):
+        return
+    line, cells, is_row = above
+    coordinates = sum(_COORDINATE.match(cell.casefold()) is not None for cell in cells)
+    if coordinates >= 2 or (is_row and grid.separator != " "):
+        raise InputError(
+            "table.columns",
+            f"{grid.path}, line {line}: the heading {shortened(' '.join(cells))} does not name x, "
+            "y and z.",
+            _ASK,
+        )
 
 
 def _joined(cells: Sequence[str]) -> list[str]:
@@ -191,6 +232,8 @@ def counted_roles(path: Path, rows: Sequence[tuple[int, list[str]]]) -> tuple[st
     roles = [""] * width
     if texts:
         roles[texts[0]] = "name"
+    if texts == [0] and len(numbers) == len(AXES) + 1 and _are_numbered([c for _, c in rows]):
+        numbers = numbers[1:]
     for place, role in zip(numbers, (*AXES, *NORMAL), strict=False):
         roles[place] = role
     if len(numbers) == 2 * len(AXES) and _are_normals(rows, numbers):
@@ -228,6 +271,11 @@ def _simple(text: str) -> float:
     return float(plain.replace("d", "e").replace("D", "e")) if NUMBER.fullmatch(plain) else math.nan
 
 
+def _are_numbered(rows: Sequence[list[str]]) -> bool:
+    """Return whether each row starts with "Point" and a whole number."""
+    return all(role_of(cells[0]) == "name" and cells[1].isdecimal() for cells in rows)
+
+
 def _is_running(rows: Sequence[list[str]]) -> bool:
     if len(rows) < 3:
         return False
@@ -240,4 +288,6 @@ def are_units(cells: Sequence[str]) -> bool:
     """Return whether a line below the heading states the unit of each column."""
     stripped = [cell.strip(" []()<>{}") for cell in cells]
     filled = [cell for cell in stripped if cell not in ("", "-", "1")]
-    return bool(filled) and all(find_unit(cell) is not None for cell in filled)
+    return bool(filled) and all(
+        find_unit(cell) is not None and not is_number(cell) for cell in filled
+    )

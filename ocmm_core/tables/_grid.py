@@ -18,7 +18,7 @@ LONGEST_ROW = 4000
 _SEP = re.compile(r'"?sep=(.)"?[;,]*', re.IGNORECASE)
 _COMMENT = re.compile(r"\s*(#|%|!|//|\$\$|'|;|\*)")
 _TRAILING = re.compile(r"(?:(?<=[\s;,])|(?<=\d))(?:#|%|!|//|\$\$)[^;,\d].*$")
-_RULE = re.compile(r"[\s\-=_+|:*~.;,\"]*")
+_RULE = re.compile(r"[\s\-=_+|:*~.;,]*")
 _ODD_BLANK = re.compile(f"[{BLANKS}]")
 
 
@@ -142,7 +142,8 @@ def separator_of(lines: Iterable[str]) -> str:
             return sign
     if counts["\t"] > half:
         widths = {text.count("\t") for text in data if "\t" in text}
-        blanks = sum(bool(re.search(r"\d +[\d+-]", text)) for text in data)
+        blanks = any(re.search(r"\d +[\d+-]", text) for text in data)
+        blanks = blanks or all("\t\t" in text for text in data)
         return "\t" if len(widths) <= 2 and not blanks else " "
     if counts[","] <= half:
         return " "
@@ -189,10 +190,9 @@ def heading_cells(text: str, separator: str) -> list[str]:
     """Return the cells of a line that may name the columns."""
     plain = plain_signs(text) if separator == " " else text
     if separator not in (" ", "\t") and separator in text:
-        return [cell.strip().strip('"').strip() or '"' * (cell.count('"') % 2)
-                for cell in plain.split(separator)]  # fmt: skip
+        return [_unquoted(cell) for cell in plain.split(separator)]
     if separator == "\t" and "\t" in text:
-        return [cell.strip().strip('"').strip() for cell in text.split("\t")]
+        return [_unquoted(cell) for cell in text.split("\t")]
     plain = re.sub(
         r"\s*/\s*", "/", re.sub(r"\s*([\[({])\s*([^\])}]*?)\s*([\])}])", r"\1\2\3", text)
     )
@@ -205,6 +205,12 @@ def heading_cells(text: str, separator: str) -> list[str]:
         else:
             found.append(cell)
     return found
+
+
+def _unquoted(cell: str) -> str:
+    """Return a cell without the quotation marks around it; a mark alone is the unit inch."""
+    text = cell.strip()
+    return text[1:-1].strip() if len(text) > 1 and text[0] == text[-1] == '"' else text
 
 
 def fault(path: Path, line: int, code: str, text: str, what: str, remedy: str) -> InputError:

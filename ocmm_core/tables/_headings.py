@@ -43,7 +43,7 @@ SUMMARY = re.compile(
     r"count|median|rms|var|variance|mittel|mittelwert|stabw|standardabweichung|"
     r"standarddeviation|summe|gesamt|anzahl|spannweite|streuung|varianz|moyenne|ecarttype|media|"
     r"promedio|desviacion|somme|totale|minimo|maximo|medie|peaktopeak|tolerance|toleranz|nominal|soll|"
-    r"usl|lsl|limit|limits|spread|deviation|stddeviation|stderr|error|offset|"
+    r"end|ende|eof|endoffile|usl|lsl|limit|limits|spread|deviation|stddeviation|stderr|error|offset|"
     r"date|datum|time|uhrzeit|serial|temperature|temperatur)"
     r"(?:value|values|wert|werte|dev|deviation|of|x|xyz|all|points)?"
 )

@@ -11,12 +11,14 @@ import unicodedata
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
 from ocmm_core.units import MeasureUnit, find_unit
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,3})?")
+_SIMPLE = re.compile(r"[+-]?\d+(?:(?P<sign>[.,])\d*)?")
 _SIGNED = re.compile(r"(?P<size>[+-]?[\d.,]*\d[\d.,]*)(?P<power>[eEdD][+-]?\d{1,3})?")
 _GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}(?P<sign>[ '_])\d{3}(?:(?P=sign)\d{3})*(?:[.,]\d*)?")
 _GROUPED = {sign: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:\{sign}\d{{3}})+") for sign in ".,"}
@@ -46,6 +48,8 @@ class NumberGrammar:
         """Return the number that ``text`` is; not a number if it is none."""
         if self.decimal == "." and NUMBER.fullmatch(text):
             return float(text.replace("d", "e").replace("D", "e"))
+        if self.decimal == "," and _SIMPLE.fullmatch(text) and "." not in text:
+            return float(text.replace(",", "."))
         plain = plain_signs(text)
         if self.decimal == MIXED:
             plain = plain.replace(",", ".")
@@ -72,7 +76,7 @@ def plain_signs(text: str) -> str:
 
 def is_number(text: str) -> bool:
     """Return whether ``text`` is a number with some decimal sign; it may have a unit of length."""
-    if NUMBER.fullmatch(text):
+    if NUMBER.fullmatch(text) or _SIMPLE.fullmatch(text):
         return True
     if not any(sign.isdigit() for sign in text):
         return False
@@ -116,13 +120,10 @@ def grammar_of(path: Path, cells: Iterable[tuple[int, str]], decimal: str = "") 
         )
     if decimal:
         return NumberGrammar(DECIMALS[decimal], "--decimal")
-    proofs: dict[str, tuple[int, str]] = {}
-    groups: dict[str, tuple[int, str]] = {}
-    unclear: dict[str, tuple[int, str]] = {}
-    for line, text in cells:
-        if "," not in text and len(proofs) and "." in proofs and text.isascii():
-            continue
-        _weigh(line, text, proofs, groups, unclear)
+    cells = list(cells)
+    proofs, groups, unclear = _weighed(cells, is_short=True)
+    if len(proofs) == 2:
+        proofs, groups, unclear = _weighed(cells, is_short=False)
     if len(proofs) == 2:
         (_, point), (_, comma) = sorted(proofs.items(), key=lambda item: item[0] == ",")
         both = f"{shortened(point[1])} in line {point[0]}, {shortened(comma[1])} in line {comma[0]}"
@@ -143,19 +144,35 @@ def grammar_of(path: Path, cells: Iterable[tuple[int, str]], decimal: str = "") 
         raise InputError(
             "table.decimal",
             f"{path}, line {line}: {shortened(text)} could be {low} or {text.replace(other, '')}.",
-            "State the decimal sign with --decimal point or --decimal comma.",
+            "State the decimal sign: --decimal point or --decimal comma, in the window its field.",
         )
     line, text = proofs.get(sign, (0, ""))
     return NumberGrammar(sign or ".", f"{shortened(text)} in line {line}" if line else "")
 
 
-def _weigh(
-    line: int,
-    text: str,
-    proofs: dict[str, tuple[int, str]],
-    groups: dict[str, tuple[int, str]],
-    unclear: dict[str, tuple[int, str]],
-) -> None:
+_Found: TypeAlias = dict[str, tuple[int, str]]
+"""Line and text of the first number of a kind, by its sign."""
+
+
+def _weighed(cells: Iterable[tuple[int, str]], *, is_short: bool) -> tuple[_Found, _Found, _Found]:
+    """Return proofs of the decimal sign, of thousands, and ambiguous numbers.
+
+    Parameters
+    ----------
+    is_short
+        Leave out numbers with the sign that is proven already.
+    """
+    proofs: _Found = {}
+    groups: _Found = {}
+    unclear: _Found = {}
+    for line, text in cells:
+        simple = _SIMPLE.fullmatch(text) if is_short else None
+        if simple is None or not (simple["sign"] is None or simple["sign"] in proofs):
+            _weigh(line, text, proofs, groups, unclear)
+    return proofs, groups, unclear
+
+
+def _weigh(line: int, text: str, proofs: _Found, groups: _Found, unclear: _Found) -> None:
     """Enter what one number proves: its decimal sign, its sign between thousands, or nothing."""
     plain = plain_signs(number_with_unit(text)[0])
     if _GROUPS.fullmatch(plain):

@@ -16,6 +16,7 @@ from ocmm_core.tables._columns import (
     AXES,
     ColumnPlan,
     are_units,
+    check_texts,
     checked_roles,
     counted_roles,
     find_heading,
@@ -118,6 +119,7 @@ def _of_text(file: Path, grid: TextGrid, options: TableOptions) -> PointsFile:
     for line, text in grid.comments:
         if line != plan.line:
             grid.log.add(line, text, "comment")
+    check_texts(file, len(grid.comments) + len(grid.behind) + len(titles))
     statements = statements_in([*grid.comments, *grid.behind, *titles])
     places = [plan.index(axis) for axis in AXES]
     bare, suffixes = _without_units(rows, places)
@@ -161,7 +163,7 @@ def _heading(
         if not options.columns:
             roles = checked_roles(grid.path, line, cells, roles)
         plan = ColumnPlan(tuple(cells), roles, line)
-        if body and are_units(units := heading_cells(body[0][1], grid.separator)):
+        if body and are_units(units := grid.splitter()(*body[0])):
             grid.log.add(*body[0], "units of the columns")
             plan = replace(plan, unit_row=tuple(units))
             body = body[1:]
@@ -194,7 +196,7 @@ def _rows(
             cells.pop()
         words = [cell for cell in cells if cell and not is_number(cell)]
         count = len(cells) - len(words) - cells.count("")
-        if not count and (place > last or not rows):
+        if not count and (place > last or not (rows or has_heading)):
             if heading_roles(heading_cells(text, grid.separator)) is not None:
                 raise fault(
                     file, line, "heading", text, "is a heading below the first row",
@@ -235,7 +237,8 @@ def _rows(
 def _is_title(cells: list[str], words: list[str], count: int) -> bool:
     """Return whether a row is text, and not a point with a missing number."""
     failed = any(word.lower().strip("+-") in _MISSING for word in words)
-    return bool(words) and count < len(AXES) and not is_number(cells[0]) and not failed
+    few = count < len(AXES) and count <= len(words)
+    return few and bool(words) and not is_number(cells[0]) and not failed
 
 
 def _last_with_numbers(

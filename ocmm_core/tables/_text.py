@@ -8,6 +8,7 @@ from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
 
 LARGEST_BYTES = 100_000_000
+_MOST_LINES = 1_100_000
 _FOREIGN = (
     (b"PK\x03\x04", "a workbook or an archive", "Save the sheet as CSV."),
     (b"\xd0\xcf\x11\xe0", "an old Excel workbook", "Save the sheet as CSV."),
@@ -64,7 +65,14 @@ def text_lines(path: Path, content: bytes) -> list[str]:
             f"{path}: the file is not a text file.",
             "Give a text file with x y z rows; save UTF-16 text with its byte order mark.",
         ) from error
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    if text.count("\n") > _MOST_LINES:
+        raise InputError(
+            "table.lines",
+            f"{path}: more than {_MOST_LINES:,} lines.",
+            "Give a file with the points of one feature.",
+        )
+    lines = text.split("\n")
     first = lines[0].strip().lower().split()
     if first and first[0] in _GRID:
         raise InputError(

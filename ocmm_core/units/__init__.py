@@ -2,13 +2,14 @@
 
 In: a unit as another program writes it, or a line of text. Out: its size in mm, degrees or kelvin.
 
-`find_unit` returns a `MeasureUnit` or None; `named_unit` refuses an unknown unit, `agreed_unit` also
-a name that contradicts its factor. `unit_statement` finds "unit: mm" in a comment or title: prose is
-never a unit, and a statement without a `MeasureUnit` is to be refused. `heading_unit` splits "X [mm]".
+`find_unit` returns a `MeasureUnit` or None; `named_unit` refuses an unknown unit, `agreed_unit`
+also a name that contradicts its factor. `unit_statement` finds "unit: mm" in a comment or title:
+prose is never a unit, and a statement without a `MeasureUnit` is to be refused. `heading_unit`
+splits "X [mm]".
 
 Read `_unit` (table and grammar of names), `_statements` (places in text). It knows no files.
-A table of our own and not pint: pint reads "points" and "M" as units and "mil" as an angle, does not
-know "Zoll" or the inch mark, and costs 0.25 s and 3.7 MB.
+A table of our own and not pint: pint reads "points" and "M" as units and "mil" as an angle, does
+not know "Zoll" or the inch mark, and costs 0.25 s and 3.7 MB.
 """
 
 from __future__ import annotations

@@ -50,6 +50,7 @@ _SYSTEM = re.compile(r"\b(?P<unit>\S+)\s+(?:units?|einheiten)\s*[.)]?$", re.IGNO
 _SYSTEMS = frozenset(
     re.findall(r"\S+", "metric imperial english si us customary metrisch metrische")
 )
+_PARTS = re.compile(r"[,;()\[\]|]+|\s+(?:and|und|or|oder)\s+")
 _CODES = {"g20": "inch", "g70": "inch", "g21": "mm", "g71": "mm"}
 """Words of NC programs that choose the unit."""
 _SCALE = re.compile(
@@ -57,7 +58,8 @@ _SCALE = re.compile(
     re.IGNORECASE,
 )
 _BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[({<]\s*(?P<unit>[^\])}>]*?)\s*[\])}>]\s*$")
-_BEHIND = re.compile(r"^(?P<name>.*?)(?:\s*/\s*|[\s_,.-]+(?:in[\s_]+)?)(?P<unit>[^\s/_]+)$")
+_SLASH = re.compile(r"^(?P<name>[^/]+?)\s*/\s*(?P<unit>\S.*)$")
+_BEHIND = re.compile(r"^(?P<name>.*?)[\s_,.-]+(?:in[\s_]+)?(?P<unit>[^\s/_]+)$")
 _GLUED = re.compile(
     r"^(?P<name>[xyz])(?P<unit>mm|cm|in|inch|µm|μm|um|ft|\"|\u2033|')$", re.IGNORECASE
 )
@@ -113,7 +115,7 @@ def heading_unit(cell: str) -> tuple[str, str]:
     only if it is a unit.
     """
     text = cell.strip()
-    for pattern in (_BRACKETS, _GLUED, _BEHIND):
+    for pattern in (_BRACKETS, _GLUED, _SLASH, _BEHIND):
         found = pattern.match(text)
         if found is None or not found["name"].strip():
             continue
@@ -124,7 +126,7 @@ def heading_unit(cell: str) -> tuple[str, str]:
             if _words(unit) <= _QUALIFIERS:
                 return (f"{inner} {unit}", of_inner)
             return name, unit
-        if pattern is _GLUED or "/" in text[len(name) : -len(unit) or None]:
+        if pattern is _GLUED or pattern is _SLASH:
             return name, unit
         if unit not in _AMBIGUOUS_BEHIND and find_unit(unit, "length") is not None:
             return re.sub(r"[\s_,.-]+in$", "", name, flags=re.IGNORECASE), unit
@@ -146,15 +148,16 @@ def _after_label(mark: str, rest: str) -> UnitStatement | None:
     if len(rest) > 2 and rest[0] == rest[-1] and rest[0] in "\"'":
         rest = rest[1:-1].strip()
     rest = _without_brackets(rest)
+    if not rest and re.search(r"[:=/]\s*in$|in\s+in$", mark.strip(), re.IGNORECASE):
+        rest = "in"
     if not rest:
         return None
-    named = [
-        part for part in re.split(r"[,;/()\[\]|]+|\s+(?:and|und|or|oder)\s+", rest) if part.strip()
-    ]
+    named = [part for part in _PARTS.split(rest) if part.strip()]
     units = [_leading_unit(part) for part in named]
-    if units[0] is None and "/" in rest:
-        # "1/100 mm" is one unit; the slash of "mm/deg" separates two.
-        units = [_leading_unit(rest)]
+    if not any(units) and "/" in rest:
+        # The slash of "1/100 mm" belongs to the unit, that of "mm/deg" separates two.
+        named = [part for part in rest.split("/") if part.strip()]
+        units = [_leading_unit(part) for part in named]
     lengths = [unit for unit in units if unit is not None and unit.dimension == "length"]
     lengths += _more_lengths(rest) if lengths else []
     if not lengths:

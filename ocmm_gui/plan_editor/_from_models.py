@@ -15,15 +15,24 @@ from PySide6.QtWidgets import QVBoxLayout
 
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.drawing import Account
-from ocmm_core.inspection.plan import USUAL_BALL_RADIUS, PartOfPlan, Plan, with_model_fit
+from ocmm_core.inspection.plan import (
+    USUAL_BALL_RADIUS,
+    FeaturePreview,
+    FeatureTable,
+    PartOfPlan,
+    Plan,
+    with_model_fit,
+)
 from ocmm_core.inspection.step import Offer
 from ocmm_core.part_model import ModelFace
+from ocmm_core.tables import TableOptions
 from ocmm_gui.kit import said, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._face_choice import FaceChoice
-from ocmm_gui.plan_editor._importing import Imported, Importing, InUse, ReadModel
+from ocmm_gui.plan_editor._importing import Imported, Importing, InUse, ReadModel, with_table
 from ocmm_gui.plan_editor._model_choice import ModelChoice
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, ItemKey
+from ocmm_gui.plan_editor._table_import import TableImport
 from ocmm_gui.plan_editor._tolerance_account import ToleranceAccount
 
 Did = Callable[[Callable[[], Plan], ItemKey], bool]
@@ -72,6 +81,11 @@ class FromModels(QObject):
         self.faces = FaceChoice()
         self.faces.taken.connect(self._take_faces)
         self.faces.declined.connect(self.close)
+        self.table = TableImport()
+        self.table.changed.connect(self._read_table)
+        self.table.taken.connect(self._take_table)
+        self.table.declined.connect(self.close)
+        self.importing.previewed.connect(self._on_previewed)
         self.tolerances = ToleranceAccount()
         self.tolerances.agreed.connect(lambda: self._answer_tolerances("all"))
         self.tolerances.without.connect(lambda: self._answer_tolerances("features"))
@@ -79,12 +93,13 @@ class FromModels(QObject):
 
     def add_to(self, body: QVBoxLayout) -> None:
         """Put the widgets where they are shown."""
-        for widget in (self.choice, self.faces, self.tolerances):
+        for widget in (self.choice, self.faces, self.table, self.tolerances):
             body.addWidget(widget, 1)
         body.addWidget(self.importing)
 
     def read(self, path: Path, *, relocate: bool) -> None:
         """Read a table or a model, or the frame of a document."""
+        self.table.open_table(path)
         self.importing.read(self._draft().plan, path, relocate=relocate)
 
     def choose_faces(self) -> bool:
@@ -101,7 +116,25 @@ class FromModels(QObject):
         self._read = None
         self.choice.hide()
         self.faces.hide()
+        self.table.hide()
         self.closed.emit()
+
+    def _read_table(self, path: Path, options: TableOptions) -> None:
+        self.importing.read(self._draft().plan, path, relocate=False, options=options)
+
+    def _on_previewed(self, found: FeaturePreview) -> None:
+        """Show a table in the place of the editor before anything is taken."""
+        self.opened.emit()
+        self.table.show_preview(found)
+
+    def _take_table(self, table: FeatureTable) -> None:
+        try:
+            found = with_table(self._draft().plan, table)
+        except InputError as error:
+            self.failed.emit(error)
+            return
+        self.close()
+        self._on_imported(found)
 
     def _on_part(self, found: PartOfPlan) -> None:
         if found.model is None:

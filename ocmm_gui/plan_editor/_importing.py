@@ -16,11 +16,13 @@ from ocmm_core.camera import Rig
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.drawing import Account, plan_with_tolerances
 from ocmm_core.inspection.plan import (
+    FeaturePreview,
+    FeatureTable,
     PartOfPlan,
     Plan,
     add_feature,
-    features_from_csv,
     part_of_plan,
+    preview_features,
     with_alignment,
     with_model,
     with_profiles,
@@ -42,6 +44,7 @@ from ocmm_core.inspection.step import (
     up_of,
     usual_request,
 )
+from ocmm_core.tables import TableOptions
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import said, tr
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, ItemKey
@@ -94,22 +97,15 @@ class ReadModel:
         return faces_account(self.model, taken, refused)
 
 
-def with_file(plan: Plan, path: Path, *, relocate: bool) -> Imported:
-    """Return the plan with what is in a table or in the document of a frame.
-
-    Parameters
-    ----------
-    relocate
-        A frame is to be found again at its control points, and not taken as it was saved.
+def with_table(plan: Plan, table: FeatureTable) -> Imported:
+    """Return the plan with the features of a table.
 
     Raises
     ------
     InputError
-        The file cannot be used, or the plan could not be measured with it.
+        The plan could not be measured with them.
     """
-    if path.suffix.lower() == _FRAME:
-        return _with_frame(plan, path, relocate=relocate)
-    return _with_features(plan, path, features_from_csv(path))
+    return _with_features(plan, table.account.path, table.features)
 
 
 def model_of(
@@ -257,6 +253,8 @@ class Importing(WorkLine):
     """Emits what was `Imported`."""
     offered = Signal(object)
     """Emits a `ReadModel`: its features are to be chosen."""
+    previewed = Signal(object)
+    """Emits the `FeaturePreview` of a table: it is to be confirmed."""
     part_read = Signal(object)
     """Emits the `PartOfPlan`: what the model of a plan is."""
     failed = Signal(object)
@@ -272,15 +270,25 @@ class Importing(WorkLine):
         # The thread that reads tells it, and the window shows it when it comes to it.
         self._reading.connect(self._show_progress, Qt.ConnectionType.QueuedConnection)
 
-    def read(self, plan: Plan, path: Path, *, relocate: bool, up: str = _UP) -> None:
-        """Begin with a file; what is read already is given up.
+    def read(
+        self,
+        plan: Plan,
+        path: Path,
+        *,
+        relocate: bool,
+        up: str = _UP,
+        options: TableOptions | None = None,
+    ) -> None:
+        """Start to read a file; another one that is being read is given up.
 
         Parameters
         ----------
         relocate
-            See `with_file`.
+            Find a frame again at its control points instead of using it as saved.
         up
             Axis of a model that points up.
+        options
+            Statements of the user about a table.
         """
         self._given_up.set()
         given_up = self._given_up = threading.Event()
@@ -292,7 +300,9 @@ class Importing(WorkLine):
         def work() -> object:
             if is_model:
                 return model_of(path, up, in_use, given_up.is_set, self._reading.emit)
-            return with_file(plan, path, relocate=relocate)
+            if path.suffix.lower() == _FRAME:
+                return _with_frame(plan, path, relocate=relocate)
+            return preview_features(path, options or TableOptions())
 
         self._worker.do(
             work,
@@ -350,6 +360,8 @@ class Importing(WorkLine):
             self.give_up()
             if isinstance(found, PartOfPlan):
                 self.part_read.emit(found)
+            elif isinstance(found, FeaturePreview):
+                self.previewed.emit(found)
             else:
                 (self.offered if isinstance(found, ReadModel) else self.imported).emit(found)
 

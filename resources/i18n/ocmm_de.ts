@@ -8608,12 +8608,80 @@ Startet: {source}</translation>
         <translation>Sprache</translation>
     </message>
     <message>
+        <source>Import of a table</source>
+        <translation>Import einer Tabelle</translation>
+    </message>
+    <message>
+        <source>What the reader makes of the table</source>
+        <translation>Wie die Tabelle gelesen wird</translation>
+    </message>
+    <message>
+        <source>First and last lines</source>
+        <translation>Erste und letzte Zeilen</translation>
+    </message>
+    <message>
+        <source>Unit of lengths</source>
+        <translation>Längeneinheit</translation>
+    </message>
+    <message>
+        <source>as in the file, else mm</source>
+        <translation>wie in der Datei, sonst mm</translation>
+    </message>
+    <message>
+        <source>Columns</source>
+        <translation>Spalten</translation>
+    </message>
+    <message>
+        <source>as in the heading; name,shape,x,y,z,-</source>
+        <translation>wie in der Kopfzeile; name,shape,x,y,z,-</translation>
+    </message>
+    <message>
+        <source>Lines to skip</source>
+        <translation>Auszulassende Zeilen</translation>
+    </message>
+    <message>
+        <source>none; 3: first three, 4-9: range</source>
+        <translation>keine; 3: die ersten drei, 4-9: Bereich</translation>
+    </message>
+    <message>
         <source>point</source>
         <translation>Punkt</translation>
     </message>
     <message>
         <source>comma</source>
         <translation>Komma</translation>
+    </message>
+    <message>
+        <source>by the numbers</source>
+        <translation>nach den Zahlen</translation>
+    </message>
+    <message>
+        <source>Sign before the decimals</source>
+        <translation>Zeichen vor den Dezimalen</translation>
+    </message>
+    <message>
+        <source>Take the features of the table over</source>
+        <translation>Elemente der Tabelle übernehmen</translation>
+    </message>
+    <message>
+        <source>Line</source>
+        <translation>Zeile</translation>
+    </message>
+    <message>
+        <source>Left out, because</source>
+        <translation>Ausgelassen, weil</translation>
+    </message>
+    <message>
+        <source>not read</source>
+        <translation>nicht gelesen</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n lines between them are not shown.</source>
+        <comment>1 line between them is not shown.</comment>
+        <translation>
+            <numerusform>%n Zeile dazwischen ist nicht gezeigt.</numerusform>
+            <numerusform>%n Zeilen dazwischen sind nicht gezeigt.</numerusform>
+        </translation>
     </message>
     <message>
         <source>Unit of length</source>

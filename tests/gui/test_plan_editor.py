@@ -181,8 +181,11 @@ def test_a_plan_is_saved_with_features_from_a_table(
 ) -> None:
     table = tmp_path / "more.csv"
     table.write_text("name,shape,x,y,z,diameter\nPIN_1,Circle,1,2,3,8\nPIN_2,Circle,4,5,6,8\n")
-    sheet.import_file(table)
-    qtbot.waitUntil(sheet.models.importing.isHidden, timeout=HANG_MS)
+    before = sheet.draft.plan
+    with qtbot.waitSignal(sheet.models.importing.previewed, timeout=HANG_MS):
+        sheet.import_file(table)
+    assert sheet.draft.plan == before
+    sheet.models.table.take.click()
     path = tmp_path / "mine.toml"
     with qtbot.waitSignal(sheet.saved, timeout=HANG_MS):
         sheet.save_as(path)

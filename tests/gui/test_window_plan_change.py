@@ -59,7 +59,7 @@ def test_the_next_job_is_begun_by_another_plan_by_keyboard(
     _press(KEY.Key_J, KEY.Key_F9)
     _write(str(other))
     job = window.sheets.job
-    assert job.plans.currentText() == "DEMO, other.toml"
+    assert job.plans.currentText() == "DEMO, other.toml, not released"
     assert QApplication.focusWidget() is job.plans
     with qtbot.waitSignals([bridge.plan_changed, bridge.jobs.job_left], timeout=HANG_MS):
         _press(KEY.Key_F8)
@@ -75,7 +75,7 @@ def test_the_next_job_is_begun_by_another_plan_by_keyboard(
     assert window.sheets.plan.draft.plan.part == "OTHER"
 
     _press(KEY.Key_J)
-    assert "QUICK, quick.toml" in [job.plans.itemText(row) for row in range(job.plans.count())]
+    assert "QUICK, quick.toml, not released" in [job.plans.itemText(row) for row in range(job.plans.count())]
     with qtbot.waitSignal(bridge.plan_changed, timeout=HANG_MS):
         _press(KEY.Key_F7)
     qtbot.waitUntil(lambda: bridge.shown.job.paused, timeout=HANG_MS)

@@ -88,8 +88,12 @@ def _seen(program: tuple[str, ...], handed_on: str, home: Path) -> list[ProcessR
         tasks = Path(f"/proc/{process.pid}/task").iterdir()
         return [rights_of(int(task.name)) for task in tasks]
     finally:
-        process.terminate()
+        # Not asked to end: another user keeps no compiled code and may be compiling for minutes.
+        rings = rings_of(process.pid)
+        process.kill()
         process.wait(HANG_S)
+        for ring in rings:
+            ring.unlink(missing_ok=True)
 
 
 @pytest.mark.parametrize("handed_on", ["", _HANDED_ON])

@@ -6,6 +6,7 @@ middle is read up to there.
 
 from __future__ import annotations
 
+import os
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from ocmm_core.errors import InputError
+from ocmm_core.side_files import open_guarded
 
 _ETHERNET = 1
 _LONGEST_PACKET = 1 << 18
@@ -72,7 +74,7 @@ class PacketFile:
             The file cannot be read, is no recording of Ethernet packets, or is damaged.
         """
         try:
-            stream = self._path.open("rb")
+            stream = os.fdopen(open_guarded(self._path), "rb")
         except OSError as error:
             raise self._error(f"cannot be opened ({error.strerror})", "Check the name.") from error
         with stream:

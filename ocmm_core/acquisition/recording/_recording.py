@@ -9,8 +9,8 @@ nobody could say which frames are missing.
 
 from __future__ import annotations
 
-import errno
 import mmap
+import os
 import struct
 import zlib
 from bisect import bisect_right
@@ -23,6 +23,7 @@ from ocmm_core.acquisition.frames import FrameBlock, frame_dtype, from_records
 from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS, USUAL_SLOTS, Rig
 from ocmm_core.documents import shortened
 from ocmm_core.errors import AcquisitionError, InputError
+from ocmm_core.side_files import open_guarded
 
 SCHEMA = "ocmm.recording/2"
 _FIRST_SCHEMA = "ocmm.recording/1"
@@ -119,10 +120,7 @@ class Recording:
         self.path = Path(path)
         self.warning = ""
         try:
-            if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):
-                # Its beginning would be waited for.
-                raise OSError(errno.EINVAL, "it is a pipe or a device")
-            with self.path.open("rb") as stream:
+            with os.fdopen(open_guarded(self.path), "rb") as stream:
                 line = stream.readline(_LONGEST_HEAD)
                 self.head = _decode_head(self.path, line)
                 self._map = mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ)

@@ -25,8 +25,9 @@ from ocmm_core.archive.records import (
 )
 from ocmm_core.archive.stores import Archive, Cell, stations_by_key, verifies
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.archive import SUFFIX, content_to_look_at
+from ocmm_core.inspection.archive import SUFFIX
 from ocmm_core.seals import Signed
+from ocmm_core.storage import JobFile
 
 _MOST_NAMED = 8
 """Differences of one job that a sentence names."""
@@ -155,7 +156,7 @@ def _forked(archive: Archive, jobs: Mapping[str, _Versions]) -> Iterator[_Fault]
         if len(sent) < 2:
             continue
         content = archive.content(versions.longest[1])
-        with content_to_look_at(Path(f"{versions.longest[1][:12]}{SUFFIX}"), content) as file:
+        with JobFile.in_memory(Path(f"{versions.longest[1][:12]}{SUFFIX}"), content) as file:
             links = file.links()
         off = sorted(
             station for station, heads in sent.items()

@@ -22,6 +22,7 @@ from ocmm_core.archive.outbox._outbox import Outbox
 from ocmm_core.archive.stores import open_archive
 from ocmm_core.errors import OcmmError
 from ocmm_core.host import HOST
+from ocmm_core.side_files import open_guarded
 
 _LOOK_S = 2.0
 """How long a job waits at most before it is seen."""
@@ -57,7 +58,7 @@ class ArchivePlace:
 def only_one(folder: Path) -> Iterator[bool]:
     """Give whether nobody else hands over from this outbox; it is held until the end."""
     folder.mkdir(parents=True, exist_ok=True)
-    descriptor = HOST.open_file(folder / "lock", os.O_RDWR | os.O_CREAT, 0o600)
+    descriptor = open_guarded(folder / "lock", flags=os.O_RDWR | os.O_CREAT)
     try:
         try:
             HOST.lock(descriptor)

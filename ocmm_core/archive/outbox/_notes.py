@@ -14,7 +14,7 @@ from pathlib import Path
 from ocmm_core.archive.outbox._outbox import Outbox
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.host import HOST
-from ocmm_core.inspection.archive import copy_of_job
+from ocmm_core.side_files import LARGEST_JOB, open_guarded, read_guarded
 from ocmm_core.storage import JobFile
 
 _FOLDER = "measuring"
@@ -108,8 +108,8 @@ def sweep(outbox: Outbox) -> int:
 
 
 def has_points(path: Path) -> bool:
-    """Return whether a job has a point; errors as those of `JobFile.open`."""
-    with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
+    """Return whether a job has a point; errors as those of `JobFile.read`."""
+    with JobFile.read(path) as job:
         return job.next_number() > 1
 
 
@@ -122,7 +122,7 @@ def _put(outbox: Outbox, path: Path) -> bool:
         if error.code.startswith("outbox."):
             raise
     try:
-        content = path.read_bytes()
+        content = read_guarded(path, LARGEST_JOB)
     except OSError:
         return False
     return outbox.put_content(content, path) is not None
@@ -131,7 +131,7 @@ def _put(outbox: Outbox, path: Path) -> bool:
 def _held(file: Path, *, make: bool = True) -> int | None:
     """Return the descriptor of a note that this process holds now; None where another one does."""
     for _ in range(_TRIES):
-        descriptor = HOST.open_file(file, os.O_RDWR | (os.O_CREAT if make else 0), 0o600)
+        descriptor = open_guarded(file, follow=False, flags=os.O_RDWR | os.O_CREAT * make)
         try:
             HOST.lock(descriptor)
         except BlockingIOError:

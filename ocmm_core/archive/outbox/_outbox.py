@@ -26,6 +26,7 @@ from ocmm_core.archive.records import snapshot
 from ocmm_core.archive.stores import CLOCK_TELL_S
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import OcmmError, StorageError
+from ocmm_core.side_files import LARGEST_JOB, read_guarded
 
 KEPT = timedelta(days=30)
 """How long a copy of what was delivered is kept, for an archive that goes back to a backup."""
@@ -122,7 +123,7 @@ class Outbox(OutboxFile):
         """
         file = self._file(item.sha256)
         try:
-            content = file.read_bytes()
+            content = read_guarded(file, LARGEST_JOB, follow=False)
         except FileNotFoundError:
             return snapshot(Path(item.path))
         except OSError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sqlite3
 import uuid
 from collections.abc import Iterator
@@ -16,8 +17,11 @@ from ocmm_core.archive.outbox._outbox_rows import (
     VERSION,
     machine_identity,
 )
+from ocmm_core.documents import write_new
 from ocmm_core.errors import StorageError
 from ocmm_core.named_file import NamedFile
+from ocmm_core.side_files import Trusted
+from ocmm_core.storage import database_content, open_in_place
 
 _WAIT_S = 5.0
 
@@ -43,10 +47,11 @@ class OutboxFile:
         self._name: NamedFile | None = None
         try:
             self._files.mkdir(parents=True, exist_ok=True)
-            self._db = sqlite3.connect(
-                folder / "outbox.sqlite", timeout=_WAIT_S, isolation_level=None,
-                check_same_thread=False,
-            )  # fmt: skip
+            path = folder / "outbox.sqlite"
+            if not os.path.lexists(path):
+                with contextlib.suppress(FileExistsError):
+                    write_new(path, database_content(_fill))
+            self._db = open_in_place(path, sqlite3.Connection, Trusted.DATABASE, wait_s=_WAIT_S)
             self._prepare(self._db)
             self._name = NamedFile(folder / "outbox.sqlite")
         except (sqlite3.Error, OSError) as error:
@@ -57,20 +62,9 @@ class OutboxFile:
             raise
 
     def _prepare(self, db: sqlite3.Connection) -> None:
-        db.execute("PRAGMA trusted_schema = OFF")
+        # Nothing for a file of this program; others are converted once.
         db.execute("PRAGMA journal_mode = WAL").fetchall()
         db.execute("PRAGMA synchronous = FULL")
-        if int(db.execute("PRAGMA application_id").fetchone()[0]) != APPLICATION_ID:
-            with self._transaction() as own:
-                if not own.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
-                    for statement in TABLES:
-                        own.execute(statement)
-                    own.execute(
-                        "INSERT INTO box VALUES (1, ?, ?, ?)",
-                        (str(uuid.uuid4()), machine_identity(), utc_now()),
-                    )
-                    own.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-                    own.execute(f"PRAGMA user_version = {VERSION}")
         found = int(db.execute("PRAGMA user_version").fetchone()[0])
         application = int(db.execute("PRAGMA application_id").fetchone()[0])
         if application != APPLICATION_ID or found != VERSION:
@@ -130,6 +124,8 @@ class OutboxFile:
 
     def _fault(self, error: Exception) -> StorageError:
         said = getattr(error, "strerror", None) or str(error)
+        if there := getattr(error, "filename", None):
+            said = f"{Path(there).name}: {said}"
         return StorageError(
             "outbox.failed",
             f"{self.folder}: the outbox of the archive cannot be read or written ({said}).",
@@ -144,6 +140,17 @@ class OutboxFile:
     def __exit__(self, *_: object) -> None:
         """Let go."""
         self.close()
+
+
+def _fill(db: sqlite3.Connection) -> None:
+    """Make the tables of a new outbox."""
+    for statement in TABLES:
+        db.execute(statement)
+    db.execute(
+        "INSERT INTO box VALUES (1, ?, ?, ?)", (str(uuid.uuid4()), machine_identity(), utc_now())
+    )
+    db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+    db.execute(f"PRAGMA user_version = {VERSION}")
 
 
 def utc_now() -> str:

@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from ocmm_core.archive.questions._answers import shown_cell
+from ocmm_core.archive.records import extract_job
 from ocmm_core.archive.stores import Archive, Cell, stations_by_key
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.archive import content_to_look_at
 from ocmm_core.seals import (
     KeptKeys,
     KeyFolder,
@@ -24,7 +24,7 @@ from ocmm_core.seals import (
     Signature,
     shown_key,
 )
-from ocmm_core.storage import judge_head
+from ocmm_core.storage import JobFile, judge_head
 from ocmm_core.tolerances.decisions import Verdict
 
 JUDGED = (
@@ -52,6 +52,7 @@ class Judge:
         # Read once: a question judges thousands of rows.
         self._keys = KeptKeys(None if keys is None else keys.folder)
         self._taken: dict[str, tuple[Cell, int]] = {}
+        self._checked: dict[int, bool] = {}
         self._stations: dict[str, set[str]] | None = None
 
     def rows(
@@ -99,9 +100,16 @@ class Judge:
                 f"({shown_key(str(row['signer']))}).",
                 SealWord.NOT_SIGNED: "Not signed.",
             }.get(word, "The signature does not belong to this row.")
+        proven = self._stations_of(str(row["job_key"]))
+        station = row["station"]
+        if not doubt and proven and station not in proven:
+            if self._is_of_its_file(row):
+                station = min(proven)
+            else:
+                doubt = "Sent by another station than the one that signed it, and not as its file."
         if not doubt and row["held"]:
             doubt = "Held back: see the marks."
-        found = row | {"doubt": doubt, "copies": copies, "station": self._station(row)}
+        found = row | {"doubt": doubt, "copies": copies, "station": station}
         if doubt:
             found |= {"counted": 0, "why_not": doubt}
             if "verdict" in row:
@@ -151,18 +159,27 @@ class Judge:
             return False
         try:
             content = self._archive.content(str(later["sha256"]))
-            with content_to_look_at(Path("job.ocmm"), content) as file:
+            with JobFile.in_memory(Path("job.ocmm"), content) as file:
                 same = file.head.job_uuid == earlier["job_uuid"]
                 return same and file.links().get(int(str(earlier["steps"]))) == earlier["head"]
         except OcmmError:
             return False
 
-    def _station(self, row: Entry) -> Cell:
-        """Return where a job was measured: the station that proved to have the key, if one did."""
-        proven = self._stations_of(str(row["job_key"]))
-        if len(proven) != 1 or row["fault"]:
-            return row["station"]
-        return next(iter(proven))
+    def _is_of_its_file(self, row: Entry) -> bool:
+        """Return whether all rows of a job follow from its file; False if it cannot be read.
+
+        The signature of a head says nothing of the row beside it: another station could write any.
+        """
+        number = int(str(row["job_id"]))
+        if number not in self._checked:
+            try:
+                stored = self._archive.record(number)
+                content = self._archive.content(stored.job.sha256)
+                made = extract_job(content, "job.ocmm", stored.job.station)
+                self._checked[number] = made.record == stored
+            except OcmmError:
+                self._checked[number] = False
+        return self._checked[number]
 
     def _stations_of(self, key: str) -> set[str]:
         if self._stations is None:

@@ -30,14 +30,11 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import (
     ReopenedJob,
     StoredDocuments,
-    content_of_job,
-    content_to_look_at,
-    copy_of_content,
     reopen_alone,
     why_not_counted,
 )
 from ocmm_core.seals import SealWord
-from ocmm_core.storage import JobFile, JobHead, JobSeal, is_current
+from ocmm_core.storage import JobFile, JobHead, JobSeal
 from ocmm_core.tolerances.decisions import PartWord
 from ocmm_core.tolerances.kinds import spec_of
 
@@ -65,14 +62,8 @@ def snapshot(path: Path) -> bytes:
     StorageError
         It is missing, damaged, or changes too fast to be copied.
     """
-    file, log = content_of_job(path)
-    if not log and is_current(file):
-        with content_to_look_at(path, file):
-            return file
-    with copy_of_content(path.name, file, log) as copy:
-        with JobFile.open(copy, scratch=True):
-            pass  # takes the log of the copy into its file
-        return copy.read_bytes()
+    with JobFile.read(path) as job:
+        return job.content()
 
 
 def extract_job(
@@ -97,7 +88,7 @@ def extract_job(
     OcmmError
         It is no job file, damaged, or of a later version.
     """
-    with content_to_look_at(_CALLED, content) as file:
+    with JobFile.in_memory(_CALLED, content) as file:
         head, seal = file.head, file.seal()
         chain = file.links() if known else {}
         try:
@@ -229,7 +220,7 @@ def _record(job: ReopenedJob, content: bytes, station: str, fault: str) -> JobRe
 
 def signature_of(content: bytes) -> tuple[str, str]:
     """Return public key and signature of the head of a job file; empty if it has none."""
-    with content_to_look_at(_CALLED, content) as file:
+    with JobFile.in_memory(_CALLED, content) as file:
         signed = file.seal().signature
     return ("", "") if signed is None else (signed.key, signed.value)
 

@@ -17,4 +17,7 @@ def shown_text(text: str, instead: str = "\N{REPLACEMENT CHARACTER}") -> str:
     instead
         In the place of each character that cannot be shown.
     """
-    return "".join(c if c.isprintable() else instead for c in text[:LONGEST_SENTENCE])
+    kept = text[:LONGEST_SENTENCE]
+    if kept.isprintable():
+        return kept
+    return "".join(c if c.isprintable() else instead for c in kept)

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import ipaddress
 import os
-import stat
 from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import parse_qsl, quote, unquote, urlsplit
 
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.host import HOST
+from ocmm_core.side_files import open_guarded
 
 _SCHEMES = ("postgresql", "postgres")
 _OPTIONS = (
@@ -149,11 +149,9 @@ def read_password(path: Path) -> str:
         It is not there, is somebody else's, or others can read it.
     """
     try:
-        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
+        descriptor = open_guarded(path, follow=False)
         try:
             state = os.fstat(descriptor)
-            if not stat.S_ISREG(state.st_mode):
-                raise _password(path, "is no file", "Name a file that holds the password alone.")
             if not HOST.is_own(state):
                 raise _password(path, "belongs to somebody else", "Name a file of your own.")
             if HOST.is_open_to(state, 0o077):

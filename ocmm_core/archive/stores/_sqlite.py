@@ -7,6 +7,7 @@ acknowledged is on the disk (``synchronous=FULL``).
 from __future__ import annotations
 
 import contextlib
+import os
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
@@ -17,7 +18,10 @@ from ocmm_core.archive.stores._faults import foreign, newer, sqlite_fault
 from ocmm_core.archive.stores._interface import Cell, Table
 from ocmm_core.archive.stores._schema import APPLICATION_ID, SQLITE, VERSION, statements
 from ocmm_core.archive.stores._store import SqlArchive
+from ocmm_core.documents import write_new
 from ocmm_core.errors import StorageError
+from ocmm_core.side_files import Trusted
+from ocmm_core.storage import database_content, open_in_place
 
 _WAIT_S = 5.0
 
@@ -47,11 +51,12 @@ class SqliteArchive(SqlArchive):
         try:
             if not read_only:
                 path.parent.mkdir(parents=True, exist_ok=True)
-            mode = "ro" if read_only else "rwc"
-            self._db = sqlite3.connect(
-                f"{path.resolve().as_uri()}?mode={mode}", uri=True, timeout=_WAIT_S,
-                isolation_level=None, check_same_thread=False,
-            )  # fmt: skip
+                if not os.path.lexists(path):
+                    with contextlib.suppress(FileExistsError):
+                        write_new(path, database_content(_make_pages))
+            self._db = open_in_place(
+                path, sqlite3.Connection, Trusted.DATABASE, wait_s=_WAIT_S, read_only=read_only
+            )
             self._prepare()
         except sqlite3.Error as error:
             self.close()
@@ -60,8 +65,9 @@ class SqliteArchive(SqlArchive):
             self.close()
             raise StorageError(
                 "archive.rights",
-                f"{self.place}: the folder cannot be made ({error.strerror}).",
-                "Choose another file: ocmm settings set archive.address.",
+                f"{error.filename or self.place}: the archive cannot be opened ({error.strerror}).",
+                "Move that file away if this program did not make it, or choose another archive: "
+                "ocmm settings set archive.address.",
             ) from error
         except BaseException:
             self.close()
@@ -78,12 +84,11 @@ class SqliteArchive(SqlArchive):
 
     def _prepare(self) -> None:
         db = self._open()
-        # A file from elsewhere must run nothing of its own: views of ours use plain functions only.
-        db.execute("PRAGMA trusted_schema = OFF")
         db.execute("PRAGMA foreign_keys = ON")
         if self._read_only:
             db.execute("PRAGMA query_only = ON")
         else:
+            # Nothing for a file of this program; others are converted once.
             db.execute("PRAGMA journal_mode = WAL").fetchall()
             db.execute("PRAGMA synchronous = FULL")
         application, version = self._state()
@@ -177,3 +182,9 @@ class SqliteArchive(SqlArchive):
 
     def _now(self) -> datetime:
         return datetime.now(UTC)
+
+
+def _make_pages(db: sqlite3.Connection) -> None:
+    """Give a new database its head; without any table it has none."""
+    db.execute("CREATE TABLE head (id INTEGER)")
+    db.execute("DROP TABLE head")

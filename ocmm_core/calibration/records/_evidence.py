@@ -19,6 +19,7 @@ import msgspec
 
 from ocmm_core.calibration.records._sealed import is_sealed_as
 from ocmm_core.errors import CalibrationError
+from ocmm_core.side_files import LARGEST_JOB, read_guarded
 
 PATROL_S = 1.0
 """Between two readings of a file that looks unchanged."""
@@ -67,7 +68,7 @@ def session_files(folder: Path, session: Path | None) -> tuple[KeptFile, ...]:
         return ()
     name = session.resolve().relative_to(folder.resolve()).as_posix()
     try:
-        return (KeptFile(name, hashlib.sha256(session.read_bytes()).hexdigest()),)
+        return (KeptFile(name, hashlib.sha256(read_guarded(session, LARGEST_JOB)).hexdigest()),)
     except OSError as error:
         raise CalibrationError(
             "evidence.unreadable",
@@ -150,7 +151,7 @@ class EvidenceCheck:
                 return "is missing"
             if self._good.get(wanted) == stamp:
                 return ""
-            content = path.read_bytes()
+            content = read_guarded(path, LARGEST_JOB, follow=False)
         except OSError as error:
             return f"cannot be read ({error.strerror})"
         if wanted.is_record:

@@ -118,7 +118,7 @@ def _points_of(path: Path) -> list[int]:
 
     if not path.exists():
         return []
-    with JobFile.open(path) as job:
+    with JobFile.read(path) as job:
         return [point.number for point in job.points()]
 
 

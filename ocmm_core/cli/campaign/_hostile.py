@@ -35,7 +35,7 @@ def hostile(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
 
     Acknowledged are those that were refused with a sentence.
     """
-    with tempfile.TemporaryDirectory(prefix="ocmm-hostile-") as name, _quiet():
+    with tempfile.TemporaryDirectory(prefix="ocmm-hostile-") as name, quiet():
         folder = Path(name)
         with other_station(folder):
             groups = hostile_groups(good_files(folder), DAMAGED, LEAVES, seed)
@@ -68,7 +68,7 @@ def _trial(seed: int, number: int, kind: Kind, answer: Answer, fault: str) -> Tr
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
+def quiet() -> Iterator[None]:
     """Let nothing be printed meanwhile by the commands that make the good files."""
     sys.stdout.flush()
     kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)

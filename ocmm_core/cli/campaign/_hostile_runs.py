@@ -52,8 +52,8 @@ def run_here(arguments: list[str]) -> None:
         sys.argv = before
 
 
-def run_aside(arguments: list[str], words: Path) -> Answer:
-    """Run a command in a process of its own, what it prints in the file ``words``."""
+def run_aside(arguments: list[str], words: Path, most_s: float = LONGEST_CLOCK_S) -> Answer:
+    """Run a command in a process of its own, killed after ``most_s``; it prints to ``words``."""
     sys.stdout.flush()
     sys.stderr.flush()
     begun = time.perf_counter()
@@ -64,7 +64,7 @@ def run_aside(arguments: list[str], words: Path) -> Answer:
         done, status, used = os.wait4(child, os.WNOHANG)
         if done:
             break
-        if time.perf_counter() - begun > LONGEST_CLOCK_S:
+        if time.perf_counter() - begun > most_s:
             os.kill(child, signal.SIGKILL)
         time.sleep(0.005)
     text = words.read_text("utf-8", "replace") if words.exists() else ""

@@ -105,8 +105,8 @@ def _kill(out: Path, seed: int, number: int, longest: float) -> Trial:
 
 
 def _reopened(path: Path) -> tuple[list[int], int]:
-    """Open a job as the program does to go on with it; return its points and faults."""
+    """Read a job as users do; return its points and faults."""
     plan, rig, body = load_plan(QUICK_PLAN), load_rig(RECOMMENDED_RIG), load_probe(STANDARD_PROBE)
-    with JobFile.open(path) as job:
+    with JobFile.read(path) as job:
         _ = InspectionSession(plan, rig, body, job, SessionOptions()).view
         return [point.number for point in job.points()], len(job.verify())

@@ -35,6 +35,7 @@ class LaneName(StrEnum):
     WRITERS = "writers"
     CLOCK = "clock"
     HOSTILE = "hostile"
+    SIDES = "sides"
     SOAK = "soak"
 
 
@@ -54,7 +55,8 @@ def reliability(
             "file, as root; faults: every system call that writes fails in every way; names: "
             "files removed, moved, replaced or unmounted while measured; writers: "
             "two programs on one job or store; clock: a clock that jumps; hostile: forged "
-            "and damaged files; soak: jobs at 8 kHz, one after the other, for --hours. May be "
+            "and damaged files; sides: hostile files in place of trusted ones and next to "
+            "them; soak: jobs at 8 kHz, one after the other, for --hours. May be "
             "repeated; default: all.",
         ),
     ] = None,
@@ -103,6 +105,7 @@ def run_reliability(
     from ocmm_core.cli.campaign._cuts import cuts
     from ocmm_core.cli.campaign._faults import faults
     from ocmm_core.cli.campaign._hostile import hostile
+    from ocmm_core.cli.campaign._hostile_sides import hostile_sides
     from ocmm_core.cli.campaign._kills import kills
     from ocmm_core.cli.campaign._lost_names import lost_names
     from ocmm_core.cli.campaign._soak import soak
@@ -113,6 +116,7 @@ def run_reliability(
         LaneName.KILLS: kills, LaneName.CUTS: cuts, LaneName.FAULTS: faults,
         LaneName.NAMES: lost_names, LaneName.WRITERS: writers, LaneName.CLOCK: clock,
         LaneName.HOSTILE: hostile,
+        LaneName.SIDES: hostile_sides,
         LaneName.SOAK: soak,
     }  # fmt: skip
     most = runs or (100 if hours is None else _FOR_EVER)

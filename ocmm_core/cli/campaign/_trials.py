@@ -40,6 +40,10 @@ FINDINGS = {
     "hostile": (
         "tracebacks", "hangs above 5 s", "above 512 MB", "wrongly used", "without a sentence",
     ),
+    "sides": (
+        "tracebacks", "hangs above 5 s", "above 512 MB", "without a sentence",
+        "other files changed",
+    ),
 }  # fmt: skip
 """What each lane looks for; none of it may ever happen."""
 

@@ -31,7 +31,7 @@ def environment_command(
 
     read = TypedRoom(room, humidity, pressure)
     read.check()
-    with JobFile.open(job, read_only=read.empty) as opened:
+    with JobFile.read(job) if read.empty else JobFile.open(job) as opened:
         if not read.empty:
             note_room_in(opened, read, who)
         last = max((point.number for point in opened.points()), default=0)

@@ -103,6 +103,8 @@ def print_offers(offers: Sequence[Offer], model: StepModel, console: Console) ->
     from rich.table import Table
     from rich.text import Text
 
+    from ocmm_core.inspection.step import faces_account
+
     table = Table(
         say_word("name"),
         say_word("faces"),
@@ -117,8 +119,8 @@ def print_offers(offers: Sequence[Offer], model: StepModel, console: Console) ->
         count = str(len(offer.feature.targets) or "")
         table.add_row(offer.feature.name, faces, f"{offer.size_mm:.3f}", count, Text(offer.against))
     console.print(table, highlight=False)
-    for why, number in (*_no_faces(model), *model.not_measured.items()):
-        console.print(f"{number:5}  {say(why)}", highlight=False)
+    usual = [offer for offer in offers if not offer.against and offer.free_form is None]
+    print_faces(faces_account(model, usual), console)
     if model.free_forms:
         console.print(free_form_words(model), highlight=False)
     if model.remark:
@@ -139,16 +141,6 @@ def free_form_words(model: StepModel) -> str:
     count = len(model.free_forms)
     faces = say("1 free-form face") if count == 1 else say(f"{count:d} free-form faces")
     return say(f"{faces} can be measured as profiles: give --profile with the width of the zone.")
-
-
-def _no_faces(model: StepModel) -> list[tuple[str, int]]:
-    from ocmm_core.inspection.step import NOT_EXACT
-
-    return [
-        (say(f"of the kind {kind}: no feature"), count)
-        for kind, count in model.others.items()
-        if kind in NOT_EXACT
-    ]
 
 
 def offers_json(offers: Sequence[Offer], model: StepModel) -> str:

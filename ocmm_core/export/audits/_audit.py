@@ -17,7 +17,7 @@ from ocmm_core.export import ENDING
 from ocmm_core.export.audits._audit_files import audit_file
 from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditRow
 from ocmm_core.export.certificate import CERTIFICATE_ENDING, SEAL_SUFFIX
-from ocmm_core.inspection.archive import SUFFIX, copy_of_job
+from ocmm_core.inspection.archive import SUFFIX
 from ocmm_core.seals import RELEASE_ENDING
 from ocmm_core.storage import JobEvent, JobFile
 
@@ -78,7 +78,7 @@ def files_to_audit(path: Path) -> tuple[Path, ...]:
 
 
 def _of_job(path: Path, line: str) -> Audit:
-    with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
+    with JobFile.read(path) as job:
         seal, faults = job.seal(), job.verify()
         proofs = [seal.forgotten] if seal.forgotten else []
         if line:

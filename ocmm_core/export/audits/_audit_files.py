@@ -16,7 +16,7 @@ from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.export import ENDING, check_report_seal
 from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditRow
 from ocmm_core.export.certificate import CERTIFICATE_ENDING, SEAL_SUFFIX, check_dcc_seal
-from ocmm_core.inspection.archive import RecallRecord, copy_of_job
+from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.seals import (
     RELEASE_ENDING,
     KeyFolder,
@@ -95,7 +95,7 @@ def _of_report(path: Path, only: Path | None = None) -> Audit:
 def _since(file: Path, uuid: str, steps: int, head: str) -> tuple[str, bool]:
     """Return what became of a reported job, and whether that speaks against the report."""
     try:
-        with copy_of_job(file) as copy, JobFile.open(copy, scratch=True) as job:
+        with JobFile.read(file) as job:
             links, own = job.links(), job.head.job_uuid
     except OcmmError as error:
         return f"The job next to it cannot be read: {error.what}", True

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         degenerate,
         oriented,
         principal_axes,
+        refuse_masked,
     )
     from ocmm_core.features.search._curvature import curved_patch
     from ocmm_core.features.search._ellipse_kernel import (
@@ -87,7 +88,10 @@ else:
         __name__,
         _axes="across_axes few_axes many_axes quadric_axes trial_axes",
         _axis_kernel="CONE CYLINDER RING TORUS across axis_kernel tubes",
-        _common="FLAT centred centred_solid checked_points degenerate oriented principal_axes",
+        _common=(
+            "FLAT centred centred_solid checked_points degenerate oriented principal_axes "
+            "refuse_masked"
+        ),
         _curvature="curved_patch",
         _ellipse_kernel="conics ellipse_foot ellipse_kernel of_conic",
         _flat_kernel="BALL DISC ELLIPSE ROUND_ENDS SQUARE_ENDS flat_kernel",
@@ -152,6 +156,7 @@ __all__ = [
     "planned",
     "principal_axes",
     "quadric_axes",
+    "refuse_masked",
     "same",
     "sampled",
     "sensitivity",

@@ -24,10 +24,11 @@ def checked_points(shape: Shape, points: Points3) -> Points3:
     Raises
     ------
     FitError
-        Wrong form, too few points, or a coordinate that is not a finite number.
+        Wrong form, too few points, a masked coordinate, or one that is not a finite number.
     """
-    array = np.ascontiguousarray(points, dtype=np.float64)
     word = shape.value.lower()
+    refuse_masked(word, points)
+    array = np.ascontiguousarray(points, dtype=np.float64)
     if array.ndim != 2 or array.shape[1] != 3:
         raise FitError(
             "fit.not_points",
@@ -51,6 +52,20 @@ def checked_points(shape: Shape, points: Points3) -> Points3:
             "Take more points.",
         )
     return array
+
+
+def refuse_masked(word: str, points: Points3) -> None:
+    """Raise FitError if a coordinate is masked: conversion would use the value under the mask."""
+    rows = (points,) if isinstance(points, np.ndarray) else points
+    if not any(isinstance(row, np.ma.MaskedArray) and np.ma.is_masked(row) for row in rows):
+        return
+    masked = np.atleast_2d(np.array([np.ma.getmaskarray(row) for row in points])).any(axis=1)
+    raise FitError(
+        "fit.masked",
+        f"{int(masked.sum())} of {len(masked)} points of a {word} are masked; the first one is "
+        f"point {int(np.argmax(masked)) + 1}.",
+        "Leave out these points (points[~mask.any(axis=1)]), or remove the mask if they count.",
+    )
 
 
 def centred(shape: Shape, points: Points3) -> tuple[Float, Float, float]:

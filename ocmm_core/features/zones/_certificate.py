@@ -25,6 +25,7 @@ import numpy as np
 from scipy.linalg import null_space
 from scipy.optimize import nnls
 
+from ocmm_core.features.search import refuse_masked
 from ocmm_core.features.shapes import Criterion, Fit
 from ocmm_core.features.zones._elements import BOUNDED, ZoneTask, task_of, zone_surface
 from ocmm_core.features.zones._rescue import slid
@@ -162,6 +163,7 @@ def certificate(fit: Fit, points: Points3, offset: float = 0.0) -> Certificate:
 
     For ``offset`` see `zone.fit_zone`.
     """
+    refuse_masked(fit.shape.value.lower(), points)
     if fit.criterion is Criterion.LEAST_SQUARES:
         return Certificate(False, "Not certified: a least-squares element has no contacts.")
     if fit.criterion is Criterion.MINIMUM_ZONE:

@@ -3,10 +3,10 @@
 In: job files, and the histories of calibrations and tips as they are today.
 Out: jobs computed anew from raw observations, points in doubt, batches side by side.
 
-Read `_reopen` with `_reopen_copy` and `_stored_documents`, `_batch`, `_last_jobs`, `_compare` with
+Read `_reopen` with `_stored_documents`, `_batch`, `_last_jobs`, `_compare` with
 `_comparison`. What became of the calibration: `_camera_history` and `_camera_doubts`,
 `_tip_history` and `_tip_doubts`, and `_recall_record` (what a recall decided); `_known` sends it to
-a worker. Jobs are looked at through a copy of their file. It must not know a running station.
+a worker. Jobs are read in memory (`storage.read_job`). It must not know a running station.
 """
 
 from __future__ import annotations
@@ -52,13 +52,6 @@ if TYPE_CHECKING:
         reopen_content,
         reopen_job,
     )
-    from ocmm_core.inspection.archive._reopen_copy import (
-        content_of_job,
-        content_to_look_at,
-        copy_of_content,
-        copy_of_job,
-        job_to_look_at,
-    )
     from ocmm_core.inspection.archive._stored_documents import StoredDocuments
     from ocmm_core.inspection.archive._tip_doubts import last_good_utc
     from ocmm_core.inspection.archive._tip_history import ask_tip, settle_tip
@@ -78,7 +71,6 @@ else:
             "points_digest"
         ),
         _reopen="ReopenedJob Tell reopen reopen_alone reopen_content reopen_job",
-        _reopen_copy="content_of_job content_to_look_at copy_of_content copy_of_job job_to_look_at",
         _stored_documents="StoredDocuments",
         _tip_doubts="last_good_utc",
         _tip_history="ask_tip settle_tip",
@@ -106,14 +98,9 @@ __all__ = [
     "compare_files",
     "compare_folder",
     "compare_jobs",
-    "content_of_job",
-    "content_to_look_at",
-    "copy_of_content",
-    "copy_of_job",
     "first_stored",
     "first_taken",
     "is_known",
-    "job_to_look_at",
     "known_alone",
     "known_here",
     "last_good_utc",

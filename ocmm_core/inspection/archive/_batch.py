@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.inspection.archive._reopen_copy import copy_of_job
 from ocmm_core.inspection.archive._stored_documents import about
 from ocmm_core.inspection.session import NOT_GIVEN, header_of
-from ocmm_core.storage import JobFile, JobSummary, read_summary
+from ocmm_core.storage import read_summary
 
 _LAST_NUMBER = re.compile(r"(\d+)(?!.*\d)")
 SUFFIX = ".ocmm"
@@ -40,14 +39,13 @@ def parts_of_batch(
 ) -> tuple[BatchPart, ...]:
     """Return the parts of a batch in a folder, oldest first.
 
-    A file that somebody may be writing to is looked at in a copy, so that one that is being
-    measured is in the list, too. Files that are no job files or cannot be read are left out: a list
-    never keeps anybody from measuring. ``passed_over`` is told of each.
+    One that is being measured is in the list. Files that cannot be read as jobs are left out, and
+    ``passed_over`` gets the fault of each: a list never keeps anybody from measuring.
     """
     found = []
     for path in sorted(folder.glob(f"*{SUFFIX}")):
         try:
-            seen = read_summary(path) or glance_at_copy(path)
+            seen = read_summary(path)
             header = header_of(seen.head, seen.events)
         except OcmmError as fault:
             passed_over(about(fault, path))
@@ -65,12 +63,6 @@ def parts_of_batch(
                 )
             )
     return tuple(sorted(found, key=lambda part: part.created_utc))
-
-
-def glance_at_copy(path: Path) -> JobSummary:
-    """Return what is seen of a job that is being written; StorageError as `copy_of_job`."""
-    with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
-        return JobSummary(job.head, tuple(job.events()), len(job.points()))
 
 
 def next_serial(serial: str) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -19,14 +18,12 @@ from ocmm_core.inspection.archive._comparison import (
     trends_of,
 )
 from ocmm_core.inspection.archive._known import content_and_known, known_from
-from ocmm_core.inspection.archive._reopen import ReopenedJob, Tell, reopen_job
-from ocmm_core.inspection.archive._stored_documents import named
+from ocmm_core.inspection.archive._reopen import ReopenedJob, Tell, reopen_content, reopen_job
 from ocmm_core.inspection.evaluation import (
     held_below,
     job_states,
     part_line,
 )
-from ocmm_core.leftovers import scratch_folder
 from ocmm_core.processes import processes_for, side_by_side
 from ocmm_core.tolerances.decisions import (
     CharacteristicResult,
@@ -149,18 +146,9 @@ def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
     return trends_of([_part_job(job) for job in jobs])
 
 
-def _read_content(path: Path, file: bytes, log: bytes, known: bytes) -> PartJob:
+def _read_content(path: Path, file: bytes, known: bytes) -> PartJob:
     """Return what a comparison takes of a job, on whichever computer."""
-    with scratch_folder("compare") as folder:
-        copy = folder / "job.ocmm"
-        copy.write_bytes(file)
-        if log:
-            copy.with_name(f"{copy.name}-wal").write_bytes(log)
-        try:
-            job = reopen_job(copy, known=known_from(known))
-        except OcmmError as error:
-            raise named(error, str(copy), str(path)) from error
-    return _part_job(replace(job, path=path))
+    return _part_job(reopen_content(path, file, known_from(known)))
 
 
 def _read_all(

@@ -19,8 +19,7 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive._camera_history import CameraHistory, ask_cameras
-from ocmm_core.inspection.archive._reopen_copy import copy_of_job
-from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about, named
+from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about
 from ocmm_core.inspection.archive._tip_history import TipHistory, ask_tip
 from ocmm_core.seals import KeyFolder, SealWord
 from ocmm_core.storage import JobFile, JobSeal, held_sentences
@@ -37,11 +36,13 @@ class KnownOfJob:
     """`cameras`, `tip`: What became known later."""
     held: tuple[str, ...] = ()
     """Why the archive of the shop holds the job back, a sentence each."""
+    left_out: str = ""
+    """Of the file: `JobFile.left_out`."""
 
 
 def known_alone(job: JobFile, keys: KeyFolder | None = None) -> KnownOfJob:
     """Return what is known of a job by its file and the known keys alone."""
-    return KnownOfJob(replace(job.seal(keys), missing=""))
+    return KnownOfJob(replace(job.seal(keys), missing=""), left_out=job.left_out)
 
 
 def known_by_file(job: JobFile) -> KnownOfJob:
@@ -82,35 +83,28 @@ def known_here(
         ask_cameras(job, stored.camera_record(), calibrations or default_folder(), store),
         ask_tip(stored.probe_records(), probes or default_probe_folder()),
         held_sentences(job.head.job_uuid),
+        job.left_out,
     )
     job.note_seen(path, seal)
     return known
 
 
-def content_of(copy: Path) -> tuple[bytes, bytes]:
-    """Return the bytes of a copy of a job (`copy_of_job`) and of its log."""
-    log = copy.with_name(f"{copy.name}-wal")
-    return copy.read_bytes(), log.read_bytes() if log.exists() else b""
-
-
 def content_and_known(
     path: Path, probes: Path | None, calibrations: Path | None
-) -> tuple[bytes, bytes, bytes]:
-    """Return all that another computer needs to open a job: its bytes, its log, what is known.
+) -> tuple[bytes, bytes]:
+    """Return all that another computer needs to open a job: its bytes, and what is known.
 
     Raises
     ------
     OcmmError
         The job cannot be read.
     """
-    with copy_of_job(path) as copy:
-        file, log = content_of(copy)
-        try:
-            with JobFile.open(copy, scratch=True) as job:
-                known = known_here(job, path, probes, calibrations)
-        except OcmmError as error:
-            raise about(named(error, str(copy), str(path)), path) from error
-    return file, log, msgspec.json.encode(known)
+    try:
+        with JobFile.read(path) as job:
+            known = known_here(job, path, probes, calibrations)
+            return job.content(), msgspec.json.encode(known)
+    except OcmmError as error:
+        raise about(error, path) from error
 
 
 def known_from(content: bytes) -> KnownOfJob:

@@ -10,7 +10,7 @@ from pathlib import Path
 from ocmm_core.alignment import nominal_frame
 from ocmm_core.errors import OcmmError
 from ocmm_core.geometry import RigidTransform
-from ocmm_core.inspection.archive._batch import SUFFIX, glance_at_copy, parts_of_batch
+from ocmm_core.inspection.archive._batch import SUFFIX, parts_of_batch
 from ocmm_core.inspection.archive._reopen import reopen_job
 from ocmm_core.inspection.evaluation import PAUSED, RESUMED, STANDING_EVENT, WrittenProgress
 from ocmm_core.inspection.plan import stored_plan
@@ -85,7 +85,7 @@ def _in_folder(folder: Path) -> list[Path]:
 
 def _look(path: Path, changed_s: float) -> LastJob:
     try:
-        seen = read_summary(path) or glance_at_copy(path)
+        seen = read_summary(path)
         return _job(path, changed_s, seen)
     except OcmmError as fault:
         return LastJob(path, changed_s=changed_s, fault=fault)

@@ -3,9 +3,9 @@
 Plan, cameras, probe, reference body and temperatures are in the job file, as they were. Nothing
 else is needed: no document of this computer, no record, no clock. Only what became known later of
 the tip and of the cameras is looked up where their history is on this computer
-(`_tip_history`, `_camera_history`, together in `_known`). The file is copied first
-(`inspection.reopen_copy`), so that it may lie where nobody can write, come from another computer or
-an older version, or be measured by another program at the moment.
+(`_tip_history`, `_camera_history`, together in `_known`). The file is read in memory
+(`storage.read_job`): it can be write-protected, from another computer or an older version, or being
+measured by another program.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.archive._camera_history import settle_by_calibration
 from ocmm_core.inspection.archive._known import KnownOfJob, known_alone, known_by_file, known_here
 from ocmm_core.inspection.archive._points_in_doubt import History
-from ocmm_core.inspection.archive._reopen_copy import content_to_look_at, job_to_look_at
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about
 from ocmm_core.inspection.archive._tip_history import settle_by_history
 from ocmm_core.inspection.evaluation import HoldReason, JobView, SessionOptions, methods_used
@@ -94,6 +93,9 @@ class ReopenedJob:
     recalled: tuple[str, ...] = ()
     """Why the archive of the shop holds the job back, as far as this computer has learned."""
 
+    left_out: str = ""
+    """What of the file is in no complete step, as a sentence; empty if there is nothing."""
+
     @property
     def annulled(self) -> tuple[int, ...]:
         """Return the numbers of the points that were taken back."""
@@ -120,7 +122,13 @@ class ReopenedJob:
     def remarks(self) -> tuple[str, ...]:
         """Return what a reader should know and what speaks against nothing, in sentences."""
         told = (event.text for event in self.events if event.kind in (ADOPTED, CLOCK, RESCUED))
-        return (*told, *([self.cameras.absent] if self.cameras.absent else []))
+        return (*told, *filter(None, (self._renamed, self.left_out, self.cameras.absent)))
+
+    @property
+    def _renamed(self) -> str:
+        if self.path.stem == self.view.job:
+            return ""
+        return f"The file was renamed to {self.path.name}: the job was measured as {self.view.job}."
 
 
 def reopen_job(
@@ -160,7 +168,7 @@ def reopen_job(
     """
     path = Path(path)
     tell("Copying the job", 0.0)
-    with job_to_look_at(path) as job, _told_of(path):
+    with JobFile.read(path) as job, _told_of(path):
         if known is None and alone:
             known = known_alone(job)
         elif known is None:
@@ -168,15 +176,15 @@ def reopen_job(
         return _reopened(path, job, known, tell)
 
 
-def reopen_content(path: Path, file: bytes, log: bytes, known: KnownOfJob) -> ReopenedJob:
-    """Return the job in the bytes of a file and of its log; errors as of `reopen_job`.
+def reopen_content(path: Path, file: bytes, known: KnownOfJob) -> ReopenedJob:
+    """Return the job in the bytes of a file; errors as of `reopen_job`.
 
     Parameters
     ----------
     path
         What it is called: nothing is asked on this computer.
     """
-    with content_to_look_at(path, file, log) as job, _told_of(path):
+    with JobFile.in_memory(path, file) as job, _told_of(path):
         return _reopened(path, job, known, lambda what, share: None)
 
 
@@ -243,6 +251,7 @@ def _reopened(path: Path, job: JobFile, known: KnownOfJob, tell: Tell) -> Reopen
         history=history,
         cameras=cameras,
         recalled=known.held,
+        left_out=known.left_out,
         held={hold_reason: session.held.held_for(hold_reason) for hold_reason in HoldReason},
     )
 

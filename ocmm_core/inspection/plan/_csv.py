@@ -24,8 +24,10 @@ from ocmm_core.tables import (
     NamedColumns,
     TableAccount,
     TableOptions,
+    TablePreview,
     TextRow,
     TextTable,
+    preview_table,
     read_table,
 )
 from ocmm_core.units import named_unit
@@ -54,6 +56,16 @@ class FeatureTable:
 
 
 @dataclass(frozen=True, slots=True)
+class FeaturePreview:
+    """Lines of a table for an import page, and its features if the reader takes them."""
+
+    preview: TablePreview
+    table: FeatureTable | None
+    options: TableOptions
+    """With which it was read."""
+
+
+@dataclass(frozen=True, slots=True)
 class _Cell:
     """A cell and its place."""
 
@@ -73,6 +85,21 @@ class _Cell:
 def features_from_csv(path: Path | str) -> tuple[NominalFeature, ...]:
     """Return the features of a table, see `feature_table`."""
     return feature_table(path).features
+
+
+def preview_features(path: Path, options: TableOptions) -> FeaturePreview:
+    """Return the lines of a table, with its features or the error of the reader.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read at all.
+    """
+    try:
+        table = feature_table(path, options)
+    except InputError as error:
+        return FeaturePreview(preview_table(path, options, error), None, options)
+    return FeaturePreview(preview_table(path, options, table.account), table, options)
 
 
 def feature_table(path: Path | str, options: TableOptions | None = None) -> FeatureTable:

@@ -63,7 +63,9 @@ class FileKind:
     def no_name(self, folder: Path, stem: str) -> StorageError:
         """Return the error that all names of a copy are in use."""
         return StorageError(
-            f"plan.{self.code}_names", f"{folder}: no free file name for {stem}.", "Rename the file."
+            f"plan.{self.code}_names",
+            f"{folder}: no free file name for {stem}.",
+            "Rename the file.",
         )
 
     def inside(self, source: Path, folder: Path) -> str:

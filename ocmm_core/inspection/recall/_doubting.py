@@ -20,10 +20,8 @@ from ocmm_core.inspection.archive import (
     KnownOfJob,
     StoredDocuments,
     ask_tip,
-    content_to_look_at,
     first_stored,
     is_known,
-    job_to_look_at,
     known_alone,
     known_here,
     points_in_doubt,
@@ -68,7 +66,7 @@ class Doubting:
         OcmmError
             The job or the history cannot be read, or the history is not here.
         """
-        with job_to_look_at(path) as job:
+        with JobFile.read(path) as job:
             return self._of(path, job, lambda store: known_here(
                 job, path, self._probes, self._calibrations, store, self._keys
             ))  # fmt: skip
@@ -81,7 +79,7 @@ class Doubting:
         path
             What it is called.
         """
-        with content_to_look_at(path, content) as job:
+        with JobFile.in_memory(path, content) as job:
             return self._of(path, job, lambda _: replace(
                 known_alone(job, self._keys),
                 tip=ask_tip(

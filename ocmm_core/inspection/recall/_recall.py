@@ -30,7 +30,6 @@ from ocmm_core.inspection.archive import (
     RecalledCharacteristic,
     RecalledJob,
     RecallRecord,
-    content_of_job,
     points_digest,
 )
 from ocmm_core.inspection.recall._doubting import Doubting
@@ -41,6 +40,7 @@ from ocmm_core.inspection.recall._recall_job import (
     findings_of,
 )
 from ocmm_core.inspection.recall._recall_judge import Cases, cases_of, judgement, recalled, unknown
+from ocmm_core.storage import read_job
 
 Tell = Callable[[str, float], None]
 """Told what is done next, and the share that is done."""
@@ -151,7 +151,7 @@ def _touched(
 
 def recall_doubted(
     touched: Sequence[DoubtedJob],
-    contents: Callable[[DoubtedJob], tuple[bytes, bytes]],
+    contents: Callable[[DoubtedJob], tuple[bytes]],
     site: Site,
     told: Callable[[int], None],
 ) -> tuple[tuple[RecalledJob, ...], list[str]]:
@@ -160,7 +160,7 @@ def recall_doubted(
     Parameters
     ----------
     contents
-        Returns the bytes of a job file and of its log.
+        Returns the bytes of a job, with the steps of its log.
     site
         Where each job is computed; judged are all of them here, together.
     told
@@ -183,9 +183,9 @@ def recall_doubted(
     return tuple(_judged(found)), failed
 
 
-def content_of_file(job: DoubtedJob) -> tuple[bytes, bytes]:
-    """Return the bytes of a job file on this computer, and of its log."""
-    return content_of_job(job.path)
+def content_of_file(job: DoubtedJob) -> tuple[bytes]:
+    """Return the bytes of a job on this computer, with the steps of its log."""
+    return (read_job(job.path).file,)
 
 
 def _judged(found: Sequence[JobFindings]) -> Iterator[RecalledJob]:

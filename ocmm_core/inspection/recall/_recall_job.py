@@ -112,13 +112,13 @@ class DoubtedJob:
     because ``in_doubt`` says the rest."""
 
 
-def findings_of(doubted: DoubtedJob, file: bytes, log: bytes) -> JobFindings:
+def findings_of(doubted: DoubtedJob, file: bytes) -> JobFindings:
     """Return a job under both calibrations; no file or history of this computer is asked.
 
     Parameters
     ----------
-    file, log
-        Bytes of the job file, and of its log, which may be empty.
+    file
+        Bytes of the job, with the steps of its log.
 
     Raises
     ------
@@ -126,7 +126,7 @@ def findings_of(doubted: DoubtedJob, file: bytes, log: bytes) -> JobFindings:
         The job cannot be opened, see `reopen_job`.
     """
     path, later, in_doubt = doubted.path, doubted.later, doubted.in_doubt
-    job = reopen_content(path, file, log, doubted.known)
+    job = reopen_content(path, file, doubted.known)
     held = {
         hold_reason: {} if hold_reason in _OF_CAMERAS else job.held[hold_reason]
         for hold_reason in HoldReason
@@ -146,7 +146,7 @@ def findings_of(doubted: DoubtedJob, file: bytes, log: bytes) -> JobFindings:
     stored = [job.taken_utc[point.number] for point in job.points]
     return JobFindings(
         path=path,
-        sha256=hashlib.sha256(file + log).hexdigest(),
+        sha256=hashlib.sha256(file).hexdigest(),
         head=job.head,
         rig=job.rig.name,
         calibration=job.head.rig_identity,

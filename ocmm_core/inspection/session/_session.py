@@ -222,7 +222,7 @@ class InspectionSession:
         ledger = self._ledger
         step, undone = ledger.log.last, ledger.log.last_undone
         return JobState(
-            job=ledger.job.path.stem,
+            job=ledger.job.name,
             header=self._header,
             progress=ledger.progress,
             methods=methods_of(ledger.plan, ledger.progress),

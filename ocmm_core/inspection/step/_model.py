@@ -17,7 +17,7 @@ from ocmm_core.inspection.step._answer import OPEN, StepAnswer, StepSurface
 from ocmm_core.inspection.step._asking import REMEDY, Asking, ask
 from ocmm_core.inspection.step._model_files import step_error
 from ocmm_core.inspection.step._names import feature_names
-from ocmm_core.inspection.step._profiled import NOT_EXACT, FreeForm, free_forms_of
+from ocmm_core.inspection.step._profiled import FreeForm, free_forms_of
 from ocmm_core.inspection.step._request import StepRequest, setting_of
 from ocmm_core.inspection.step._worker import Wanted
 from ocmm_core.inspection.step.brep import StepFace, Triple
@@ -90,14 +90,6 @@ class StepModel:
     unasked: Setting | None = None
     """Probe, cameras and placement that only the chosen surfaces are asked about, see
     `ask_for_chosen`; None where all were, or nobody asked."""
-
-    def why_not(self) -> list[tuple[str, int]]:
-        """Return reasons and how many surfaces have each, the most frequent first."""
-        counts = Counter(one.why for one in self.left_out)
-        counts.update({f"its surface is of the kind {kind}": n for kind, n in self.others.items()
-                       if kind in NOT_EXACT})  # fmt: skip
-        counts.update(self.not_measured)
-        return counts.most_common()
 
 
 def read_model(

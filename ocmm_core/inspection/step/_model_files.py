@@ -50,8 +50,7 @@ class ModelFiles:
     def have_tolerances(self) -> bool:
         """Return whether a part file may contain tolerances, which are read from ``top`` only."""
         return any(
-            may_say_tolerances(one.decode("utf-8", errors="replace"))
-            for one in self.parts.values()
+            may_say_tolerances(one.decode("utf-8", errors="replace")) for one in self.parts.values()
         )
 
     def is_unchanged(self) -> bool:

@@ -8,6 +8,8 @@ writer of this file's own) or ``tcpdump``.
 from __future__ import annotations
 
 import contextlib
+import os
+import signal
 import socket
 import struct
 import subprocess
@@ -56,14 +58,21 @@ def _socket(ended: threading.Event) -> socket.socket:
     return channel
 
 
-def _tcpdump(path: Path) -> subprocess.Popen[bytes]:
+def _tcpdump(path: Path, bus: int) -> subprocess.Popen[bytes]:
+    """Start tcpdump on the cable; the bus waits until it listens, however busy the computer is."""
     while HOST_INTERFACE not in [name for _, name in socket.if_nameindex()]:
         time.sleep(0.002)
+    os.kill(bus, signal.SIGSTOP)
     # Short slots: the buffer would hold 64 packets of the usual ones, and a bring-up is a burst.
     options = ["-Z", "root", "-q", "--immediate-mode", "-s", "2048", "-B", "16384"]
-    return subprocess.Popen(
-        ["tcpdump", *options, "-i", HOST_INTERFACE, "-w", str(path)], stderr=subprocess.DEVNULL
+    dump = subprocess.Popen(
+        ["tcpdump", *options, "-i", HOST_INTERFACE, "-w", str(path)], stderr=subprocess.PIPE
     )
+    assert dump.stderr is not None
+    while b"listening on" not in dump.stderr.readline() and dump.poll() is None:
+        pass
+    os.kill(bus, signal.SIGCONT)
+    return dump
 
 
 def main(folder: Path, writer: str) -> None:
@@ -87,7 +96,8 @@ def main(folder: Path, writer: str) -> None:
         listener.start()
     child.start()
     if writer == "tcpdump":
-        dump = _tcpdump(path)
+        assert child.pid is not None
+        dump = _tcpdump(path, child.pid)
     blocks, count, deadline = [], 0, time.monotonic() + _LIMIT_S
     while count < FRAMES and time.monotonic() < deadline:
         block = ring.read(800)

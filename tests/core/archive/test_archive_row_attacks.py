@@ -6,16 +6,18 @@ import contextlib
 import random
 import shutil
 import sqlite3
+import uuid
 from collections.abc import Callable
 from datetime import UTC, date, datetime
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from ocmm_core.archive.checks import mark_altered, verify_archive
 from ocmm_core.archive.outbox import Courier, Outbox
 from ocmm_core.archive.questions import Asked, parts, passed, today, trend
-from ocmm_core.archive.records import snapshot
+from ocmm_core.archive.records import Delivery, snapshot
 from ocmm_core.archive.stores import SqlArchive, open_archive
 from ocmm_core.camera import load_rig
 from ocmm_core.inspection.plan import load_plan
@@ -209,6 +211,36 @@ def test_an_invented_version_with_more_steps_hides_nothing(
         assert any("job 5" in why or "no job file" in why or "damaged" in why or "not" in why
                    for _, why in found.faults)  # fmt: skip
         assert found.suspect == frozenset()
+
+
+def test_a_signature_of_another_station_on_invented_rows_counts_nowhere(
+    place: Place, jobs: dict[str, Path], tmp_path: Path
+) -> None:
+    """One station writes rows of its own beside the file and the signature of another one."""
+    assert sent_from(place, tmp_path, "a", "Station 1", jobs["one"], "station1") == ""
+    with place.open() as archive:
+        before, real = lists(archive), archive.record(1)
+        content = archive.content(real.job.sha256)
+    invented = msgspec.structs.replace(
+        real.job, job_uuid=str(uuid.UUID(int=5)), station="Station 2", serial="V-9"
+    )
+    sender = made_sender("Station 2", 2)
+    with open_archive(login_of(place, "station2")) as archive:
+        archive.put(
+            Delivery(
+                sender=sender, sequence=1, sent_utc=real.job.changed_utc, content=content,
+                record=msgspec.structs.replace(real, job=invented),
+            )
+        )  # fmt: skip
+    with place.open() as archive:
+        days = Asked(first=date(1971, 1, 1), last=date(8000, 1, 1))
+        by_serial = {row[3]: row for row in today(archive, days).rows}
+        assert by_serial["V-9"][1] == "Station 2"
+        assert by_serial["V-9"][6] == "NOT PROVEN"
+        assert str(by_serial["V-9"][8]).startswith("Sent by another station")
+        assert [row for row in lists(archive)[0] if row[3] != "V-9"] == before[0]
+        assert any("signed by the key of 'Station 1'" in why
+                   for _, why in verify_archive(archive).faults)  # fmt: skip
 
 
 def test_a_job_that_was_continued_at_another_station_is_one_job(

@@ -20,6 +20,7 @@ from ocmm_core.export import ENDING, preview, preview_text
 from ocmm_core.export.report import ReportData, load_profile, polyworks_profile
 from ocmm_core.export.report._delimited import told
 from ocmm_core.features.shapes import NominalFeature, Shape, element
+from ocmm_core.tables import read_points_file
 from ocmm_core.tolerances.decisions import U_WORDS, Verdict
 from tests.core.export.sample_report import (
     COLD,
@@ -272,6 +273,15 @@ def test_a_second_export_replaces_the_first(tmp_path: Path) -> None:
     paths = export(sample_report(), tmp_path)
     assert paths["points.csv"].read_bytes() == POINTS_PART
     assert len(list(tmp_path.iterdir())) == len(KINDS) + 1
+
+
+def test_points_are_read_back_with_their_normals(tmp_path: Path) -> None:
+    paths = export(sample_report(), tmp_path)
+    surface = np.loadtxt(paths["cloud.asc"])
+    for kind in ("points.csv", "cloud.asc"):
+        found = read_points_file(paths[kind])
+        assert found.points == pytest.approx(surface[:, :3])
+        assert [one.role for one in found.account.columns][-6:] == ["x", "y", "z", "i", "j", "k"]
 
 
 def test_ball_centres_stand_in_files_of_their_own(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.search import unambiguous
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
+from ocmm_core.features.zones import certificate
 from ocmm_core.geometry import Points3
 from tests.core.features.shape_samples import ALL_SHAPES, RADIUS, ideal_points, somewhere
 
@@ -39,6 +40,25 @@ def test_a_coordinate_that_is_no_number_is_named(shape: Shape, bad: float) -> No
     with pytest.raises(FitError, match="Point 7 of 10") as caught:
         fit_shape(shape, points)
     assert caught.value.code == "fit.not_finite"
+
+
+@pytest.mark.parametrize("shape", ALL_SHAPES)
+def test_masked_points_are_refused_and_a_mask_without_any_is_none(shape: Shape) -> None:
+    points = ideal_points(shape, np.random.default_rng(1), 10)
+    far = points.copy()
+    far[[3, 6], 2] += 1e5
+    mask = np.zeros(points.shape, dtype=bool)
+    mask[[3, 6], 2] = True
+    masked = np.ma.MaskedArray(far, mask)
+    for given in (masked, list(masked)):
+        with pytest.raises(FitError, match="the first one is point 4") as caught:
+            fit_shape(shape, given)
+        assert caught.value.code == "fit.masked"
+    fit = fit_shape(shape, points)
+    with pytest.raises(FitError, match="masked"):
+        certificate(fit, masked)
+    same = fit_shape(shape, np.ma.MaskedArray(points))
+    np.testing.assert_array_equal(same.geometry, fit.geometry)
 
 
 @pytest.mark.parametrize("shape", ALL_SHAPES[1:])

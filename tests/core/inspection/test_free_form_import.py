@@ -14,7 +14,14 @@ from ocmm_core.cli.measure import plan_app
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan import Plan, load_plan, new_plan, with_alignment, with_profiles
-from ocmm_core.inspection.step import Choice, StepModel, chosen, offers_of, read_model
+from ocmm_core.inspection.step import (
+    Choice,
+    StepModel,
+    chosen,
+    faces_account,
+    offers_of,
+    read_model,
+)
 from ocmm_core.part_model import nearest_feet, searched
 from tests.core.inspection.free_form_models import FREE_FORM_MODELS, written_model
 from tests.core.inspection.step_models import off_mm
@@ -64,14 +71,14 @@ def test_they_are_offered_and_taken_only_where_their_zone_is_known(tmp_path: Pat
     assert chosen(offers, Choice(only=("FREE*",))) == (free,)
     assert chosen(offers, Choice(kinds=("Free form",), profiles=True)) == (free,)
     # A kind of surface that can be measured does not stand among those that cannot.
-    assert not any("BSpline" in why for why, _ in model.why_not())
+    assert not any("BSpline" in why for why, _ in faces_account(model, ()).left_out)
 
 
 def test_a_ball_that_has_no_room_on_a_free_form_is_said(tmp_path: Path) -> None:
     needs_package("OCP", "the extra 'step'")
     model = read_model(written_model(tmp_path, "uneven"), 32.0)
     assert model.free_forms == ()
-    (why,) = (why for why, _ in model.why_not() if "free form" in why)
+    (why,) = (why for why, _ in faces_account(model, ()).left_out if "free form" in why)
     assert "a ball of 32 mm has room for" in why
 
 

@@ -170,7 +170,7 @@ def test_parameters_along_edges_are_those_of_the_library() -> None:
         for face in explored(shape, "FACE"):
             for edge in explored(face, "EDGE"):
                 curve = BRepAdaptor_Curve2d(edge, face)
-                along = asked.of(edge, curve.FirstParameter(), curve.LastParameter())
+                along, _ = asked.of(edge, curve.FirstParameter(), curve.LastParameter())
                 truth = [(p.X(), p.Y()) for p in map(curve.Value, along.tolist())]
                 # Some 100 mm: their last bits.
                 assert parameters_on(curve, along) == pytest.approx(np.array(truth), abs=1e-11)
@@ -244,7 +244,7 @@ def test_the_size_of_a_face_is_that_of_the_box_about_it() -> None:
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
     from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
 
-    from ocmm_core.inspection.step._free_forms import box_size
+    from ocmm_core.inspection.step.brep import box_size
 
     plane = gp_Pln(gp_Pnt(0.0, 0.0, 0.0), gp_Dir(0.0, 0.0, 1.0))
     face = BRepBuilderAPI_MakeFace(plane, 0.0, 30.0, 0.0, 40.0).Face()

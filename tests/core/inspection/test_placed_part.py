@@ -98,7 +98,7 @@ def test_a_part_that_was_changed_is_refused(bench: Bench, chain: bool) -> None:
         row = db.execute("SELECT id, source_name, source_sha256, content FROM part").fetchone()
         db.execute("UPDATE audit SET content_sha256 = ? WHERE subject = 'part'", (digest_row(row),))
     db.close()
-    with JobFile.open(path, scratch=True) as job:
+    with JobFile.read(path) as job:
         with pytest.raises(StorageError, match=r"the part"):
             job.part()
         assert job.verify()

@@ -16,7 +16,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import places_of
-from ocmm_core.inspection.step import read_model
+from ocmm_core.inspection.step import faces_account, read_model
 from tests.core.inspection.nist_models import NIST, nist_model, path_of
 from tests.core.inspection.step_models import (
     MODELS,
@@ -60,7 +60,9 @@ def test_faces_of_no_solid_are_construction_geometry(tmp_path: Path) -> None:
     middle = BRepBuilderAPI_MakeFace(plane, -80.0, 80.0, -80.0, 80.0).Face()
     model = read_model(written(tmp_path / "a.step", beside(block(), middle)))
     assert len(model.features) == 6
-    assert ("its surface is of the kind construction geometry", 1) in model.why_not()
+    assert ("its surface is of the kind construction geometry", 1) in faces_account(
+        model, ()
+    ).left_out
     # A model of faces alone is a part of sheet.
     model = read_model(written(tmp_path / "b.step", beside(middle)))
     assert len(model.features) == 1
@@ -75,7 +77,7 @@ def test_surfaces_become_features_with_targets_on_them(
     path = written(tmp_path / "model.step", make())
     model = read_model(path, BALL_MM)
     counts = {kind: sum(one.shape.value == kind for one in model.features) for kind in expected}
-    assert counts == expected, model.why_not()
+    assert counts == expected, faces_account(model, ()).left_out
     targets = [target for one in model.features for target in one.targets]
     off = off_mm(path, targets)
     record_property(f"{name}: targets off", f"{np.sum(off > OFF_MM)} of {len(off)}")

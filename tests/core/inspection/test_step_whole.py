@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ import pytest
 
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.geometry import Float
 from ocmm_core.inspection.plan import add_feature, new_plan, part_of_plan, with_model
 from ocmm_core.inspection.step import (
     Choice,
@@ -26,7 +28,8 @@ from ocmm_core.inspection.step import (
     offers_of,
     read_model,
 )
-from ocmm_core.inspection.step.brep import RECOGNISED_MM, read_document
+from ocmm_core.inspection.step.brep import RECOGNISED_MM, read_document, stretches_of
+from ocmm_core.inspection.step.brep import _surface_kernel as kernel
 from tests.core.inspection.step_models import _ball as ball
 from tests.core.inspection.step_models import hill, off_mm, written
 from tests.core.inspection.whole_step_models import (
@@ -55,13 +58,36 @@ def rng_of(*words: str) -> np.random.Generator:
 
 def check(path: Path, model: StepModel, files: tuple[str, ...] = ()) -> None:
     """Check the targets of a model by the library alone, and the sum of its account."""
-    places = [one for item in (*model.features, *model.free_forms) for one in item.targets]
+    places = [one for item in model.features for one in item.targets]
+    places += [one for form in model.free_forms for one in form.targets]
     if places:
         part = written(path.with_name("whole.stp"), read_document(str(path), print, files).shape)
         assert float(off_mm(part if files else path, places).max()) <= OFF_MM
     account = faces_account(model, chosen(offers_of(model), Choice(everything=True)))
     assert account.faces == model.face_count > 0
     assert account.taken + sum(count for _, count in account.left_out) == account.faces
+
+
+def test_a_ray_between_the_ends_of_two_arcs_finds_the_hole() -> None:
+    """The corners of a hole of two half circles are a hundredth apart: the ray passes there."""
+    angles = np.linspace(0.001, np.pi - 0.001, 41)
+    upper = np.stack([10.0 * np.cos(angles), 10.0 * np.sin(angles)], axis=1)
+    square = np.array([[-30.0, -20], [30, -20], [30, 20], [-30, 20], [-30, -20]])
+    uv = np.concatenate([square, upper, -upper])
+    starts = np.array([0, 5, 46, 87])
+    us, vs = np.array([-20.0, 0.0, 20.0]), np.array([-15.0, 0.0, 15.0])
+
+    def found(loops: Float) -> list[list[bool]]:
+        holds = np.zeros((3, 3), dtype=np.bool_)
+        kernel.inside(us, vs, loops, holds)
+        inside: list[list[bool]] = holds.tolist()
+        return inside
+
+    edges = [stretches_of(uv[a:b]) for a, b in pairwise(starts.tolist())]
+    assert found(np.concatenate(edges))[1] == [True, True, True]
+    assert found(kernel.closed_loops(uv, starts)) == [
+        [True, True, True], [True, False, True], [True, True, True],
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", GOOD)

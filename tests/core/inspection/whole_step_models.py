@@ -62,18 +62,18 @@ def split_plate(rng: Generator) -> Any:
     from OCP.TopoDS import TopoDS
 
     corners = BRepBuilderAPI_MakePolygon()
-    for x, y in ((-70, -50), (70, -50), (70, 50), (-70, 50)):
-        corners.Add(gp_Pnt(x, y, 0))
+    for corner in ((-70, -50), (70, -50), (70, 50), (-70, 50)):
+        corners.Add(gp_Pnt(*corner, 0))
     corners.Close()
     face = BRepBuilderAPI_MakeFace(corners.Wire())
     radius = float(rng.uniform(15, 40))
-    holes = [(0.0, 0.0, radius), *((x, 0.0, float(rng.uniform(3, 8))) for x in (-56.0, 56.0))]
+    holes = [(0.0, 0.0, radius), *((x, 0.0, float(rng.uniform(4.5, 8))) for x in (-56.0, 56.0))]
     for x, y, size in holes:
         start, count = float(rng.uniform(0, 6.28)), int(rng.integers(2, 5))
         cuts = start + 2.0 * np.pi * np.arange(count) / count
         wire = _arcs(x, y, size, cuts)
         face.Add(static(TopoDS, "Wire")(wire.Reversed()))
-    return BRepPrimAPI_MakePrism(face.Face(), gp_Vec(0, 0, float(rng.uniform(8, 30)))).Shape()
+    return BRepPrimAPI_MakePrism(face.Face(), gp_Vec(0, 0, float(rng.uniform(14, 30)))).Shape()
 
 
 def bored_plate(rng: Generator, count: int = 6) -> Any:

@@ -11,7 +11,12 @@ import pytest
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobFile, JobHead
-from ocmm_core.storage._migrations import APPLICATION_ID, MIGRATIONS, bring_up_to_date
+from ocmm_core.storage._migrations import (
+    APPLICATION_ID,
+    MIGRATIONS,
+    backup_older,
+    bring_up_to_date,
+)
 
 MakePoint = Callable[[int], MeasuredPoint]
 
@@ -99,7 +104,7 @@ def test_one_flipped_bit_in_any_stored_array_is_never_given_out(
 def test_a_job_whose_making_was_interrupted_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.ocmm"
     db = sqlite3.connect(path, isolation_level=None)
-    bring_up_to_date(db, path, read_only=False)
+    bring_up_to_date(db, path)
     db.close()
     assert refusal(path) == "job.damaged"
 
@@ -124,7 +129,7 @@ def test_a_head_that_cannot_be_stored_leaves_no_file(tmp_path: Path, head: JobHe
 
 def test_the_latest_version_is_made_from_an_empty_file(tmp_path: Path) -> None:
     db = sqlite3.connect(tmp_path / "a.ocmm", isolation_level=None)
-    bring_up_to_date(db, tmp_path / "a.ocmm", read_only=False)
+    bring_up_to_date(db, tmp_path / "a.ocmm")
     assert db.execute("PRAGMA user_version").fetchone() == (len(MIGRATIONS),)
     assert db.execute("PRAGMA application_id").fetchone() == (APPLICATION_ID,)
     db.close()
@@ -145,7 +150,8 @@ def test_an_older_job_is_stepped_up_after_a_backup(job_path: Path) -> None:
     old = before.serialize()
     before.close()
     db = sqlite3.connect(job_path, isolation_level=None)
-    bring_up_to_date(db, job_path, read_only=False, steps=(*MIGRATIONS, _add_colour))
+    backup_older(db, job_path, (*MIGRATIONS, _add_colour))
+    bring_up_to_date(db, job_path, (*MIGRATIONS, _add_colour))
     assert db.execute("PRAGMA user_version").fetchone() == (len(MIGRATIONS) + 1,)
     db.execute("SELECT colour FROM event")
     db.close()
@@ -160,19 +166,10 @@ def test_a_step_that_fails_leaves_the_version_before_it(job_path: Path) -> None:
     db = sqlite3.connect(job_path, isolation_level=None)
     steps = (*MIGRATIONS, _add_colour, _fail_half_way)
     with pytest.raises(sqlite3.OperationalError):
-        bring_up_to_date(db, job_path, read_only=False, steps=steps)
+        bring_up_to_date(db, job_path, steps)
     assert db.execute("PRAGMA user_version").fetchone() == (len(MIGRATIONS) + 1,)
     columns = [row[1] for row in db.execute("PRAGMA table_info(event)")]
     assert columns == ["id", "time_utc", "kind", "text", "colour"]
-    db.close()
-
-
-def test_an_older_job_is_not_changed_for_reading(job_path: Path) -> None:
-    db = sqlite3.connect(job_path, isolation_level=None)
-    with pytest.raises(StorageError) as caught:
-        bring_up_to_date(db, job_path, read_only=True, steps=(*MIGRATIONS, _add_colour))
-    assert caught.value.code == "job.older"
-    assert db.execute("PRAGMA user_version").fetchone() == (len(MIGRATIONS),)
     db.close()
 
 
@@ -180,7 +177,7 @@ def test_without_a_backup_there_is_no_step(job_path: Path) -> None:
     job_path.with_name(f"a.ocmm.v{len(MIGRATIONS)}.bak").mkdir()
     db = sqlite3.connect(job_path, isolation_level=None)
     with pytest.raises(StorageError) as caught:
-        bring_up_to_date(db, job_path, read_only=False, steps=(*MIGRATIONS, _add_colour))
+        backup_older(db, job_path, (*MIGRATIONS, _add_colour))
     assert caught.value.code == "job.backup"
     assert db.execute("PRAGMA user_version").fetchone() == (len(MIGRATIONS),)
     db.close()

@@ -13,7 +13,8 @@ import pytest
 
 from ocmm_core.cli.campaign import Kind, damaged_kinds, forged, job_kinds
 from ocmm_core.errors import StorageError
-from ocmm_core.storage import JobFile, guarded_connection, read_summary
+from ocmm_core.storage import JobFile, read_summary
+from ocmm_core.storage._connection import connection_in_memory
 from ocmm_core.storage._guard import BASE_S
 from tests.core.storage.conftest import HEAD, sample_point
 from tests.other_station import forget_histories, histories
@@ -121,7 +122,7 @@ def test_a_statement_without_end_is_ended(good: Path, monkeypatch: pytest.Monkey
     # A tenth of what a file may really take.
     assert BASE_S < LONGEST_S
     monkeypatch.setattr("ocmm_core.storage._guard.BASE_S", 0.1 * BASE_S)
-    with contextlib.closing(guarded_connection(good, "ro")) as db:
+    with connection_in_memory(good, good.read_bytes()) as db, contextlib.closing(db):
         begun = time.thread_time()
         with pytest.raises(sqlite3.OperationalError, match="interrupted"):
             db.execute(

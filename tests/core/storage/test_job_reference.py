@@ -96,7 +96,7 @@ def test_a_changed_reference_is_not_given_out(
 def test_a_job_of_version_1_goes_on(tmp_path: Path, head: JobHead, make_point: MakePoint) -> None:
     path = tmp_path / "old.ocmm"
     db = sqlite3.connect(path, isolation_level=None)
-    bring_up_to_date(db, path, read_only=False, steps=MIGRATIONS[:1])
+    bring_up_to_date(db, path, MIGRATIONS[:1])
     db.execute("BEGIN")
     insert_audited(db, "head", row_from_head(head))
     insert_audited(db, "observation", row_from_point(make_point(1)))

@@ -225,7 +225,8 @@ def _raw_face(face: Any, number: int, steps: EdgeSteps) -> tuple[str, RawFace | 
         as_said, places, lines, normals, lengths = known
         curves.refuse_off(lines)
         _check(as_said)
-        return kind, RawFace(as_said, places, rims_of(curves.starts, lines, normals, lengths), number)
+        rims = rims_of(curves.starts, lines, normals, lengths)
+        return kind, RawFace(as_said, places, rims, number)
     _check(as_said)
     rims, places = _edges(_curves(face, steps), surface_numbers(surface), reverse)
     return kind, RawFace(as_said, places, rims, number)

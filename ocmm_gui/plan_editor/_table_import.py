@@ -1,0 +1,189 @@
+"""Import page of a table: its lines, columns, unit and decimal sign before anything is taken."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import QColor, QKeyEvent
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
+
+from ocmm_core.inspection.plan import FeaturePreview
+from ocmm_core.tables import TableOptions
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    ChoiceBox,
+    DataTable,
+    NarrowButton,
+    Theme,
+    caption,
+    form_field,
+    said,
+    sentence_label,
+    text_font,
+    tr,
+)
+
+_SIGNS = ("", "point", "comma")
+_CELL_PX = 110
+_PAUSE_MS = 300
+"""Typing ends before the table is read again."""
+
+
+class TableImport(QWidget):
+    """The first and last lines of a table, and what the reader makes of them; all changeable.
+
+    Return takes the features over, Esc goes back without.
+    """
+
+    changed = Signal(object, object)
+    """Emits path and `TableOptions`: the table is to be read again."""
+    taken = Signal(object)
+    """Emits the `FeatureTable`."""
+    declined = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName(tr("Import of a table"))
+        self._theme = THEMES[DEFAULT_THEME]
+        self._path = Path()
+        self._found: FeaturePreview | None = None
+        self.summary = sentence_label(tr("What the reader makes of the table"), 15)
+        self.table = DataTable(tr("First and last lines"), (), font=text_font(14))
+        self.unit = form_field(tr("Unit of lengths"), tr("as in the file, else mm"))
+        self.columns = form_field(tr("Columns"), tr("as in the heading; name,shape,x,y,z,-"))
+        self.skip = form_field(tr("Lines to skip"), tr("none; 3: first three, 4-9: range"))
+        names = {"": tr("by the numbers"), "point": tr("point"), "comma": tr("comma")}
+        tip = tr("Sign before the decimals")
+        self.decimal = ChoiceBox(tr("Decimal sign"), tip, _SIGNS, names.__getitem__)
+        self.take = NarrowButton(tr("Take over  [Return]"))
+        self.take.setAccessibleName(tr("Take the features of the table over"))
+        self.take.setProperty("role", "primary")
+        self.back = NarrowButton(tr("Back  [Esc]"))
+        self.back.setAccessibleName(tr("Go back without features"))
+        self.take.clicked.connect(self._emit_taken)
+        self.back.clicked.connect(self.declined)
+        self._again = QTimer(self)
+        self._again.setSingleShot(True)
+        self._again.setInterval(_PAUSE_MS)
+        self._again.timeout.connect(self._emit_changed)
+        for field in (self.unit, self.columns, self.skip):
+            field.textChanged.connect(lambda _text: self._again.start())
+        self.decimal.currentIndexChanged.connect(lambda _row: self._again.start())
+        self._lay_out()
+        self.hide()
+
+    def open_table(self, path: Path) -> None:
+        """Start with a table and no options."""
+        self._path = path
+        for field in (self.unit, self.columns, self.skip):
+            field.blockSignals(True)
+            field.clear()
+            field.blockSignals(False)
+        self.decimal.blockSignals(True)
+        self.decimal.choose("")
+        self.decimal.blockSignals(False)
+
+    def options(self) -> TableOptions:
+        """Return the statements of the user."""
+        return TableOptions(
+            self.unit.text().strip(), self.columns.text().strip(), self.decimal.choice(),
+            self.skip.text().strip(),
+        )  # fmt: skip
+
+    def show_preview(self, found: FeaturePreview) -> None:
+        """Show the lines of a table, and the account or the reason of a refusal."""
+        self._found = found
+        preview = found.preview
+        account = preview.account
+        width = max((len(row.cells) for row in preview.rows), default=1)
+        heads = [tr("Line"), tr("Left out, because")]
+        for column in range(width):
+            role = account.columns[column].role if account and column < len(account.columns) else ""
+            heads.append(role or (tr("not read") if account else str(column + 1)))
+        self.table.setColumnCount(width + 2)
+        self.table.setHorizontalHeaderLabels(heads)
+        self.table.setRowCount(len(preview.rows))
+        for row, one in enumerate(preview.rows):
+            cells = [*one.cells, *[""] * (width - len(one.cells))]
+            self.table.show_words(row, (str(one.line), said(one.why) if one.why else "", *cells))
+        for column in range(width + 2):
+            self.table.setColumnWidth(column, (60, 170)[column] if column < 2 else _CELL_PX)
+        if preview.error is not None:
+            words = f"{said(preview.error.what)}\n{said(preview.error.remedy)}"
+        else:
+            words = "\n".join(said(one) for one in account.sentences(3)) if account else ""
+        if preview.hidden:
+            hidden = tr(
+                "%n lines between them are not shown.",
+                "1 line between them is not shown.",
+                preview.hidden,
+            )
+            words = f"{words}\n{hidden}"
+        self.summary.setText(words)
+        self.take.setEnabled(found.table is not None)
+        self._colour()
+        if not self.isVisible():
+            self.show()
+            (self.take if found.table is not None else self.columns).setFocus()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self.decimal.set_theme(theme)
+        self._colour()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Take over with Return, go back with Esc."""
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self._emit_taken()
+        elif event.key() == Qt.Key.Key_Escape:
+            self.declined.emit()
+        else:
+            super().keyPressEvent(event)
+
+    def _colour(self) -> None:
+        found = self._found
+        if found is None:
+            return
+        is_good = found.preview.error is None
+        colour = self._theme.text if is_good else self._theme.bad
+        self.summary.setStyleSheet(f"color: {colour};")
+        for row, one in enumerate(found.preview.rows):
+            for column in range(self.table.columnCount()):
+                item = self.table.item(row, column)
+                if item is not None:
+                    item.setForeground(QColor(self._theme.muted if one.why else self._theme.text))
+
+    def _emit_changed(self) -> None:
+        if self.isVisible():
+            self.changed.emit(self._path, self.options())
+
+    def _emit_taken(self) -> None:
+        # A field may have changed since the table was read.
+        if self._found is not None and self._found.table is not None:
+            if self._found.options == self.options():
+                self.taken.emit(self._found.table)
+            else:
+                self._emit_changed()
+
+    def _lay_out(self) -> None:
+        form = QGridLayout()
+        fields = ((self.unit, self.decimal), (self.columns, self.skip))
+        for row, pair in enumerate(fields):
+            for place, field in enumerate(pair):
+                form.addWidget(caption(field.accessibleName(), field), row, 2 * place)
+                form.addWidget(field, row, 2 * place + 1)
+        form.setColumnStretch(1, 1)
+        form.setColumnStretch(3, 1)
+        keys = QHBoxLayout()
+        keys.addWidget(self.take, 2)
+        keys.addWidget(self.back, 1)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(8)
+        layout.addWidget(self.summary)
+        layout.addWidget(self.table, 1)
+        layout.addLayout(form)
+        layout.addLayout(keys)
