@@ -135,7 +135,6 @@ def lose_name(out: Path, seed: int, number: int, kind: str, longest: float) -> T
 
 def _measure(jobs: Path, pipe: int, stopping: int, stop: int) -> None:
     """Measure a job on the virtual rig until it is to stop, and write what an inspector sees."""
-
     os.close(stop)
 
     def say(line: str) -> None:
