@@ -58,6 +58,8 @@ class GuardedConnection(sqlite3.Connection):
         self._size = 0
         self._until_s = 0.0
         self._on_close: Callable[[], None] = lambda: None
+        self.inserts: list[tuple[str, tuple[object, ...]]] | None = None
+        """The statements that inserted rows, with their values; None if not collected."""
 
     def on_close(self, then: Callable[[], None]) -> None:
         """Call ``then`` once, after the connection is closed."""
@@ -68,8 +70,6 @@ class GuardedConnection(sqlite3.Connection):
         super().close()
         self._on_close()
         self._on_close = lambda: None
-        self.inserts: list[tuple[str, tuple[object, ...]]] | None = None
-        """The statements that inserted rows, with their values; None if not collected."""
 
     def execute(self, sql: str, parameters: Any = (), /) -> sqlite3.Cursor:
         """Execute a statement as `sqlite3.Connection`, and collect it if it inserts."""
