@@ -145,7 +145,11 @@ def _measure(jobs: Path, pipe: int, stopping: int, stop: int) -> None:
     station.events.point_taken.connect(lambda point: say(f"point {point.number}"))
     station.faults.failed.connect(lambda _error: say("failed"))
     say("made")
-    station.start()
+    try:
+        station.start()
+    except OcmmError:
+        # Lost before the first step.
+        say("failed")
     # Ends also where the other side has gone.
     select.select([stopping], [], [], _PATIENCE_S)
     station.close()
