@@ -25,9 +25,12 @@ TEXTS = ROOT / "resources" / "i18n"
 
 ROOMS = ("ocmm_core", "ocmm_gui/reports")
 """All that is said there is collected."""
-ERRORS_ONLY = ("ocmm_gui", "ocmm_core/cli", "ocmm_core/simulation")
+ERRORS_ONLY = (
+    "ocmm_gui", "ocmm_core/cli", "ocmm_core/simulation", "ocmm_core/units",
+    "ocmm_core/export/certificate/_artefact.py",
+)  # fmt: skip
 """Only what is raised with a code, and what a command says by `say`: sentences of the window have
-`tr`, help stays English."""
+`tr`, help stays English; units and the words of certificates are patterns."""
 COMMANDS = "ocmm_core/cli"
 LEFT_OUT = (
     # Words that other programs read.

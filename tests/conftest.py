@@ -67,7 +67,9 @@ def pytest_configure(config: pytest.Config) -> None:
     scale_sleeps()
     # A deadline of 5 s is none for a busy computer, and a longer one costs nothing when it is met.
     for wait in (QtBot.waitActive, QtBot.waitExposed, QtBot.waitSignal, QtBot.waitUntil):
-        wait.__kwdefaults__["timeout"] = HANG_MS
+        defaults = wait.__kwdefaults__
+        assert defaults is not None
+        defaults["timeout"] = HANG_MS
     config.pluginmanager.register(gate_of(os.environ))
     start = threading.Thread.start
 

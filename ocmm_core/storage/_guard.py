@@ -57,8 +57,6 @@ class GuardedConnection(sqlite3.Connection):
         self._path: Path | None = None
         self._size = 0
         self._until_s = 0.0
-        self.inserts: list[tuple[str, tuple[object, ...]]] | None = None
-        """The statements that inserted rows, with their values; None if not collected."""
         self._on_close: Callable[[], None] = lambda: None
         self.inserts: list[tuple[str, tuple[object, ...]]] | None = None
         """The statements that inserted rows, with their values; None if not collected."""
