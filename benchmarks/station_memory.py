@@ -442,16 +442,16 @@ def main() -> int:
     parser.add_argument("--honest", type=int, default=HONEST)
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory() as name, other_station(Path(name) / "home"):
-        folders = [Path(name) / one for one in ("histories", "jobs", "honest")]
-        for one in folders:
-            one.mkdir()
-        half = arguments.n // 2
-        results = (
-            run_attacks(half, arguments.seed, folders[0]),
-            run_adopted(arguments.n - half, arguments.seed, folders[1]),
-            run_honest(arguments.honest, arguments.seed, folders[2]),
-        )
+    half = arguments.n // 2
+    runs = (
+        (run_attacks, half), (run_adopted, arguments.n - half), (run_honest, arguments.honest)
+    )  # fmt: skip
+    results = []
+    for run, trials in runs:
+        # A station for each: attacks leave its memory damaged.
+        with tempfile.TemporaryDirectory() as name, other_station(Path(name) / "home"):
+            (Path(name) / "place").mkdir()
+            results.append(run(trials, arguments.seed, Path(name) / "place"))
     for found in results:
         for kind, count in sorted(found.done.items()):
             print(f"{kind:50}{count:8}")
