@@ -37,13 +37,7 @@ from ocmm_core.camera import N_PARAMETERS, Rig, load_rig, project  # noqa: E402 
 from ocmm_core.documents import resource  # noqa: E402 - as above
 from ocmm_core.geometry import Float, rotation_from_vector  # noqa: E402 - as above
 from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, FreeMotionScene  # noqa: E402 - as above
-from ocmm_core.simulation.scene import (  # noqa: E402 - as above  # noqa: E402 - as above
-    Part,
-    ScriptedBump,
-    VirtualRig,
-    WorldOptions,
-    load_part,
-)
+from ocmm_core.simulation.scene import Part, ScriptedBump, VirtualRig, WorldOptions, load_part  # noqa: E402 - as above  # noqa: E402 - as above
 from ocmm_core.tracking import (  # noqa: E402 - as above  # noqa: E402 - as above
     FrameStatus,
     ProbeBody,

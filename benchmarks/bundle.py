@@ -23,21 +23,10 @@ import pycolmap  # noqa: E402 - as above
 from pycolmap import pyceres  # noqa: E402 - as above
 
 from ocmm_core.calibration.bundle import BundleState, adjust  # noqa: E402 - as above
-from ocmm_core.calibration.relocation import (  # noqa: E402 - above
-    RelocationOptions,
-    RelocationProblem,
-    build,
-)
+from ocmm_core.calibration.relocation import RelocationOptions, RelocationProblem, build  # noqa: E402 - above
 from ocmm_core.camera import CameraModel  # noqa: E402 - as above
 from ocmm_core.geometry import RigidTransform  # noqa: E402 - as above
-from tests.core.calibration.waved_probe import (  # noqa: E402 - as above
-    SIGMA_PX,
-    disturbed,
-    observe,
-    probe,
-    rig,
-    world,
-)
+from tests.core.calibration.waved_probe import SIGMA_PX, disturbed, observe, probe, rig, world  # noqa: E402 - as above
 
 RATIO_LIMIT = 5.0
 SAME_MINIMUM = 1e-4

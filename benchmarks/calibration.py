@@ -30,18 +30,10 @@ from benchmarks import relocation  # noqa: E402 - as above
 from ocmm_core.calibration.cameras import fit_camera  # noqa: E402 - as above
 from ocmm_core.camera import CameraModel, project  # noqa: E402 - as above
 from ocmm_core.geometry import Pixels, Points3  # noqa: E402 - as above
-from tests.core.calibration.difficult_lenses import (  # noqa: E402 - as above
-    anywhere,
-    end_of,
-    trial_of,
-)
+from tests.core.calibration.difficult_lenses import anywhere, end_of, trial_of  # noqa: E402 - as above
 from tests.core.calibration.known_points import SIGMA_PX, rig  # noqa: E402 - as above
 from tests.core.calibration.published_cameras import fit_heikkila, fit_zhang  # noqa: E402 - as above
-from tests.core.calibration.thesis_volumes import (  # noqa: E402 - as above
-    TABLE_1_UM,
-    cost_of,
-    table_1,
-)
+from tests.core.calibration.thesis_volumes import TABLE_1_UM, cost_of, table_1  # noqa: E402 - as above
 
 RATIO_LIMIT = 1.0
 ACCURACY_LIMIT = 1.02

@@ -31,12 +31,7 @@ use_one_thread()
 
 import numpy as np  # noqa: E402 - the number of BLAS threads is set before numpy is loaded
 
-from benchmarks.cluster_processes import (  # noqa: E402
-    ShopCluster,
-    make_certificates,
-    spent_s,
-    wait_a_second,
-)
+from benchmarks.cluster_processes import ShopCluster, make_certificates, spent_s, wait_a_second  # noqa: E402
 from benchmarks.recall_scenes import TruePart, World, base_points  # noqa: E402
 from ocmm_core.calibration.records import seal  # noqa: E402
 from ocmm_core.cluster import run_tasks  # noqa: E402

@@ -22,13 +22,7 @@ import msgspec
 
 from benchmarks.fault_identity import play_identity
 from benchmarks.fault_list import LEFT, RIGHT, SCENARIOS, SPARE, Scenario, cable, gone
-from benchmarks.fault_restarts import (
-    CYCLE_NS,
-    GIVE_UP_S,
-    play_flaps,
-    play_restarts,
-    play_starts,
-)
+from benchmarks.fault_restarts import CYCLE_NS, GIVE_UP_S, play_flaps, play_restarts, play_starts
 from ocmm_core.acquisition.bus_process import BUS_PRIORITY, take_priority
 from ocmm_core.acquisition.frames import (
     AcquisitionState,

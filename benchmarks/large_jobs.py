@@ -73,9 +73,7 @@ def large_plan(points: int, features: int, after: Path | None = None) -> Plan:
         )  # fmt: skip
     plan = load_plan(after)
     return msgspec.structs.replace(
-        plan,
-        features=[*spheres, *plan.features],
-        characteristics=[*wanted, *plan.characteristics],
+        plan, features=[*spheres, *plan.features], characteristics=[*wanted, *plan.characteristics]
     )
 
 

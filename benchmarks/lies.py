@@ -24,11 +24,7 @@ import numpy as np  # noqa: E402 - the number of BLAS threads is set before nump
 
 from benchmarks.lie_scenes import LIES, Scene, barely_nudged, honest  # noqa: E402 - as above
 from ocmm_core.calibration.guided import length_sigma  # noqa: E402 - as above
-from ocmm_core.calibration.relocation import (  # noqa: E402
-    Observations,
-    RelocationOptions,
-    relocate,
-)
+from ocmm_core.calibration.relocation import Observations, RelocationOptions, relocate  # noqa: E402
 from ocmm_core.camera import Rig  # noqa: E402 - as above
 from ocmm_core.errors import CalibrationError  # noqa: E402 - as above
 from tests.core.calibration.waved_probe import VOLUME, length_errors, rig  # noqa: E402 - as above

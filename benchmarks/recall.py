@@ -30,14 +30,7 @@ use_one_thread()
 
 import numpy as np  # noqa: E402 - the number of BLAS threads is set before numpy is loaded
 
-from benchmarks.recall_scenes import (  # noqa: E402 - as above
-    DIAMETER,
-    STEP,
-    TOLERANCE,
-    TruePart,
-    World,
-    base_points,
-)
+from benchmarks.recall_scenes import DIAMETER, STEP, TOLERANCE, TruePart, World, base_points  # noqa: E402 - as above
 from ocmm_core.geometry import Float  # noqa: E402 - as above
 from ocmm_core.inspection.archive import Outcome, RecalledCharacteristic, RecalledJob  # noqa: E402 - as above
 from ocmm_core.inspection.recall import KeptPlaces, recall  # noqa: E402 - as above

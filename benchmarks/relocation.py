@@ -25,12 +25,7 @@ import numpy as np  # noqa: E402 - the number of BLAS threads is set before nump
 
 from ocmm_core.calibration.cameras import calibrate_rig  # noqa: E402 - as above
 from ocmm_core.calibration.guided import length_sigma  # noqa: E402 - as above
-from ocmm_core.calibration.relocation import (  # noqa: E402 - as above
-    GeometryMode,
-    LensMode,
-    RelocationOptions,
-    relocate,
-)
+from ocmm_core.calibration.relocation import GeometryMode, LensMode, RelocationOptions, relocate  # noqa: E402 - as above
 from ocmm_core.errors import CalibrationError  # noqa: E402 - as above
 from tests.core.calibration import known_points  # noqa: E402 - as above
 from tests.core.calibration.waved_probe import (  # noqa: E402 - as above

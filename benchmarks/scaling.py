@@ -186,10 +186,7 @@ def main() -> int:
             f"{row.memory:7.1f}"
         )
     good = True
-    for words, rows, held in (
-        ("points", by_points, True),
-        ("points and features", by_both, False),
-    ):
+    for words, rows, held in (("points", by_points, True), ("points and features", by_both, False)):
         ratio = rows[-1].points / rows[0].points
         of_time = exponent(rows[0].seconds, rows[-1].seconds, ratio)
         of_memory = exponent(rows[0].memory, rows[-1].memory, ratio)

@@ -60,10 +60,7 @@ class FoundCamera(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def describe(
-    read: Read,
-    entry_name: Callable[[int, int], str],
-    sizes: tuple[int, int],
-    state: str,
+    read: Read, entry_name: Callable[[int, int], str], sizes: tuple[int, int], state: str
 ) -> FoundCamera:
     """Read identity and mapping over SDO."""
 
@@ -163,8 +160,7 @@ def with_pysoem(interface: str) -> list[FoundCamera]:
         pump.join()
         return [
             msgspec.structs.replace(
-                one,
-                state="OPERATIONAL" if slave.state == pysoem.OP_STATE else f"{slave.state:#x}",
+                one, state="OPERATIONAL" if slave.state == pysoem.OP_STATE else f"{slave.state:#x}"
             )
             for one, slave in zip(found, master.slaves, strict=True)
         ]

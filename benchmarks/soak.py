@@ -227,11 +227,7 @@ def _with_window(
 
 RUNS = (
     ("undisturbed", (), False),
-    (
-        "1 % of answers dropped",
-        (LineRule(do=Trick.DROP, way=Way.ANSWER, share=DROPPED),),
-        False,
-    ),
+    ("1 % of answers dropped", (LineRule(do=Trick.DROP, way=Way.ANSWER, share=DROPPED),), False),
     ("window stands still", (), True),
 )
 

@@ -22,12 +22,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.acquisition.bus_process import (
-    BUS_PRIORITY,
-    BusConfig,
-    EthercatSource,
-    take_priority,
-)
+from ocmm_core.acquisition.bus_process import BUS_PRIORITY, BusConfig, EthercatSource, take_priority
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, FrameRing, read_status
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.cycle import BusSettings

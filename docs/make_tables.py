@@ -76,8 +76,7 @@ def formats() -> str:
 def sources() -> str:
     """Return the table of the sources of frames."""
     return table(
-        ("source", "is"),
-        ((f"`{form}`", words) for spec in SOURCES for form, words in spec.forms),
+        ("source", "is"), ((f"`{form}`", words) for spec in SOURCES for form, words in spec.forms)
     )
 
 

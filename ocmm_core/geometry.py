@@ -51,8 +51,7 @@ class RigidTransform:
     def compose(self, other: RigidTransform) -> RigidTransform:
         """Return ``self`` after ``other``: a_from_b composed with b_from_c is a_from_c."""
         return RigidTransform(
-            self.rotation @ other.rotation,
-            self.rotation @ other.translation + self.translation,
+            self.rotation @ other.rotation, self.rotation @ other.translation + self.translation
         )
 
 

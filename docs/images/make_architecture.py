@@ -247,9 +247,7 @@ def _arrows(bands: dict[str, Band], arrows: Graph) -> list[str]:
 
 
 def _for_everybody(rooms: tuple[str, ...], y: float) -> list[str]:
-    parts = [
-        _text(_MARGIN, y + 12, "Rooms of one file in ocmm_core, for everybody:", "#50606e"),
-    ]
+    parts = [_text(_MARGIN, y + 12, "Rooms of one file in ocmm_core, for everybody:", "#50606e")]
     x = float(_MARGIN)
     for room in rooms:
         label = room.rpartition(".")[2]

@@ -261,11 +261,7 @@ def volumetric_results(at: Situation) -> Values:
             largest_u = max(largest_u, expanded)
         values = volumetric_values(np.array(errors))
         for item, (quantity, value) in enumerate(
-            (
-                ("V_max", values.largest),
-                ("V_range", values.half_range),
-                ("V_2RMS", values.two_rms),
-            )
+            (("V_max", values.largest), ("V_range", values.half_range), ("V_2RMS", values.two_rms))
         ):
             found.append(
                 at.value(

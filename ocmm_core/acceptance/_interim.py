@@ -215,10 +215,7 @@ def check_of(record: AcceptanceRecord) -> InterimCheck:
 
 
 def note_check(
-    history: InterimHistory,
-    record: AcceptanceRecord,
-    store: CalibrationStore | None,
-    now: datetime,
+    history: InterimHistory, record: AcceptanceRecord, store: CalibrationStore | None, now: datetime
 ) -> InterimChart:
     """Add the record of a check to its chart, and hold points back where it says stop.
 

@@ -26,12 +26,7 @@ from ocmm_core.acceptance._procedure import (
     SphereTest,
     VolumetricTest,
 )
-from ocmm_core.acceptance._result import (
-    JudgedValue,
-    PlannedPosition,
-    QuantityResult,
-    Verdict,
-)
+from ocmm_core.acceptance._result import JudgedValue, PlannedPosition, QuantityResult, Verdict
 from ocmm_core.acceptance._situation import Situation, Stage, worst_of
 from ocmm_core.errors import CalibrationError, InputError
 

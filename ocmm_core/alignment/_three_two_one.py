@@ -25,9 +25,7 @@ _HELD = Freedom(np.zeros((0, 3)), np.zeros(3), np.zeros((0, 3)))
 
 
 def three_two_one(
-    rule: DatumAlignment,
-    geometries: Mapping[str, Float],
-    bound: BoundAlignment | None = None,
+    rule: DatumAlignment, geometries: Mapping[str, Float], bound: BoundAlignment | None = None
 ) -> tuple[RigidTransform, int]:
     """Return the motion from the world to the part frame, ``T_part_from_world``.
 

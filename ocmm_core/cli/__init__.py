@@ -20,13 +20,6 @@ if TYPE_CHECKING:
     from ocmm_core.cli._app import app
     from ocmm_core.cli._entry import main
 else:
-    __getattr__ = door(
-        __name__,
-        _app="app",
-        _entry="main",
-    )
+    __getattr__ = door(__name__, _app="app", _entry="main")
 
-__all__ = [
-    "app",
-    "main",
-]
+__all__ = ["app", "main"]

@@ -107,8 +107,7 @@ def _version(wanted: bool) -> None:
 def _options(
     context: typer.Context,
     _: Annotated[
-        bool,
-        typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
     language: Annotated[
         Language | None,

@@ -120,8 +120,7 @@ def measure(
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out",
-            help="Folder for job file and report; with --continue: that of the job.",
+            "--out", help="Folder for job file and report; with --continue: that of the job."
         ),
     ] = None,
     source: SourceOption = DEFAULT_SOURCE,
@@ -192,8 +191,7 @@ def measure(
     formats: Annotated[
         list[str] | None,
         typer.Option(
-            "--format",
-            help="Of the report, see ocmm report; can be repeated. Default: polyworks.",
+            "--format", help="Of the report, see ocmm report; can be repeated. Default: polyworks."
         ),
     ] = None,
     archive: Annotated[

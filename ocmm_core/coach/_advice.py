@@ -8,14 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.camera import Rig
-from ocmm_core.coach._prediction import (
-    Bool,
-    Held,
-    Sensitivities,
-    common,
-    sight_of,
-    uncertainties,
-)
+from ocmm_core.coach._prediction import Bool, Held, Sensitivities, common, sight_of, uncertainties
 from ocmm_core.coach._stance import Stance, stance_at
 from ocmm_core.coach._turns import PAIRS, TURNS, Turn, Way
 from ocmm_core.geometry import Float, unit

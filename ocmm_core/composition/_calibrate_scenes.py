@@ -76,22 +76,14 @@ def scenes_of_known_points(
 
 
 def scenes_of_relocation(
-    site: VirtualSite,
-    rig: Rig,
-    view: RelocationView,
-    bar: LengthBar,
-    control: KnownPoints | None,
+    site: VirtualSite, rig: Rig, view: RelocationView, bar: LengthBar, control: KnownPoints | None
 ) -> tuple[Scene, ...]:
     """Return the seats, waving, placements of the bar and control points that are still wanted."""
     return tuple(relocation_by_step(site, rig, view, bar, control).values())
 
 
 def relocation_by_step(
-    site: VirtualSite,
-    rig: Rig,
-    view: RelocationView,
-    bar: LengthBar,
-    control: KnownPoints | None,
+    site: VirtualSite, rig: Rig, view: RelocationView, bar: LengthBar, control: KnownPoints | None
 ) -> dict[str, Scene]:
     """Return the same by the name of the step that wants it, in their order."""
     scenes: dict[str, Scene] = {}
@@ -129,11 +121,7 @@ def relocation_by_step(
 
 
 def scenes_of_verification(
-    site: VirtualSite,
-    rig: Rig,
-    view: VerificationView,
-    bar: LengthBar,
-    spheres: Sequence[Sphere],
+    site: VirtualSite, rig: Rig, view: VerificationView, bar: LengthBar, spheres: Sequence[Sphere]
 ) -> tuple[Scene, ...]:
     """Return the seats, nests and points on spheres that are still wanted.
 
@@ -146,11 +134,7 @@ def scenes_of_verification(
 
 
 def verification_by_step(
-    site: VirtualSite,
-    rig: Rig,
-    view: VerificationView,
-    bar: LengthBar,
-    spheres: Sequence[Sphere],
+    site: VirtualSite, rig: Rig, view: VerificationView, bar: LengthBar, spheres: Sequence[Sphere]
 ) -> dict[str, tuple[Scene, ...]]:
     """Return the same by the name of the step that wants it, in their order."""
     true = site.script(()).build().world.cameras

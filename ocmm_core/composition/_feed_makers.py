@@ -192,11 +192,7 @@ def _at_pixel_rate(request: StationRequest) -> StationRequest:
 
 
 def _on_wire(
-    rig: Rig,
-    seed: int,
-    frame_period_ns: int,
-    segment: SegmentConfig,
-    processor: int | None = None,
+    rig: Rig, seed: int, frame_period_ns: int, segment: SegmentConfig, processor: int | None = None
 ) -> Feed:
     ring = FrameRing.create(len(rig.cameras))
     bus = _bus_config(rig, ring, "", frame_period_ns, force=False)

@@ -31,12 +31,7 @@ from ocmm_core.doctor import (
 )
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.wire import HostTime
-from ocmm_core.simulation.bus import (
-    CAMERA_INTERFACE,
-    HOST_INTERFACE,
-    make_link,
-    namespace_command,
-)
+from ocmm_core.simulation.bus import CAMERA_INTERFACE, HOST_INTERFACE, make_link, namespace_command
 
 LONGEST_LOOP_S = 10.0
 _MODULE = "ocmm_core.composition._station_checks"

@@ -69,8 +69,7 @@ def mend(computer: Computer, changes: Sequence[SystemChange]) -> tuple[Mended, .
         for folder in folders:
             computer.place(folder).mkdir(exist_ok=True)
         _keep(
-            computer,
-            _Kept(schema=_SCHEMA, boot=boot, folders=folders, changes=(*before, *changes)),
+            computer, _Kept(schema=_SCHEMA, boot=boot, folders=folders, changes=(*before, *changes))
         )
     except OSError as error:
         raise _no_rights(error) from error

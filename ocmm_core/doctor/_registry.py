@@ -16,14 +16,7 @@ from ocmm_core.doctor import _rights_checks as of_rights
 from ocmm_core.doctor import _time_checks as in_time
 from ocmm_core.doctor._changes import SystemChange
 from ocmm_core.doctor._computer import Computer, NotAskedError
-from ocmm_core.doctor._result import (
-    SCHEMA,
-    Answer,
-    CheckResult,
-    DoctorReport,
-    Light,
-    worst_of,
-)
+from ocmm_core.doctor._result import SCHEMA, Answer, CheckResult, DoctorReport, Light, worst_of
 from ocmm_core.failure import contained
 
 Check = Callable[[Computer], Answer]

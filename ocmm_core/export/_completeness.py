@@ -19,10 +19,7 @@ def missing_of(view: JobView) -> tuple[str, ...]:
     part = view.part_verdict
     left = set(part.missing_features)
     about = {item.name: set(item.features) for item in view.characteristics}
-    return (
-        *part.missing_features,
-        *(name for name in part.unmeasured if not about[name] & left),
-    )
+    return (*part.missing_features, *(name for name in part.unmeasured if not about[name] & left))
 
 
 def missing_words(missing: Sequence[str]) -> str:

@@ -15,8 +15,7 @@ from ocmm_core.side_files import LARGEST_JOB, read_guarded
 
 
 def write_together(
-    contents: Mapping[Path, bytes],
-    check: Callable[[Mapping[Path, bytes]], None] | None = None,
+    contents: Mapping[Path, bytes], check: Callable[[Mapping[Path, bytes]], None] | None = None
 ) -> None:
     """Write files of one folder, which is made where it is missing.
 

@@ -187,9 +187,7 @@ def _parts(
 
 def _no_format(name: str, known: Iterable[str]) -> InputError:
     return InputError(
-        "export.format",
-        f"Unknown report format {name!r}.",
-        f"Choose from {', '.join(known)}.",
+        "export.format", f"Unknown report format {name!r}.", f"Choose from {', '.join(known)}."
     )
 
 

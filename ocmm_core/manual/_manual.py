@@ -11,14 +11,7 @@ from urllib.parse import unquote
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.manual._document import (
-    ENGLISH,
-    Chapter,
-    ManualSection,
-    Part,
-    chapter_of,
-    translated,
-)
+from ocmm_core.manual._document import ENGLISH, Chapter, ManualSection, Part, chapter_of, translated
 from ocmm_core.manual._search import Index, ManualHit
 
 _CHAPTERS = {

@@ -43,9 +43,7 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 
 def contact_movement(
-    points: Sequence[MeasuredPoint],
-    sensitivities: Sequence[TipSensitivity],
-    contact: ContactForce,
+    points: Sequence[MeasuredPoint], sensitivities: Sequence[TipSensitivity], contact: ContactForce
 ) -> Float:
     """Return by how much each of N ball centres is computed wrong for one newton, (N, 3), mm/N."""
     return np.stack(

@@ -185,10 +185,7 @@ def _seconds(window: TrackBlock) -> Float:
 
 def _judge(window: TrackBlock, frames: Int, limit_mm: float) -> Stillness:
     return judge_stillness(
-        _seconds(window)[frames],
-        window.tip_world[frames],
-        window.tip_covariance[frames],
-        limit_mm,
+        _seconds(window)[frames], window.tip_world[frames], window.tip_covariance[frames], limit_mm
     )
 
 

@@ -29,11 +29,7 @@ import numpy as np
 from ocmm_core.calibration.probe_design import ContactForce
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
-from ocmm_core.measuring._contributions import (
-    FrameDoubt,
-    contributions,
-    systematic_contributions,
-)
+from ocmm_core.measuring._contributions import FrameDoubt, contributions, systematic_contributions
 from ocmm_core.measuring._factors import PointFactors, factors_of
 from ocmm_core.measuring._point import MeasuredPoint
 from ocmm_core.measuring._temperature import PartTemperature

@@ -46,12 +46,7 @@ if TYPE_CHECKING:
         SplineSurface,
         Triangles,
     )
-    from ocmm_core.part_model._spline import (
-        bezier_surface,
-        derivatives_at,
-        normals_at,
-        places_at,
-    )
+    from ocmm_core.part_model._spline import bezier_surface, derivatives_at, normals_at, places_at
     from ocmm_core.part_model._spread import spread_places
 else:
     __getattr__ = door(

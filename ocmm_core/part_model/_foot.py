@@ -11,11 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.geometry import Float, Points3
-from ocmm_core.part_model._spline import (
-    BezierSurface,
-    Derivatives,
-    derivatives_at,
-)
+from ocmm_core.part_model._spline import BezierSurface, Derivatives, derivatives_at
 
 _STEPS = 60
 

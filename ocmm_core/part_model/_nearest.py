@@ -18,12 +18,7 @@ from ocmm_core.geometry import Float, Int, Points3
 from ocmm_core.part_model._foot import Bool, feet_from
 from ocmm_core.part_model._part_model import ModelFace
 from ocmm_core.part_model._patches import Patches, patches_of
-from ocmm_core.part_model._spline import (
-    BezierSurface,
-    bezier_surface,
-    curvatures_at,
-    normals_at,
-)
+from ocmm_core.part_model._spline import BezierSurface, bezier_surface, curvatures_at, normals_at
 from ocmm_core.part_model._trimming import Trimming, trimming_of
 
 RIVAL_MM = 0.1

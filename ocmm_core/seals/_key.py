@@ -24,14 +24,7 @@ from ocmm_core.documents import decode_json
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.seals._private_file import private_content, private_temporary, unwritable
 from ocmm_core.seals._public import fingerprint_of, public_text
-from ocmm_core.seals._ring import (
-    KnownKey,
-    add_to_ring,
-    changing,
-    check_names,
-    in_utc,
-    read_ring,
-)
+from ocmm_core.seals._ring import KnownKey, add_to_ring, changing, check_names, in_utc, read_ring
 from ocmm_core.seals._tokens import TokenKey, TokenPlace, make_token_key
 
 THIS_STATION = "this station"

@@ -15,14 +15,7 @@ import msgspec
 from ocmm_core.documents import read_bytes, write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.seals._key import KeyFolder
-from ocmm_core.seals._signature import (
-    SealState,
-    SealWord,
-    Signature,
-    Signed,
-    judge_signature,
-    sign,
-)
+from ocmm_core.seals._signature import SealState, SealWord, Signature, Signed, judge_signature, sign
 
 RELEASE_ENDING = ".release.json"
 _LARGEST, _LONGEST = 20_000, 200

@@ -10,12 +10,7 @@ from ocmm_core.documents import digest, read_text
 from ocmm_core.errors import OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.inspection.evaluation import JobHeader
-from ocmm_core.inspection.plan import (
-    load_plan,
-    plan_release,
-    require_released,
-    stored_plan,
-)
+from ocmm_core.inspection.plan import load_plan, plan_release, require_released, stored_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.station._faults import StationEvents
 from ocmm_core.station._frame_loop import FrameLoop

@@ -20,11 +20,7 @@ _log = logging.getLogger(__name__)
 
 
 def job_for(
-    header: JobHeader,
-    like: JobHead,
-    plan: Plan,
-    folder: Path,
-    release: ReleaseState = NO_RELEASE,
+    header: JobHeader, like: JobHead, plan: Plan, folder: Path, release: ReleaseState = NO_RELEASE
 ) -> JobFile:
     """Return a new job file for a part that is measured like the one before.
 

@@ -17,12 +17,7 @@ from ocmm_core.errors import StorageError
 from ocmm_core.host import HOST
 from ocmm_core.named_file import NamedFile, NameLoss, write_rescued
 from ocmm_core.seals import StationKey
-from ocmm_core.storage._connection import (
-    checkpoint,
-    connection_in_memory,
-    job_bytes,
-    opened_bytes,
-)
+from ocmm_core.storage._connection import checkpoint, connection_in_memory, job_bytes, opened_bytes
 from ocmm_core.storage._faults import FAULTS, disk_failed, lost_name
 from ocmm_core.storage._job_content import read_job
 from ocmm_core.storage._job_seal import insert_seal, remember_job

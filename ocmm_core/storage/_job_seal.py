@@ -157,9 +157,9 @@ def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder
     _, uuid, steps, head, key, signature = parts
     state = judge_signature(keys, Signed.JOB, _content(int(steps), head), Signature(key, signature))
     if not state.sound:
-        why = {
-            SealWord.UNKNOWN_KEY: f"signed by {state.signer}",
-        }.get(state.word, "not as it was signed")
+        why = {SealWord.UNKNOWN_KEY: f"signed by {state.signer}"}.get(
+            state.word, "not as it was signed"
+        )
         raise StorageError(
             "job.line_forged", f"The line on the report is {why}.", "Do not rely on that report."
         )

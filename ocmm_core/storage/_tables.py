@@ -241,9 +241,7 @@ def insert_part(db: sqlite3.Connection, path: Path, part: PartModel) -> None:
     """Store the nominal part; StorageError where there is one already."""
     if db.execute("SELECT count(*) FROM part").fetchone()[0]:
         raise StorageError(
-            "job.part",
-            f"{path}: the job already has a part.",
-            "Start a new job for another one.",
+            "job.part", f"{path}: the job already has a part.", "Start a new job for another one."
         )
     row = (1, part.source_name, part.source_sha256, model_to_bytes(part))
     insert_audited(db, "part", row)

@@ -12,13 +12,7 @@ from pathlib import Path
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
 from ocmm_core.support._clean import Cleaner, secrets_in
-from ocmm_core.support._parts import (
-    PARTS,
-    SupportSite,
-    names_of,
-    secret_texts,
-    taken,
-)
+from ocmm_core.support._parts import PARTS, SupportSite, names_of, secret_texts, taken
 
 CONTENTS = "CONTENTS.txt"
 

@@ -26,13 +26,7 @@ from ocmm_core.tables._columns import (
 from ocmm_core.tables._grid import TextGrid, fault, heading_cells, read_grid
 from ocmm_core.tables._headings import is_summary
 from ocmm_core.tables._meshes import Mesh, read_mesh
-from ocmm_core.tables._numbers import (
-    NUMBER,
-    NumberGrammar,
-    grammar_of,
-    is_number,
-    number_with_unit,
-)
+from ocmm_core.tables._numbers import NUMBER, NumberGrammar, grammar_of, is_number, number_with_unit
 from ocmm_core.tables._text import bytes_of, text_lines
 from ocmm_core.tables._unit_choice import choose_unit, statements_in
 
@@ -177,10 +171,7 @@ def _heading(
 
 
 def _rows(
-    grid: TextGrid,
-    body: list[tuple[int, str]],
-    plan: ColumnPlan | None,
-    options: TableOptions,
+    grid: TextGrid, body: list[tuple[int, str]], plan: ColumnPlan | None, options: TableOptions
 ) -> tuple[list[tuple[int, list[str]]], list[tuple[int, str]]]:
     """Return the rows of points, and the titles around them; each other line gets an entry."""
     split, file = grid.splitter(), grid.path

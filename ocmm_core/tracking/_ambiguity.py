@@ -46,10 +46,7 @@ class Ambiguity:
 
 
 def nearest(
-    leds: Float,
-    tip: Float,
-    rules: Sequence[tuple[Float, Float]],
-    seen: Sequence[int] | None = None,
+    leds: Float, tip: Float, rules: Sequence[tuple[Float, Float]], seen: Sequence[int] | None = None
 ) -> Ambiguity | None:
     """Return the wrong labelling of LEDs with the smallest residual that no rule excludes.
 

@@ -340,12 +340,7 @@ def _relative(
         + by_now @ now.by_cameras
         + by_then @ then.by_cameras,
         by_geometry=back.rotation @ tip.by_geometry,
-        by_common=np.hstack(
-            [
-                by_leds @ leds_sigma,
-                spots_sigma * by_home_spots,
-            ]
-        ),
+        by_common=np.hstack([by_leds @ leds_sigma, spots_sigma * by_home_spots]),
     )
 
 

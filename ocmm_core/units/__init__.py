@@ -20,13 +20,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.units._statements import UnitStatement, heading_unit, unit_statement
-    from ocmm_core.units._unit import (
-        Dimension,
-        MeasureUnit,
-        agreed_unit,
-        find_unit,
-        named_unit,
-    )
+    from ocmm_core.units._unit import Dimension, MeasureUnit, agreed_unit, find_unit, named_unit
 else:
     __getattr__ = door(
         __name__,

@@ -138,8 +138,7 @@ _UNITS["temperature"] |= dict.fromkeys(
     ("°c", "c", "degc", "celsius", "degreecelsius", "degreescelsius", "gradcelsius", "tempc"),
     _CELSIUS,
 ) | dict.fromkeys(
-    ("°f", "f", "degf", "fahrenheit", "degreefahrenheit", "degreesfahrenheit", "tempf"),
-    _FAHRENHEIT,
+    ("°f", "f", "degf", "fahrenheit", "degreefahrenheit", "degreesfahrenheit", "tempf"), _FAHRENHEIT
 )
 _DISTINCT = {"M", "Mm", "mM", "Nm", "NM", "nM", "MI", "k", "kelvins."}
 """Spellings whose case makes them another quantity, or leaves it open."""

@@ -7,14 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import (
-    QGridLayout,
-    QHBoxLayout,
-    QHeaderView,
-    QLineEdit,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QHeaderView, QLineEdit, QVBoxLayout, QWidget
 
 from ocmm_core.acceptance import ArtefactOffer, OpenTest, ProcedureOffer
 from ocmm_gui.acceptance._start_parts import (
@@ -61,10 +54,7 @@ _AIR = (
     ("humidity", later("Humidity, %"), later("optional")),
     ("pressure", later("Pressure, hPa"), later("optional")),
 )
-_CONDITIONS = (
-    (later("as found"), "as found"),
-    (later("after adjustment"), "after adjustment"),
-)
+_CONDITIONS = ((later("as found"), "as found"), (later("after adjustment"), "after adjustment"))
 _SIDE_PX = 400
 
 

@@ -18,13 +18,7 @@ from ocmm_gui.acceptance._study_parts import (
     row_words,
     whole_number,
 )
-from ocmm_gui.acceptance._study_work import (
-    Analysing,
-    AnalysingOne,
-    Looking,
-    StudyProgress,
-    TypeOne,
-)
+from ocmm_gui.acceptance._study_work import Analysing, AnalysingOne, Looking, StudyProgress, TypeOne
 from ocmm_gui.charts import ComponentsPlot, OperatorsPlot, RunPlot
 from ocmm_gui.kit import (
     DEFAULT_THEME,

@@ -51,9 +51,7 @@ class TestsPage(QWidget):
     __test__ = False
 
     def __init__(
-        self,
-        bench: AcceptanceBench,
-        clock: Callable[[], datetime] = lambda: datetime.now(UTC),
+        self, bench: AcceptanceBench, clock: Callable[[], datetime] = lambda: datetime.now(UTC)
     ) -> None:
         super().__init__()
         self._bench, self._clock = bench, clock

@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QHeaderView,
-    QVBoxLayout,
-)
+from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QVBoxLayout
 
 from ocmm_core.acceptance import AcceptanceOutcome, GuidedAcceptanceView, Verdict, worst_value
 from ocmm_gui.acceptance._checks import checks_of

@@ -21,11 +21,7 @@ if TYPE_CHECKING:
     from ocmm_gui.access._ruler import RulerLine
     from ocmm_gui.access._screen import RULER_PX, ScreenSize, screen_size
     from ocmm_gui.access._touch import TARGET_MM, TouchTargets, small_targets
-    from ocmm_gui.access._zoom import (
-        Zoom,
-        screen_factor,
-        zoom_before_start,
-    )
+    from ocmm_gui.access._zoom import Zoom, screen_factor, zoom_before_start
     from ocmm_gui.access._zoom_area import PageStack, ZoomArea
 else:
     __getattr__ = door(

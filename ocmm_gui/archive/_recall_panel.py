@@ -16,14 +16,7 @@ from ocmm_gui.archive._labelled import labelled
 from ocmm_gui.archive._recall_result import RecallResult, WritingRecall
 from ocmm_gui.archive._recalling import Recalling, Storing
 from ocmm_gui.archive._sheet_texts import read_day
-from ocmm_gui.kit import (
-    ChoiceBox,
-    FormField,
-    Theme,
-    form_field,
-    later,
-    tr,
-)
+from ocmm_gui.kit import ChoiceBox, FormField, Theme, form_field, later, tr
 
 _FINDINGS = (
     ("", later("what the histories tell")),

@@ -26,18 +26,13 @@ _TIPS = (
     later("whether the verdict still holds"),
     later("and why"),
 )
-_MARKS = {
-    Outcome.HOLDS: Mark.GOOD,
-    Outcome.CHANGES: Mark.BAD,
-    Outcome.UNKNOWN: Mark.DOUBT,
-}
+_MARKS = {Outcome.HOLDS: Mark.GOOD, Outcome.CHANGES: Mark.BAD, Outcome.UNKNOWN: Mark.DOUBT}
 
 
 def mark_of(record: RecallRecord) -> Mark:
     """Return what a recall looks like as a whole: as its worst verdict does."""
     worst = next(
-        (one for one in (Outcome.CHANGES, Outcome.UNKNOWN) if record.count(one)),
-        Outcome.HOLDS,
+        (one for one in (Outcome.CHANGES, Outcome.UNKNOWN) if record.count(one)), Outcome.HOLDS
     )
     return Mark.DOUBT if record.unread and worst is Outcome.HOLDS else _MARKS[worst]
 

@@ -19,13 +19,6 @@ if TYPE_CHECKING:
     from ocmm_gui.bridge._bridge import StationBridge
     from ocmm_gui.bridge._evaluator import Evaluator
 else:
-    __getattr__ = door(
-        __name__,
-        _bridge="StationBridge",
-        _evaluator="Evaluator",
-    )
+    __getattr__ = door(__name__, _bridge="StationBridge", _evaluator="Evaluator")
 
-__all__ = [
-    "Evaluator",
-    "StationBridge",
-]
+__all__ = ["Evaluator", "StationBridge"]

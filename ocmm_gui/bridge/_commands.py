@@ -56,11 +56,7 @@ class CommandQueue:
     """
 
     def __init__(
-        self,
-        station: MeasuringStation,
-        shown: ShownJob,
-        failed: Failed,
-        parent: QObject,
+        self, station: MeasuringStation, shown: ShownJob, failed: Failed, parent: QObject
     ) -> None:
         self._station, self._shown, self._failed = station, shown, failed
         # Whoever changes a job waits for its lock, which an evaluation may hold for seconds. A

@@ -58,8 +58,7 @@ class InterimPlot(Plot):
             return box.center().y() - 0.5 * box.height() * value / reach
 
         painter.fillRect(
-            QRectF(box.left(), y(limit), box.width(), y(-limit) - y(limit)),
-            QColor(theme.zone_good),
+            QRectF(box.left(), y(limit), box.width(), y(-limit) - y(limit)), QColor(theme.zone_good)
         )
         self._paint_levels(painter, box, chart, limit, y)
         self._paint_checks(painter, box, chart, y)

@@ -8,15 +8,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.inspection.archive import Trend
-from ocmm_gui.kit import (
-    SCENE_LEAST,
-    SCENE_SIZE,
-    Painted,
-    digit_font,
-    kind_value,
-    text_font,
-    tr,
-)
+from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, digit_font, kind_value, text_font, tr
 
 _HEAD_PX, _FOOT_PX, _SCALE_PX = 34.0, 24.0, 112.0
 

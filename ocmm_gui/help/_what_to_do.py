@@ -13,17 +13,7 @@ from PySide6.QtWidgets import QHeaderView
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_gui.help._symptoms import SYMPTOMS
-from ocmm_gui.kit import (
-    ActionInfo,
-    DataTable,
-    Sheet,
-    Theme,
-    form_field,
-    later,
-    said,
-    text_font,
-    tr,
-)
+from ocmm_gui.kit import ActionInfo, DataTable, Sheet, Theme, form_field, later, said, text_font, tr
 
 _KEYS = (ActionInfo("support", later("Support bundle"), later("Pack what support needs"), ("F6",)),)
 _MOST_CODES = 60

@@ -6,15 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
 from PySide6.QtCore import QEvent, QPointF, Qt, Signal
-from PySide6.QtGui import (
-    QAction,
-    QColor,
-    QKeyEvent,
-    QKeySequence,
-    QPainter,
-    QPaintEvent,
-    QPolygonF,
-)
+from PySide6.QtGui import QAction, QColor, QKeyEvent, QKeySequence, QPainter, QPaintEvent, QPolygonF
 from PySide6.QtWidgets import (
     QComboBox,
     QGridLayout,
@@ -160,11 +152,7 @@ class ChoiceBox(QComboBox):
     """
 
     def __init__(
-        self,
-        name: str,
-        tip: str,
-        choices: Sequence[str],
-        words: Callable[[str], str] | None = None,
+        self, name: str, tip: str, choices: Sequence[str], words: Callable[[str], str] | None = None
     ) -> None:
         super().__init__()
         self._theme = THEMES[DEFAULT_THEME]

@@ -168,8 +168,7 @@ class SoundPlayer(QObject):
 
             try:
                 winsound.PlaySound(
-                    path,
-                    winsound.SND_FILENAME | winsound.SND_ASYNC | winsound.SND_NODEFAULT,
+                    path, winsound.SND_FILENAME | winsound.SND_ASYNC | winsound.SND_NODEFAULT
                 )
             except RuntimeError:
                 self._files.clear()

@@ -18,10 +18,6 @@ if TYPE_CHECKING:
     from ocmm_gui.led._hand_control import HandControl, LedProbe
     from ocmm_gui.led._tour import TOUR
 else:
-    __getattr__ = door(
-        __name__,
-        _hand_control="HandControl LedProbe",
-        _tour="TOUR",
-    )
+    __getattr__ = door(__name__, _hand_control="HandControl LedProbe", _tour="TOUR")
 
 __all__ = ["TOUR", "HandControl", "LedProbe"]

@@ -6,15 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QSizePolicy
 
-from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
-    Theme,
-    make_button,
-    sentence_label,
-    text_font,
-    tr,
-)
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, make_button, sentence_label, text_font, tr
 
 _BUTTON_PX = 40
 

@@ -8,13 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import (
-    QGridLayout,
-    QHBoxLayout,
-    QProgressBar,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QProgressBar, QVBoxLayout, QWidget
 
 from ocmm_core.calibration.probe_design import Postures, load_design, shipped_design
 from ocmm_core.calibration.records import ProbeInUse, probe_from_records
@@ -66,10 +60,7 @@ _FIELDS = (
     ("tilt", later("Tilts, °"), later("Largest tilts of the probe about X, Y and Z"), "45 45 10"),
     ("sigma", later("Spots, px"), later("Noise of an averaged spot"), "0.0105"),
 )  # fmt: skip
-_EMPTY = {
-    "probe": later("the probe in use"),
-    "design": later("the one in the resources folder"),
-}
+_EMPTY = {"probe": later("the probe in use"), "design": later("the one in the resources folder")}
 """What an empty field stands for."""
 _COLUMNS = (
     (later("Source"), later("of the uncertainty of one point")),

@@ -17,14 +17,6 @@ if TYPE_CHECKING:
     from ocmm_gui.manual._manual_sheet import ManualSheet
     from ocmm_gui.manual._places import PLACES, place_of
 else:
-    __getattr__ = door(
-        __name__,
-        _manual_sheet="ManualSheet",
-        _places="PLACES place_of",
-    )
+    __getattr__ = door(__name__, _manual_sheet="ManualSheet", _places="PLACES place_of")
 
-__all__ = [
-    "PLACES",
-    "ManualSheet",
-    "place_of",
-]
+__all__ = ["PLACES", "ManualSheet", "place_of"]

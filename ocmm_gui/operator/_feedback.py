@@ -26,10 +26,7 @@ class Feedback:
     """
 
     def __init__(
-        self,
-        sounds: SoundPlayer | None,
-        notices: NoticeCentre,
-        readout: Callable[[], Readout],
+        self, sounds: SoundPlayer | None, notices: NoticeCentre, readout: Callable[[], Readout]
     ) -> None:
         self._sounds, self._notices, self._readout = sounds, notices, readout
         self._approach = Approach(sounds)

@@ -4,13 +4,7 @@ from __future__ import annotations
 
 from ocmm_core.camera import Vector3
 from ocmm_core.features.measured import nominal_geometries
-from ocmm_core.features.shapes import (
-    ACROSS,
-    DIRECTION,
-    POINT,
-    NominalFeature,
-    Shape,
-)
+from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, NominalFeature, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.plan import Plan, usual_points
 from ocmm_gui.plan_editor._plan_items import ItemKey, item_of

@@ -232,12 +232,7 @@ def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> Imported:
     words = tr("The frame {name} is used as saved.")
     if relocate:
         words = tr("The frame {name} will be relocated at its control points.")
-    return Imported(
-        plan,
-        with_alignment(plan, rule),
-        ALIGNMENT,
-        words.format(name=document.name),
-    )
+    return Imported(plan, with_alignment(plan, rule), ALIGNMENT, words.format(name=document.name))
 
 
 class Importing(WorkLine):

@@ -11,16 +11,7 @@ from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen
 from ocmm_core.export.report import ReportData, report_number, statements
 from ocmm_core.seals import shown_key
 from ocmm_core.wording import Speech
-from ocmm_gui.reports._canvas import (
-    BODY,
-    INK,
-    LEFT,
-    SMALL,
-    WIDTH,
-    Canvas,
-    Style,
-    paint_text,
-)
+from ocmm_gui.reports._canvas import BODY, INK, LEFT, SMALL, WIDTH, Canvas, Style, paint_text
 
 _LINES = 200.0
 """Room to sign in, with the words below."""

@@ -25,10 +25,7 @@ def deviations(canvas: Canvas, data: ReportData) -> None:
     if not shown:
         return
     canvas.heading("Deviations within their tolerances", 4.0 * _ROW)
-    canvas.text(
-        canvas.speech.say(f"Band: tolerance about its middle. Whisker: {U_LABEL}."),
-        SMALL,
-    )
+    canvas.text(canvas.speech.say(f"Band: tolerance about its middle. Whisker: {U_LABEL}."), SMALL)
     for item in shown:
         canvas.draw(_ROW, partial(_paint_deviation, item=item, canvas=canvas))
 

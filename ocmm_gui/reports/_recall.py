@@ -38,11 +38,7 @@ from ocmm_gui.reports._drawing import draw
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 
 _WIDTHS = (340.0, 390.0, 390.0, 230.0, 450.0)
-_COLOURS = {
-    Outcome.HOLDS: INK.good,
-    Outcome.CHANGES: INK.bad,
-    Outcome.UNKNOWN: INK.warn,
-}
+_COLOURS = {Outcome.HOLDS: INK.good, Outcome.CHANGES: INK.bad, Outcome.UNKNOWN: INK.warn}
 
 
 def lay_out(record: RecallRecord) -> Canvas:

@@ -333,11 +333,7 @@ def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
         states = QRectF(frame.left(), frame.top() + 8.0, frame.width(), 36.0)
         style = Style(28.0, bold=True, colour=INK.warn)
         paint_text(
-            painter,
-            states,
-            " · ".join(map(speech.word, told)),
-            style,
-            Qt.AlignmentFlag.AlignCenter,
+            painter, states, " · ".join(map(speech.word, told)), style, Qt.AlignmentFlag.AlignCenter
         )
         frame.setTop(frame.top() + 36.0)
     words = f"{_MARKS[part.verdict]} {speech.word(part.word.value)}"

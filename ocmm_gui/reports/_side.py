@@ -9,13 +9,7 @@ from pathlib import Path
 from PySide6.QtGui import QImage
 
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.export import (
-    EXPORTERS,
-    PDF,
-    preview,
-    preview_text,
-    write_report,
-)
+from ocmm_core.export import EXPORTERS, PDF, preview, preview_text, write_report
 from ocmm_core.export.certificate import Certificate, certificate_of_folder, write_certificates
 from ocmm_core.export.report import ReportData, specimen_report
 from ocmm_core.export.template import Particulars, headed_paper, load_paper, template_in_use

@@ -84,11 +84,7 @@ class ReportWriter(QObject):
         return self._gathering or self._process.is_running()
 
     def write(
-        self,
-        source: JobSource,
-        formats: tuple[str, ...],
-        folder: Path,
-        paper: Paper | None = None,
+        self, source: JobSource, formats: tuple[str, ...], folder: Path, paper: Paper | None = None
     ) -> None:
         """Write a report of a job as it stands, or ask first where it is not complete.
 

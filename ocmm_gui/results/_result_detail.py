@@ -103,12 +103,7 @@ class ResultDetail(QFrame):
         layout.addWidget(self._check)
         layout.addWidget(self.progress)
 
-    def show_result(
-        self,
-        source: JobSource,
-        result: CharacteristicResult,
-        status: str,
-    ) -> None:
+    def show_result(self, source: JobSource, result: CharacteristicResult, status: str) -> None:
         """Show a result of a job; ``status`` is how cameras and probe stand."""
         self._source, self._result = source, result
         self.bar.show_result(result)

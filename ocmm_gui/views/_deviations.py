@@ -15,11 +15,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QLinearGradient, QPainter, QPen
 
 from ocmm_core.inspection.evaluation import JobView
-from ocmm_core.tolerances.decisions import (
-    DeviationClass,
-    DeviationPicture,
-    deviation_picture,
-)
+from ocmm_core.tolerances.decisions import DeviationClass, DeviationPicture, deviation_picture
 from ocmm_gui.kit import Theme, fitted, is_longer, later, length_number, length_words, text_font, tr
 from ocmm_gui.scene import Diamonds, Dots, Item, Lines, Tag, blended
 

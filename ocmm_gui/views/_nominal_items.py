@@ -4,12 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.features.shapes import (
-    GEOMETRY_SIZE,
-    NominalFeature,
-    make_fit,
-    nominal_geometry,
-)
+from ocmm_core.features.shapes import GEOMETRY_SIZE, NominalFeature, make_fit, nominal_geometry
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import PlannedFeature
 from ocmm_gui.kit import Theme

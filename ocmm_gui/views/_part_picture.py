@@ -12,14 +12,7 @@ from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.part_model import PartModel
 from ocmm_core.rendering import NO_FACE, Colours, RenderMode
 from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, literal, text_font, tr
-from ocmm_gui.scene import (
-    KeptScene,
-    Orbit,
-    OrbitView,
-    PartDrawing,
-    SceneLayer,
-    StillScene,
-)
+from ocmm_gui.scene import KeptScene, Orbit, OrbitView, PartDrawing, SceneLayer, StillScene
 
 _START = Orbit(np.zeros(3), np.radians(-35.0), np.radians(30.0), 50.0, np.array([0.0, 0.0, 1.0]))
 _IN_PLACE = RigidTransform.identity()

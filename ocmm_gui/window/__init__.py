@@ -18,13 +18,6 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_gui.window._main_window import REOPEN, START, MainWindow
 else:
-    __getattr__ = door(
-        __name__,
-        _main_window="MainWindow REOPEN START",
-    )
+    __getattr__ = door(__name__, _main_window="MainWindow REOPEN START")
 
-__all__ = [
-    "REOPEN",
-    "START",
-    "MainWindow",
-]
+__all__ = ["REOPEN", "START", "MainWindow"]

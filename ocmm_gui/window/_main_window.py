@@ -10,12 +10,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QMainWindow,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QHBoxLayout, QMainWindow, QVBoxLayout, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings import LoadedSettings, SettingsStore
@@ -38,12 +33,7 @@ from ocmm_gui.kit import (
     use_shortcuts,
 )
 from ocmm_gui.led import HandControl, LedProbe
-from ocmm_gui.operator import (
-    DeskView,
-    FarView,
-    Feedback,
-    PointChoice,
-)
+from ocmm_gui.operator import DeskView, FarView, Feedback, PointChoice
 from ocmm_gui.window._acceptance import AcceptanceRooms
 from ocmm_gui.window._maintenance import Maintenance
 from ocmm_gui.window._output import Output

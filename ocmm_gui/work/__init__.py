@@ -27,13 +27,4 @@ else:
         _worker="Failed Worker",
     )
 
-__all__ = [
-    "Failed",
-    "SideProcess",
-    "Tell",
-    "Teller",
-    "Work",
-    "WorkLine",
-    "WorkSheet",
-    "Worker",
-]
+__all__ = ["Failed", "SideProcess", "Tell", "Teller", "Work", "WorkLine", "WorkSheet", "Worker"]

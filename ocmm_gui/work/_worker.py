@@ -39,12 +39,7 @@ class Worker(QObject):
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._back.connect(self._give, Qt.ConnectionType.QueuedConnection)
 
-    def do(
-        self,
-        call: Callable[[], T],
-        done: Callable[[T], None],
-        failed: Failed,
-    ) -> None:
+    def do(self, call: Callable[[], T], done: Callable[[T], None], failed: Failed) -> None:
         """Carry out a call after those before it; returns at once.
 
         Parameters

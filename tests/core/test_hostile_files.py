@@ -10,13 +10,7 @@ import pytest
 
 from benchmarks.fuzz import run
 from ocmm_core.camera import load_rig
-from ocmm_core.cli.campaign import (
-    Kind,
-    document_kinds,
-    points_kinds,
-    recording_kinds,
-    table_kinds,
-)
+from ocmm_core.cli.campaign import Kind, document_kinds, points_kinds, recording_kinds, table_kinds
 from ocmm_core.documents import LARGEST_DOCUMENT, read_bytes, read_text, resource
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export.report import load_profile

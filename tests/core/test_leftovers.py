@@ -19,13 +19,7 @@ from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.documents import write_atomic, write_new
 from ocmm_core.export import write_together
 from ocmm_core.host import HOST
-from ocmm_core.leftovers import (
-    clear_leftovers,
-    hold,
-    keep_folder,
-    scratch_folder,
-    scratch_path,
-)
+from ocmm_core.leftovers import clear_leftovers, hold, keep_folder, scratch_folder, scratch_path
 from tests.host import HANG_S
 
 _REPOSITORY = Path(__file__).resolve().parents[2]

@@ -111,10 +111,7 @@ def _choices(choice: QComboBox) -> Iterator[str]:
     option = QStyleOptionComboBox()
     choice.initStyleOption(option)
     room = choice.style().subControlRect(
-        QStyle.ComplexControl.CC_ComboBox,
-        option,
-        QStyle.SubControl.SC_ComboBoxEditField,
-        choice,
+        QStyle.ComplexControl.CC_ComboBox, option, QStyle.SubControl.SC_ComboBoxEditField, choice
     )
     for number in range(choice.count()):
         text = choice.itemText(number)

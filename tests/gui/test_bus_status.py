@@ -129,8 +129,7 @@ def test_a_key_while_it_is_not_ready_is_refused_and_takes_nothing_later(
         QTest.keyClick(bench.window, Qt.Key.Key_Space)
     assert refused.args[0].code is RefusalCode.NOT_READY
     qtbot.waitUntil(
-        lambda: bench.window.desk.guidance.trouble().startswith("NOT READY"),
-        timeout=PATIENCE_MS,
+        lambda: bench.window.desk.guidance.trouble().startswith("NOT READY"), timeout=PATIENCE_MS
     )
     answers: list[object] = []
     bench.bridge.point_taken.connect(answers.append)

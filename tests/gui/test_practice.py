@@ -100,14 +100,10 @@ def _complete(qtbot: QtBot, bench: _Bench, kind: ProcedureKind) -> Runner:
 
         if "automatic" in runner.page().keys and not runner.driver.now.automatic:
             QTest.keyClick(runner, Qt.Key.Key_Y)
-        qtbot.waitUntil(
-            lambda: moved_on() or stands(),
-            timeout=PATIENCE_MS,
-        )
+        qtbot.waitUntil(lambda: moved_on() or stands(), timeout=PATIENCE_MS)
         if runner.driver.now.view.base.step.name == name:
             qtbot.waitUntil(
-                lambda: runner.actions_by_key["next"].isEnabled() or moved_on(),
-                timeout=PATIENCE_MS,
+                lambda: runner.actions_by_key["next"].isEnabled() or moved_on(), timeout=PATIENCE_MS
             )
             if runner.driver.now.view.base.step.name == name:
                 let_pass(DEBOUNCE_S)

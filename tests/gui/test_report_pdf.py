@@ -92,9 +92,7 @@ def test_what_is_not_proven_is_said_large_and_first(data: ReportData) -> None:
 
 
 @pytest.mark.usefixtures("qapp")
-def test_every_page_says_simulated_and_incomplete_and_only_where_it_is_so(
-    data: ReportData,
-) -> None:
+def test_every_page_says_simulated_and_incomplete_and_only_where_it_is_so(data: ReportData) -> None:
     last = data.view.features[-1]
     undone = replace(last, state=FeatureState.SKIPPED)
     view = replace(data.view, features=(*data.view.features[:-1], undone))
@@ -122,9 +120,7 @@ def test_every_page_says_simulated_and_incomplete_and_only_where_it_is_so(
 
 
 @pytest.mark.usefixtures("qapp")
-def test_the_band_covers_nothing_and_is_not_where_there_is_nothing_to_say(
-    data: ReportData,
-) -> None:
+def test_the_band_covers_nothing_and_is_not_where_there_is_nothing_to_say(data: ReportData) -> None:
     real = of_a_real_part(data)
     banded, plain = (pdf.page_picture(pdf.lay_out(one), 1, one, 840) for one in (data, real))
     top = round(840 * 140.0 / PAGE[0])

@@ -12,12 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.records import (
-    Blocker,
-    CalibrationStatus,
-    CalibrationView,
-    ProbeView,
-)
+from ocmm_core.calibration.records import Blocker, CalibrationStatus, CalibrationView, ProbeView
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge

@@ -8,14 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 from PySide6.QtWidgets import QApplication
 
-from ocmm_gui.kit import (
-    CAP_HEIGHT,
-    THEMES,
-    NumberStyle,
-    style_of,
-    use_language,
-    use_numbers,
-)
+from ocmm_gui.kit import CAP_HEIGHT, THEMES, NumberStyle, style_of, use_language, use_numbers
 from ocmm_gui.kit._theme import FAR_SHARE
 from tests.gui.window_pages import Pseudo, walk
 from tests.host import long_form

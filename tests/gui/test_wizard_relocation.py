@@ -39,9 +39,7 @@ def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[WizardBe
     made.close()
 
 
-def test_waving_fills_the_volume_without_a_key_and_says_what_is_missing(
-    bench: WizardBench,
-) -> None:
+def test_waving_fills_the_volume_without_a_key_and_says_what_is_missing(bench: WizardBench) -> None:
     bench.begin(ProcedureKind.RELOCATION)
     assert bench.wizard.runner is not None, bench.wizard.start.trouble.text()
     bench.step("seats")

@@ -29,10 +29,7 @@ def test_lengths_are_written_with_three_decimals(
 
 
 def _result(
-    deviation: float | None,
-    uncertainty: float | None,
-    lower: float = -0.05,
-    kind: str = "diameter",
+    deviation: float | None, uncertainty: float | None, lower: float = -0.05, kind: str = "diameter"
 ) -> CharacteristicResult:
     measured = None if deviation is None else 20.0 + deviation
     return CharacteristicResult(

@@ -163,11 +163,7 @@ class Reader:
         self._digits = threading.Event()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._poll, name="reader")
-        self._evaluator = Evaluator(
-            self.station.job.view,
-            self.jobs.append,
-            self._not_evaluated,
-        )
+        self._evaluator = Evaluator(self.station.job.view, self.jobs.append, self._not_evaluated)
         self._client: socket.socket | None = None
         self.station.faults.failed.connect(self.told.append)
         self.station.events.point_taken.connect(self._taken)
@@ -274,9 +270,7 @@ def slow(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize("place", PLACES, ids=lambda place: ".".join(place.where.split(".")[1:]))
 def test_an_exception_is_shown_stops_the_digits_and_loses_no_point(
-    run: Callable[[Trap], Ended],
-    place: Place,
-    record_property: Callable[[str, object], None],
+    run: Callable[[Trap], Ended], place: Place, record_property: Callable[[str, object], None]
 ) -> None:
     trap = Trap(place)
     ended = run(trap)

@@ -37,10 +37,7 @@ from tests.system.other_user import NOBODY, as_nobody
 from tests.system.other_user import environment as environment
 
 # Two processes must answer each other within a millisecond: not beside other tests.
-pytestmark = [
-    pytest.mark.timing,
-    on_linux_only,
-]
+pytestmark = [pytest.mark.timing, on_linux_only]
 
 _ROOT = Path(__file__).resolve().parents[2]
 _GRANT = _ROOT / "installer" / "linux" / "grant-rights.sh"
@@ -104,9 +101,7 @@ def play(
     return seen
 
 
-def test_window_without_any_right_measures_through_a_bus_process_with_three(
-    granted: Path,
-) -> None:
+def test_window_without_any_right_measures_through_a_bus_process_with_three(granted: Path) -> None:
     seen = play(granted)
     assert seen["user"] == NOBODY
     assert seen["window"]["effective"] == seen["window"]["permitted"] == _NONE

@@ -108,9 +108,7 @@ print(json.dumps(seen))
 """
 
 
-def test_nothing_is_measured_until_the_cameras_hold_a_verified_calibration(
-    tmp_path: Path,
-) -> None:
+def test_nothing_is_measured_until_the_cameras_hold_a_verified_calibration(tmp_path: Path) -> None:
     prefix = private_network()
     done = subprocess.run(
         [*prefix, sys.executable, "-c", _PROGRAM],

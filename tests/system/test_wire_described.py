@@ -13,12 +13,7 @@ from ocmm_core.acquisition.frames import FrameBlock, read_status
 from ocmm_core.camera import load_rig
 from ocmm_core.cli.measure import run_job
 from ocmm_core.cli.terminal import make_console
-from ocmm_core.composition import (
-    StationRequest,
-    build_station,
-    make_feed,
-    true_values,
-)
+from ocmm_core.composition import StationRequest, build_station, make_feed, true_values
 from ocmm_core.documents import resource
 from ocmm_core.fieldbus.described import Clock, load_device
 from ocmm_core.inspection.plan import load_plan

@@ -177,10 +177,7 @@ def refusals() -> dict[str, Any]:
         ),
         "mapping": (cameras(LEFT, RIGHT), (LEFT, RIGHT)),
         "none": ([], (LEFT, RIGHT)),
-        "sensor": (
-            cameras(LEFT, RIGHT),
-            (LEFT, CameraIdentity("right", 1002, 2, 0, 1024, 2048)),
-        ),
+        "sensor": (cameras(LEFT, RIGHT), (LEFT, CameraIdentity("right", 1002, 2, 0, 1024, 2048))),
         "sensor exchanged": (
             cameras(LEFT, RIGHT),
             (LEFT, CameraIdentity("right", 1002, 2, 77, 2048, 2048)),

@@ -97,10 +97,7 @@ class ChildProcess:
         self._ring.set_word(RingHeaderField.STATE, AcquisitionState.OPENING)
         try:
             self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
-                self._command,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
+                self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
             )
         except OSError as error:
             raise BusError(

@@ -66,9 +66,7 @@ def _run(content: bytes) -> None:
         config = msgspec.json.decode(content, type=MaintenanceConfig)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise InputError(
-            "bus.maintenance",
-            f"Invalid request: {error}.",
-            "Use the commands 'ocmm camera'.",
+            "bus.maintenance", f"Invalid request: {error}.", "Use the commands 'ocmm camera'."
         ) from error
     image = read_bytes(Path(config.firmware)) if config.firmware else b""
     check_interface(config.interface, force=config.force)

@@ -45,9 +45,7 @@ def _run(content: bytes) -> None:
         config = msgspec.json.decode(content, type=ScanConfig)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise InputError(
-            "bus.scan",
-            f"Invalid scan request: {error}.",
-            "Use the command 'ocmm bus scan'.",
+            "bus.scan", f"Invalid scan request: {error}.", "Use the command 'ocmm bus scan'."
         ) from error
     check_interface(config.interface, force=config.force)
     line = RawLine(config.interface)

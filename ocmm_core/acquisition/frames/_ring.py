@@ -360,7 +360,5 @@ def _new_file(folder: Path | None, size: int, head: bytes) -> str:
 
 def _no_ring(path: Path) -> AcquisitionError:
     return AcquisitionError(
-        "ring.layout",
-        f"{path}: not a frame ring of this version.",
-        "Open the job again.",
+        "ring.layout", f"{path}: not a frame ring of this version.", "Open the job again."
     )

@@ -10,14 +10,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from ocmm_core.archive.records import (
-    Delivery,
-    Extract,
-    ExtractedJob,
-    Sender,
-    extract_job,
-    snapshot,
-)
+from ocmm_core.archive.records import Delivery, Extract, ExtractedJob, Sender, extract_job, snapshot
 from ocmm_core.archive.stores import Archive, stations_by_key
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive import SUFFIX

@@ -11,12 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Self
 
-from ocmm_core.archive.outbox._outbox_rows import (
-    APPLICATION_ID,
-    TABLES,
-    VERSION,
-    machine_identity,
-)
+from ocmm_core.archive.outbox._outbox_rows import APPLICATION_ID, TABLES, VERSION, machine_identity
 from ocmm_core.documents import write_new
 from ocmm_core.errors import StorageError
 from ocmm_core.named_file import NamedFile

@@ -16,14 +16,7 @@ from ocmm_core.archive.questions._answers import shown_cell
 from ocmm_core.archive.records import extract_job
 from ocmm_core.archive.stores import Archive, Cell, stations_by_key
 from ocmm_core.errors import OcmmError
-from ocmm_core.seals import (
-    KeptKeys,
-    KeyFolder,
-    SealState,
-    SealWord,
-    Signature,
-    shown_key,
-)
+from ocmm_core.seals import KeptKeys, KeyFolder, SealState, SealWord, Signature, shown_key
 from ocmm_core.storage import JobFile, judge_head
 from ocmm_core.tolerances.decisions import Verdict
 

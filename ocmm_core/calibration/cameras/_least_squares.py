@@ -56,10 +56,7 @@ class Minimum(Generic[S]):
 
 
 def minimise(
-    problem: Projector[S],
-    start: S,
-    max_iterations: int = 60,
-    enough: float = ABSOLUTE_DECREASE,
+    problem: Projector[S], start: S, max_iterations: int = 60, enough: float = ABSOLUTE_DECREASE
 ) -> Minimum[S]:
     """Return the minimum of the squared residuals that is reached from ``start``.
 

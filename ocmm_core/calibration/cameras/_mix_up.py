@@ -26,11 +26,7 @@ MAX_BASELINE_RATIO = 1.5
 
 
 def explain_misfit(
-    nominal: CameraModel,
-    points_world: Points3,
-    uv: Pixels,
-    sigma_px: float,
-    reference_sigma: float,
+    nominal: CameraModel, points_world: Points3, uv: Pixels, sigma_px: float, reference_sigma: float
 ) -> Finding | None:
     """Return which mix-up of the list makes it fit the spots; None where none does.
 

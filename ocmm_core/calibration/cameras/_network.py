@@ -214,11 +214,7 @@ def _baselines(rig: Rig, fits: Sequence[CameraFit]) -> list[Finding]:
 
 
 def _camera_calibration(
-    fit: CameraFit,
-    points: KnownPoints,
-    seen: Int,
-    terms: LensTerms,
-    warnings: tuple[Finding, ...],
+    fit: CameraFit, points: KnownPoints, seen: Int, terms: LensTerms, warnings: tuple[Finding, ...]
 ) -> CameraCalibration:
     outliers = tuple(
         Outlier(points.names[seen[i]], fit.residuals_px[i], float(fit.distances[i]))

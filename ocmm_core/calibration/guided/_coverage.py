@@ -15,11 +15,7 @@ POSES_PER_TILT = 30
 LEANING = np.radians(12.0)
 """From here on a probe is said to lean."""
 
-_WORDS = (
-    ("left", "centre", "right"),
-    ("near", "middle", "far"),
-    ("low", "mid-height", "high"),
-)
+_WORDS = (("left", "centre", "right"), ("near", "middle", "far"), ("low", "mid-height", "high"))
 _TILTS = ("upright", "leaning left", "leaning right", "leaning forward", "leaning back")
 
 

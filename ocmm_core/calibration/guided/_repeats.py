@@ -76,9 +76,7 @@ class JudgedRepeat:
 
 
 def judge_repeats(
-    repeats: Sequence[Repeat],
-    chance: float = REPEAT_CHANCE,
-    seat_sigma_mm: float = SEAT_SIGMA_MM,
+    repeats: Sequence[Repeat], chance: float = REPEAT_CHANCE, seat_sigma_mm: float = SEAT_SIGMA_MM
 ) -> tuple[JudgedRepeat, ...]:
     """Return the shifts of places that were measured twice, in their order.
 

@@ -413,12 +413,7 @@ class ProbeProcedure(GuidedProcedure[E, O]):
     """
 
     def __init__(
-        self,
-        chain: ChainFile[SessionLine[E]],
-        begun: Begun,
-        rig: Rig,
-        store: ProbeStore,
-        tip: str,
+        self, chain: ChainFile[SessionLine[E]], begun: Begun, rig: Rig, store: ProbeStore, tip: str
     ) -> None:
         super().__init__(chain, begun, rig, store)
         self._store = store

@@ -198,10 +198,7 @@ def volume_map(view: View, postures: Postures, cells: int, seed: int, *, top: bo
 
 
 def _cells(
-    view: View,
-    columns: Float,
-    rows: Float,
-    poses: Callable[[float, float], tuple[Float, Float]],
+    view: View, columns: Float, rows: Float, poses: Callable[[float, float], tuple[Float, Float]]
 ) -> Float:
     drawn = [poses(float(column), float(row)) for row in rows for column in columns]
     bound = view.covariance(

@@ -14,11 +14,7 @@ from pathlib import Path
 
 from ocmm_core.calibration.records._events import Event, EventKind, status
 from ocmm_core.calibration.records._evidence import KeptFile, record_file
-from ocmm_core.calibration.records._record_store import (
-    THIS_COMPUTER,
-    RecordStatus,
-    RecordStore,
-)
+from ocmm_core.calibration.records._record_store import THIS_COMPUTER, RecordStatus, RecordStore
 from ocmm_core.calibration.records._records import CameraRecord, VerificationRecord
 from ocmm_core.calibration.records._sealed import load_named, record_hash
 from ocmm_core.calibration.records._usable import PRACTICE, is_practice

@@ -29,12 +29,7 @@ from ocmm_core.calibration.records._usable import (
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import read_text
 from ocmm_core.errors import CalibrationError, OcmmError
-from ocmm_core.fieldbus.described import (
-    DeviceDescription,
-    doubt_line,
-    doubt_sentences,
-    load_device,
-)
+from ocmm_core.fieldbus.described import DeviceDescription, doubt_line, doubt_sentences, load_device
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,19 +12,10 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
-from ocmm_core.calibration.records._events import (
-    TipEvent,
-    TipEventKind,
-    TipRecords,
-    status_of_tip,
-)
+from ocmm_core.calibration.records._events import TipEvent, TipEventKind, TipRecords, status_of_tip
 from ocmm_core.calibration.records._evidence import KeptFile, record_file
 from ocmm_core.calibration.records._probe_records import ProbeRecord, TipCheckRecord, TipRecord
-from ocmm_core.calibration.records._record_store import (
-    THIS_COMPUTER,
-    RecordStatus,
-    RecordStore,
-)
+from ocmm_core.calibration.records._record_store import THIS_COMPUTER, RecordStatus, RecordStore
 from ocmm_core.calibration.records._records import Check
 from ocmm_core.calibration.records._sealed import load_named, record_hash
 from ocmm_core.calibration.records._usable import PRACTICE, is_practice
@@ -35,11 +26,7 @@ MONITOR = "monitor"
 
 
 _CHECK = 2
-_RENEWALS = {
-    TipEventKind.CALIBRATED: 0,
-    TipEventKind.QUALIFIED: 1,
-    TipEventKind.NOT_QUALIFIED: 1,
-}
+_RENEWALS = {TipEventKind.CALIBRATED: 0, TipEventKind.QUALIFIED: 1, TipEventKind.NOT_QUALIFIED: 1}
 """Index in `ProbeStore._renewals` of what makes up for lost files of an event; others `_CHECK`."""
 
 
@@ -124,12 +111,7 @@ class ProbeStore(RecordStore[TipEvent]):
         return self._loaded(self._named(TipEventKind.PASSED, TipEventKind.FAILED), TipCheckRecord)
 
     def calibrate(
-        self,
-        record: ProbeRecord,
-        who: str,
-        reason: str,
-        now: datetime,
-        session: Path | None = None,
+        self, record: ProbeRecord, who: str, reason: str, now: datetime, session: Path | None = None
     ) -> str:
         """Store a calibration, put it in force with its tip mounted, and return its hash.
 

@@ -30,9 +30,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.calibration.relocation._guards import judge_residuals
     from ocmm_core.calibration.relocation._problem import RelocationProblem, build
-    from ocmm_core.calibration.relocation._procedure_relocation import (
-        RelocationProcedure,
-    )
+    from ocmm_core.calibration.relocation._procedure_relocation import RelocationProcedure
     from ocmm_core.calibration.relocation._relocation import relocate
     from ocmm_core.calibration.relocation._state import World
     from ocmm_core.calibration.relocation._steps import BAR

@@ -67,11 +67,7 @@ from ocmm_core.calibration.relocation._steps import (
     WORLD,
     steps_of,
 )
-from ocmm_core.calibration.relocation._wanted import (
-    BARS_WANTED,
-    LENGTH_LIMIT_MM,
-    POSES_WANTED,
-)
+from ocmm_core.calibration.relocation._wanted import BARS_WANTED, LENGTH_LIMIT_MM, POSES_WANTED
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError, OcmmError

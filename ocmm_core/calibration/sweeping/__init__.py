@@ -17,9 +17,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.sweeping._map import CELL_RAD
-    from ocmm_core.calibration.sweeping._procedure_pivot import (
-        PivotProcedure,
-    )
+    from ocmm_core.calibration.sweeping._procedure_pivot import PivotProcedure
     from ocmm_core.calibration.sweeping._session import AGAIN, SECOND, SWEEPS
     from ocmm_core.calibration.sweeping._views import (
         MapCell,

@@ -47,10 +47,7 @@ from ocmm_core.calibration.tip._sphere_layout import (
 )
 from ocmm_core.calibration.tip._state import Wanted
 from ocmm_core.calibration.tip._touch_hints import attitudes_gate
-from ocmm_core.calibration.tip._touch_session import (
-    POLE,
-    TouchProcedure,
-)
+from ocmm_core.calibration.tip._touch_session import POLE, TouchProcedure
 from ocmm_core.calibration.tip._views import TipOutcome, TipView
 from ocmm_core.calibration.tip._wanted import VALID_DAYS
 from ocmm_core.camera import Rig

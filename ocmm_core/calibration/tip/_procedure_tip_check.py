@@ -48,10 +48,7 @@ from ocmm_core.calibration.tip._sphere_layout import (
 )
 from ocmm_core.calibration.tip._state import Wanted
 from ocmm_core.calibration.tip._touch_hints import attitudes_gate, places_gate
-from ocmm_core.calibration.tip._touch_session import (
-    POLE,
-    TouchProcedure,
-)
+from ocmm_core.calibration.tip._touch_session import POLE, TouchProcedure
 from ocmm_core.calibration.tip._views import CheckVerdict, TipCheckOutcome, TipCheckView
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
@@ -123,10 +120,7 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
         with self._lock:
             decision = self._decide_now()
             return self._snapshot(
-                TipCheckView,
-                so_far=decision.verdict,
-                advice=decision.advice,
-                outcome=self._outcome,
+                TipCheckView, so_far=decision.verdict, advice=decision.advice, outcome=self._outcome
             )
 
     def _decide_now(self) -> TipCheckDecision:

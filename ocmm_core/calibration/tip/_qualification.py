@@ -86,9 +86,7 @@ def nearest_to_limit(checks: Sequence[Check]) -> int:
 
 
 def sphere_warnings(
-    sphere: Sphere,
-    calibration: CameraRecord | None,
-    verifications: Sequence[VerificationRecord],
+    sphere: Sphere, calibration: CameraRecord | None, verifications: Sequence[VerificationRecord]
 ) -> tuple[Finding, ...]:
     """Return warnings where the sphere also stands for something that rests on the tip.
 

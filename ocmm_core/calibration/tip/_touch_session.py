@@ -58,11 +58,7 @@ from ocmm_core.calibration.tip._sight import Sight
 from ocmm_core.calibration.tip._state import TouchState, Wanted
 from ocmm_core.calibration.tip._steps import CONE, PREPARE, RESULT, SPHERE, TAKING, steps_of
 from ocmm_core.calibration.tip._touch_hints import places_gate
-from ocmm_core.calibration.tip._views import (
-    TipCheckOutcome,
-    TipOutcome,
-    TouchView,
-)
+from ocmm_core.calibration.tip._views import TipCheckOutcome, TipOutcome, TouchView
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
@@ -223,9 +219,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         with self._lock:
             if not self._wants():
                 raise CalibrationError(
-                    "tip.nothing_next",
-                    "Nothing to take in this step.",
-                    "Go to the next step.",
+                    "tip.nothing_next", "Nothing to take in this step.", "Go to the next step."
                 )
             # What cannot be computed must not come into the file.
             touch_of(uv, sigma_px, self._state.rig, self._state.body)

@@ -59,11 +59,7 @@ from ocmm_core.calibration.verification._state import (
     VerificationState,
 )
 from ocmm_core.calibration.verification._verdict import uses_of, verdict
-from ocmm_core.calibration.verification._verification import (
-    SPHERE_POINTS,
-    judge_nest,
-    worst,
-)
+from ocmm_core.calibration.verification._verification import SPHERE_POINTS, judge_nest, worst
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError

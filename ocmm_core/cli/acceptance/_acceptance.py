@@ -229,10 +229,7 @@ def status(*, folder: FolderOption = None) -> None:
             view = AcceptanceSession.resume(path).view
         except OcmmError as error:
             console.print(
-                f"{lead('Left out ')}{say(error.what)}",
-                style="dim",
-                highlight=False,
-                markup=False,
+                f"{lead('Left out ')}{say(error.what)}", style="dim", highlight=False, markup=False
             )
             continue
         if not (view.finished or view.abandoned):
@@ -249,10 +246,7 @@ def status(*, folder: FolderOption = None) -> None:
             loaded = load_signed_record(path)
         except OcmmError as error:
             console.print(
-                f"{lead('Left out ')}{say(error.what)}",
-                style="red",
-                highlight=False,
-                markup=False,
+                f"{lead('Left out ')}{say(error.what)}", style="red", highlight=False, markup=False
             )
             continue
         one = loaded.record

@@ -65,12 +65,7 @@ def add(
     folder: FolderOption = None,
 ) -> None:
     """Add an artefact from a document, or as it is typed."""
-    from ocmm_core.acceptance import (
-        ARTEFACT_SCHEMA,
-        ArtefactEntry,
-        ArtefactRegister,
-        load_artefact,
-    )
+    from ocmm_core.acceptance import ARTEFACT_SCHEMA, ArtefactEntry, ArtefactRegister, load_artefact
     from ocmm_core.documents import digest
     from ocmm_core.errors import InputError
 

@@ -8,12 +8,7 @@ from datetime import UTC, datetime
 
 from ocmm_core.acceptance import AcceptanceSession, AcceptanceView
 from ocmm_core.acquisition.frames import AcquisitionState, FrameBlock, read_status
-from ocmm_core.calibration.guided import (
-    STILL_FRAMES,
-    ProbeSpotAverager,
-    handle_axis,
-    to_spots,
-)
+from ocmm_core.calibration.guided import STILL_FRAMES, ProbeSpotAverager, handle_axis, to_spots
 from ocmm_core.camera import Rig
 from ocmm_core.composition import Feed
 from ocmm_core.errors import CalibrationError

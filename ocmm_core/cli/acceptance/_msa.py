@@ -7,13 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ocmm_core.cli.acceptance._msa_reference import (
-    JobsArgument,
-    linearity,
-    part,
-    part_use,
-    type1,
-)
+from ocmm_core.cli.acceptance._msa_reference import JobsArgument, linearity, part, part_use, type1
 from ocmm_core.cli.terminal import (
     CalibrationsOption,
     OutOption,

@@ -75,8 +75,7 @@ def linearity(
         ),
     ],
     study: Annotated[
-        Path | None,
-        typer.Option("--study", help="Plan whose blind codes the serial numbers are."),
+        Path | None, typer.Option("--study", help="Plan whose blind codes the serial numbers are.")
     ] = None,
     picture: Annotated[
         Path | None, typer.Option("--picture", help="Write the chart to this SVG file.")
@@ -127,12 +126,10 @@ def part(
         str, typer.Option("--procedure", help="PART-U, or a document of your own.")
     ] = "PART-U",
     task: Annotated[
-        Path | None,
-        typer.Option("--task", help="What was measured and how (ocmm.part-task/1)."),
+        Path | None, typer.Option("--task", help="What was measured and how (ocmm.part-task/1).")
     ] = None,
     out: Annotated[
-        Path | None,
-        typer.Option("--out", help="Keep the study in this folder; needs --task."),
+        Path | None, typer.Option("--out", help="Keep the study in this folder; needs --task.")
     ] = None,
     certificate: Annotated[str, typer.Option("--certificate", help="Number.")] = "",
     who: Annotated[str, typer.Option("--who", help="Name for the record.")] = "unnamed",

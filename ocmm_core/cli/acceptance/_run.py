@@ -122,10 +122,7 @@ def _unfinished(site: AcceptanceSite, base: Path, console: Console) -> Acceptanc
             session = AcceptanceSession.resume(path)
         except OcmmError as error:
             console.print(
-                f"{lead('Left out ')}{say(error.what)}",
-                style="dim",
-                highlight=False,
-                markup=False,
+                f"{lead('Left out ')}{say(error.what)}", style="dim", highlight=False, markup=False
             )
             continue
         same = session.stage.instrument == site.stage.instrument and (

@@ -9,13 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ocmm_core.cli.archive._app import (
-    ArchiveOption,
-    OutboxOption,
-    archive_app,
-    opened,
-    place_of,
-)
+from ocmm_core.cli.archive._app import ArchiveOption, OutboxOption, archive_app, opened, place_of
 from ocmm_core.cli.archive._hand_over import send_now
 from ocmm_core.cli.terminal import lead, make_console, say, say_word, told
 from ocmm_core.errors import OcmmError

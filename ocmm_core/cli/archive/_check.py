@@ -8,13 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ocmm_core.cli.archive._app import (
-    ArchiveOption,
-    WhoOption,
-    archive_app,
-    opened,
-    place_of,
-)
+from ocmm_core.cli.archive._app import ArchiveOption, WhoOption, archive_app, opened, place_of
 from ocmm_core.cli.terminal import make_console, progress_line, say
 from ocmm_core.errors import InputError
 

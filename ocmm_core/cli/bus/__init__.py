@@ -32,10 +32,4 @@ else:
         _session="open_bus",
     )
 
-__all__ = [
-    "BusOption",
-    "bus_app",
-    "camera_app",
-    "open_bus",
-    "rig_app",
-]
+__all__ = ["BusOption", "bus_app", "camera_app", "open_bus", "rig_app"]

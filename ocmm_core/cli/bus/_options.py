@@ -13,11 +13,7 @@ from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 
 BusOption = Annotated[
-    str,
-    typer.Option(
-        "--source",
-        help=source_help([spec for spec in SOURCES if spec.on_bus]),
-    ),
+    str, typer.Option("--source", help=source_help([spec for spec in SOURCES if spec.on_bus]))
 ]
 CameraArgument = Annotated[str, typer.Argument(help="Name of the camera in the rig.")]
 

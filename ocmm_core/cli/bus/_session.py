@@ -265,7 +265,5 @@ def _may_scan(spec: SourceSpec) -> bool:
 
 def _wrong_source(source: str, what: str, possible: Sequence[SourceSpec]) -> InputError:
     return InputError(
-        "bus.source",
-        f"--source is {source!r}, {what}.",
-        f"Give {names_in_words(possible)}.",
+        "bus.source", f"--source is {source!r}, {what}.", f"Give {names_in_words(possible)}."
     )

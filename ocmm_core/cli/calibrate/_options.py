@@ -33,19 +33,14 @@ NewOption = Annotated[
     bool, typer.Option("--new", help="Start a new session although one can be resumed.")
 ]
 MoveOption = Annotated[
-    int | None,
-    typer.Option("--move", help="Virtual rig: move its frame randomly with this seed."),
+    int | None, typer.Option("--move", help="Virtual rig: move its frame randomly with this seed.")
 ]
 OverruleOption = Annotated[
-    str,
-    typer.Option("--overrule", help="Reason for overriding the data-quality guards; recorded."),
+    str, typer.Option("--overrule", help="Reason for overriding the data-quality guards; recorded.")
 ]
 CheckBarOption = Annotated[
     Path,
-    typer.Option(
-        "--bar",
-        help="Length bar document; not the bar used to calibrate the cameras.",
-    ),
+    typer.Option("--bar", help="Length bar document; not the bar used to calibrate the cameras."),
 ]
 BarOption = Annotated[Path, typer.Option("--bar", help="Document of the length bar.")]
 ShotsOption = Annotated[

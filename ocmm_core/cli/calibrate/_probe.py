@@ -128,10 +128,7 @@ def probe_command(
     decision: DecisionOption = None,
     overrule: OverruleOption = "",
     new: NewOption = False,
-    anew: Annotated[
-        bool,
-        typer.Option("--anew", help="Discard the current sweep."),
-    ] = False,
+    anew: Annotated[bool, typer.Option("--anew", help="Discard the current sweep.")] = False,
     seed: SeedOption = DEFAULT_SEED,
     speed: SpeedOption = 0.0,
     record: RecordOption = None,

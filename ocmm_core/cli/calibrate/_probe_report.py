@@ -35,8 +35,7 @@ def print_tip_status(console: Console, store: ProbeStore, tip: str, now: datetim
     status = store.status(tip, now)
     why = f"{say(status.reason)} {say(status.remedy)}"
     console.print(
-        f"{lead('Tip      ')}{tip}: {say_word(status.state.value)}. {why}".rstrip(),
-        highlight=False,
+        f"{lead('Tip      ')}{tip}: {say_word(status.state.value)}. {why}".rstrip(), highlight=False
     )
 
 

@@ -110,8 +110,7 @@ def require_cameras(cameras: CalibrationInUse, console: Console) -> None:
         )
     if view.blocker is not None:
         console.print(
-            f"{lead('Cameras  ')}{say_word(view.word.value)}: {told(view.blocker)}",
-            style="yellow",
+            f"{lead('Cameras  ')}{say_word(view.word.value)}: {told(view.blocker)}", style="yellow"
         )
 
 

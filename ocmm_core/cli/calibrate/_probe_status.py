@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
 
 FolderOption = Annotated[
-    Path | None,
-    typer.Option("--probes", help="Probe record folder; default: that of this user."),
+    Path | None, typer.Option("--probes", help="Probe record folder; default: that of this user.")
 ]
 
 

@@ -12,11 +12,7 @@ from typing import TypeVar
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from ocmm_core.acquisition.frames import (
-    AcquisitionState,
-    StopReason,
-    read_status,
-)
+from ocmm_core.acquisition.frames import AcquisitionState, StopReason, read_status
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.calibration.guided import (
     Procedure,

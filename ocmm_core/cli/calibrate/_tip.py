@@ -65,8 +65,7 @@ _FAULTS: dict[TipChoice, dict[str, float]] = {
 }
 
 TipNameOption = Annotated[
-    str | None,
-    typer.Option("--tip", help="Mounted tip; default: the last one mounted."),
+    str | None, typer.Option("--tip", help="Mounted tip; default: the last one mounted.")
 ]
 SphereOption = Annotated[Path, typer.Option("--sphere", help="Document of the sphere.")]
 ConeOption = Annotated[str, typer.Option("--cone", help="Marking on the cone.")]

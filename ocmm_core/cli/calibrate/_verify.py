@@ -46,8 +46,7 @@ def verify(
     *,
     bar: CheckBarOption = VERIFICATION_BAR,
     sphere: Annotated[
-        list[Path] | None,
-        typer.Option("--sphere", help="Sphere document; can be repeated."),
+        list[Path] | None, typer.Option("--sphere", help="Sphere document; can be repeated.")
     ] = None,
     two_places: Annotated[
         bool,

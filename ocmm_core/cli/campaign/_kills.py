@@ -13,12 +13,7 @@ from pathlib import Path
 from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.camera import load_rig
 from ocmm_core.cli.campaign._trials import Trial, forked, read_numbers
-from ocmm_core.composition import (
-    RECOMMENDED_RIG,
-    STANDARD_PROBE,
-    StationRequest,
-    build_station,
-)
+from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.evaluation import SessionOptions

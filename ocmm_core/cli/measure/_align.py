@@ -52,12 +52,7 @@ def align_command(
         console.print(f"{job.name}: {say(doubt)}", style="yellow", highlight=False, markup=False)
     print_states(console, opened.view)
     report = alignment_of_points(
-        opened.plan,
-        opened.points,
-        opened.sensitivities,
-        opened.rig,
-        opened.body,
-        opened.options,
+        opened.plan, opened.points, opened.sensitivities, opened.rig, opened.body, opened.options
     )
     for line in report_lines(report):
         console.print(line, highlight=False, markup=False)

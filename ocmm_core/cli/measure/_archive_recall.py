@@ -9,11 +9,7 @@ from typing import Annotated
 import typer
 
 from ocmm_core.cli.measure._recall import show_recall, write_recall
-from ocmm_core.cli.terminal import (
-    computing,
-    make_console,
-    progress_line,
-)
+from ocmm_core.cli.terminal import computing, make_console, progress_line
 from ocmm_core.cluster import Site
 from ocmm_core.errors import InputError
 

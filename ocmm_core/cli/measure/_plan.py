@@ -40,9 +40,7 @@ OverwriteOption = Annotated[
 
 
 @plan_app.command()
-def check(
-    plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
-) -> None:
+def check(plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")]) -> None:
     """Check a plan and its release, and list missing pictures and sizes for the guidance."""
     from ocmm_core.inspection.plan import load_plan, plan_release
 

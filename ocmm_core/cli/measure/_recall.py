@@ -12,14 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ocmm_core.cli.measure._pages import print_pages
-from ocmm_core.cli.terminal import (
-    computing,
-    heads,
-    lead,
-    make_console,
-    progress_line,
-    say,
-)
+from ocmm_core.cli.terminal import computing, heads, lead, make_console, progress_line, say
 from ocmm_core.cluster import Site
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
@@ -110,11 +103,7 @@ def recall_command(
 
 
 def _let_fall(
-    console: Console,
-    folder: Path,
-    artefact: str | None,
-    since: datetime | None,
-    who: str,
+    console: Console, folder: Path, artefact: str | None, since: datetime | None, who: str
 ) -> None:
     from ocmm_core.inspection.recall import artefact_wrong
 

@@ -40,11 +40,7 @@ def report_command(
         list[Path], typer.Argument(help="Job files (.ocmm), also from other computers.")
     ],
     formats: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--format",
-            help=f"One of {FORMAT_WORDS}; can be repeated.",
-        ),
+        list[str] | None, typer.Option("--format", help=f"One of {FORMAT_WORDS}; can be repeated.")
     ] = None,
     profile: Annotated[
         Path | None,
@@ -55,8 +51,7 @@ def report_command(
         ),
     ] = None,
     out: Annotated[
-        Path | None,
-        typer.Option("--out", help="Report folder. Default: that of the first job."),
+        Path | None, typer.Option("--out", help="Report folder. Default: that of the first job.")
     ] = None,
     preview_only: Annotated[
         bool,
@@ -79,8 +74,7 @@ def report_command(
         ),
     ] = None,
     incomplete: Annotated[
-        bool,
-        typer.Option("--incomplete", help="Report an incomplete job too."),
+        bool, typer.Option("--incomplete", help="Report an incomplete job too.")
     ] = False,
     template: Annotated[
         Path | None,

@@ -162,11 +162,7 @@ def _per_block(rig: Rig, body: ProbeBody, frames: Float, seconds: float) -> floa
         # Time goes on: a block that came once more would be an interruption, and labels be sought.
         first = next(turn) * _BLOCK
         pipeline.process(
-            replace(
-                block,
-                counter=block.counter + first,
-                time_ns=block.time_ns + first * 125_000,
-            )
+            replace(block, counter=block.counter + first, time_ns=block.time_ns + first * 125_000)
         )
 
     return _per_call(track, seconds)

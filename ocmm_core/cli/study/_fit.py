@@ -66,8 +66,7 @@ def fit_command(
     file: Annotated[
         Path,
         typer.Argument(
-            help="Text file, one row x y z per point, or PLY, OBJ, OFF, STL or PCD.",
-            metavar="FILE",
+            help="Text file, one row x y z per point, or PLY, OBJ, OFF, STL or PCD.", metavar="FILE"
         ),
     ],
     shape: Annotated[
@@ -84,8 +83,7 @@ def fit_command(
         CriterionWord, typer.Option("--criterion", help="Association criterion.")
     ] = CriterionWord.LEAST_SQUARES,
     free: Annotated[
-        bool,
-        typer.Option("--free", help="Circle: fit in space as one problem, not plane first."),
+        bool, typer.Option("--free", help="Circle: fit in space as one problem, not plane first.")
     ] = False,
     json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object instead of the table.")

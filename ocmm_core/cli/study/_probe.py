@@ -52,8 +52,7 @@ def design(
     ] = 0.0105,
     poses: Annotated[int, typer.Option("--poses", min=100, help="Number of poses.")] = 4000,
     all_seen: Annotated[
-        bool,
-        typer.Option("--all-seen", help="Treat LEDs facing away from a camera as visible."),
+        bool, typer.Option("--all-seen", help="Treat LEDs facing away from a camera as visible.")
     ] = False,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the poses.")] = 1,
     out: Annotated[Path, typer.Option("--out", help="Folder for the figures.")] = Path("ocmm-out"),

@@ -11,13 +11,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from ocmm_core.cli.terminal import (
-    computing,
-    heads,
-    make_console,
-    say,
-    say_word,
-)
+from ocmm_core.cli.terminal import computing, heads, make_console, say, say_word
 from ocmm_core.cluster import Site
 from ocmm_core.errors import InputError
 

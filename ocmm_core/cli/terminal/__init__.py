@@ -16,12 +16,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.cli.terminal._cluster_options import computing
-    from ocmm_core.cli.terminal._console import (
-        _WIDE,
-        PlainConsole,
-        make_console,
-        progress_line,
-    )
+    from ocmm_core.cli.terminal._console import _WIDE, PlainConsole, make_console, progress_line
     from ocmm_core.cli.terminal._options import (
         BusProcessorOption,
         CalibrationsOption,

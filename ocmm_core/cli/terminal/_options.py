@@ -91,8 +91,7 @@ CheckAfterOption = Annotated[
 IncompleteOption = Annotated[
     bool,
     typer.Option(
-        "--incomplete",
-        help="Report an incomplete job too; its pages and files say INCOMPLETE.",
+        "--incomplete", help="Report an incomplete job too; its pages and files say INCOMPLETE."
     ),
 ]
 
@@ -119,8 +118,7 @@ PartTemperatureOption = Annotated[
 ]
 
 TemperatureSigmaOption = Annotated[
-    float,
-    typer.Option("--temperature-sigma", help="Standard uncertainty of each temperature, K."),
+    float, typer.Option("--temperature-sigma", help="Standard uncertainty of each temperature, K.")
 ]
 
 CompensateProbeOption = Annotated[
@@ -166,8 +164,7 @@ StreamTokenOption = Annotated[
 ]
 
 StreamCertOption = Annotated[
-    Path | None,
-    typer.Option("--stream-cert", help="Certificate (PEM): the stream speaks TLS."),
+    Path | None, typer.Option("--stream-cert", help="Certificate (PEM): the stream speaks TLS.")
 ]
 
 StreamKeyOption = Annotated[

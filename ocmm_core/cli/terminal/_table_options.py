@@ -16,8 +16,7 @@ TableUnitOption = Annotated[
 ColumnsOption = Annotated[
     str,
     typer.Option(
-        "--columns",
-        help="Meaning of each column, '-' for one that is not read: name,x,y,z,-.",
+        "--columns", help="Meaning of each column, '-' for one that is not read: name,x,y,z,-."
     ),
 ]
 DecimalOption = Annotated[

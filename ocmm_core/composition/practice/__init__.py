@@ -15,15 +15,8 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.composition.practice._practice import (
-        PRACTICE_TIP,
-        Practice,
-        practice_folder,
-    )
+    from ocmm_core.composition.practice._practice import PRACTICE_TIP, Practice, practice_folder
 else:
-    __getattr__ = door(
-        __name__,
-        _practice="PRACTICE_TIP Practice practice_folder",
-    )
+    __getattr__ = door(__name__, _practice="PRACTICE_TIP Practice practice_folder")
 
 __all__ = ["PRACTICE_TIP", "Practice", "practice_folder"]

@@ -16,11 +16,6 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.export.aqdef._aqdef import AQDEF
 else:
-    __getattr__ = door(
-        __name__,
-        _aqdef="AQDEF",
-    )
+    __getattr__ = door(__name__, _aqdef="AQDEF")
 
-__all__ = [
-    "AQDEF",
-]
+__all__ = ["AQDEF"]

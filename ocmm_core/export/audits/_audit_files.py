@@ -17,14 +17,7 @@ from ocmm_core.export import ENDING, check_report_seal
 from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditRow
 from ocmm_core.export.certificate import CERTIFICATE_ENDING, SEAL_SUFFIX, check_dcc_seal
 from ocmm_core.inspection.archive import RecallRecord
-from ocmm_core.seals import (
-    RELEASE_ENDING,
-    KeyFolder,
-    SealState,
-    SealWord,
-    Signed,
-    release_state,
-)
+from ocmm_core.seals import RELEASE_ENDING, KeyFolder, SealState, SealWord, Signed, release_state
 from ocmm_core.settings import SettingsFile
 from ocmm_core.storage import JobFile
 from ocmm_core.studies import PartStudy

@@ -18,11 +18,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.export.certificate._artefact import (
-        Expansion,
-        artefact_fields,
-        artefact_text,
-    )
+    from ocmm_core.export.certificate._artefact import Expansion, artefact_fields, artefact_text
     from ocmm_core.export.certificate._content import (
         SIMULATED_WORDS,
         Certificate,

@@ -7,13 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from ocmm_core.acceptance import (
-    AcceptanceRecord,
-    JudgedValue,
-    RoomAir,
-    Verdict,
-    load_signed_record,
-)
+from ocmm_core.acceptance import AcceptanceRecord, JudgedValue, RoomAir, Verdict, load_signed_record
 from ocmm_core.calibration.records import record_hash
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export.certificate._content import (

@@ -24,10 +24,7 @@ _DEEPEST = 64
 _MOST = 20_000
 _VERSIONS = ("3.",)
 _LONGEST_NAME = 400
-_UNCERTAINTY = (
-    ("uncertainty", "valueExpandedMU"),
-    ("coverageFactor",),
-)
+_UNCERTAINTY = (("uncertainty", "valueExpandedMU"), ("coverageFactor",))
 """Elements of expanded uncertainty and k in D-SI 1 and 2.1, and in D-SI 2.2 and later."""
 
 

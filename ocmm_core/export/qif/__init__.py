@@ -19,15 +19,6 @@ if TYPE_CHECKING:
     from ocmm_core.export.qif._plan_in import LeftOut, QifPlan, plan_of_qif
     from ocmm_core.export.qif._qif import QIF
 else:
-    __getattr__ = door(
-        __name__,
-        _plan_in="LeftOut QifPlan plan_of_qif",
-        _qif="QIF",
-    )
+    __getattr__ = door(__name__, _plan_in="LeftOut QifPlan plan_of_qif", _qif="QIF")
 
-__all__ = [
-    "QIF",
-    "LeftOut",
-    "QifPlan",
-    "plan_of_qif",
-]
+__all__ = ["QIF", "LeftOut", "QifPlan", "plan_of_qif"]

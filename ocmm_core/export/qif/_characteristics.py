@@ -22,11 +22,7 @@ from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_core.tolerances.kinds import KindSpec, spec_for
 
-STATUS = {
-    Verdict.CONFORM: "PASS",
-    Verdict.NOT_CONFORM: "FAIL",
-    Verdict.NOT_PROVEN: "INDETERMINATE",
-}
+STATUS = {Verdict.CONFORM: "PASS", Verdict.NOT_CONFORM: "FAIL", Verdict.NOT_PROVEN: "INDETERMINATE"}
 _MODIFIERS = {"maximum material": "MAXIMUM", "least material": "LEAST"}
 
 
@@ -146,11 +142,7 @@ def _plane_of_profile(run: Sequence[ReportedFeature], frame: RigidTransform) -> 
 
 
 def _target(
-    writer: Writer,
-    nominal: etree._Element,
-    reported: ReportedResult,
-    kind: KindSpec,
-    word: str,
+    writer: Writer, nominal: etree._Element, reported: ReportedResult, kind: KindSpec, word: str
 ) -> None:
     if kind.one_sided:
         return

@@ -18,13 +18,7 @@ from ocmm_core.export.qif._characteristics_in import characteristics_of
 from ocmm_core.export.qif._nodes import Node, Q, References, local_name
 from ocmm_core.export.qif._units import NotTakenError
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.plan import (
-    Plan,
-    add_characteristic,
-    add_feature,
-    new_plan,
-    usual_points,
-)
+from ocmm_core.inspection.plan import Plan, add_characteristic, add_feature, new_plan, usual_points
 
 LARGEST = 200_000_000
 _PLACES = {

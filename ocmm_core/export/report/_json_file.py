@@ -80,10 +80,10 @@ def _differences(
     for told_result, reported in zip(found.results, data.reported, strict=False):
         result = reported.result
         numbers = (told_result.measured, told_result.deviation, told_result.uncertainty)
-        if numbers != (result.stated or _NO_NUMBERS) or (
-            told_result.name,
-            told_result.verdict,
-        ) != (result.name, result.verdict.value):
+        if numbers != (result.stated or _NO_NUMBERS) or (told_result.name, told_result.verdict) != (
+            result.name,
+            result.verdict.value,
+        ):
             different.append(f"{name}: {result.name} is not the result of the job.")
     part = found.part_verdict
     if part is None or (part.word, part.missing) != (data.part.word.value, data.part.missing):

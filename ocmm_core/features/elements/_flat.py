@@ -180,12 +180,7 @@ def _with_rival(fits: Sequence[Fit]) -> Fit:
 
 
 def _in_plane(
-    centroid: Float,
-    about: Float,
-    size: float,
-    normal: Float,
-    basis: Float,
-    outline_fit: OutlineFit,
+    centroid: Float, about: Float, size: float, normal: Float, basis: Float, outline_fit: OutlineFit
 ) -> list[_Placed]:
     flat = np.empty((len(about), 2))
     places(about, basis, flat)

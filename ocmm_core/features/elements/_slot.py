@@ -104,10 +104,7 @@ def _outline(
     )
     round_ends = shape is Shape.ROUND_SLOT
     kind = ROUND_ENDS if round_ends else SQUARE_ENDS
-    families = (
-        lambda: _framed(points, TURNS, (0.0,)),
-        lambda: _framed(points, 2 * TURNS, TRIMMED),
-    )
+    families = (lambda: _framed(points, TURNS, (0.0,)), lambda: _framed(points, 2 * TURNS, TRIMMED))
     solutions = minima(kind, points, families, _long if round_ends else _open)
     if not solutions:
         raise flat

@@ -8,13 +8,7 @@ from typing import TYPE_CHECKING, assert_never
 import numpy as np
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.shapes import (
-    GEOMETRY_SIZE,
-    HALF_ANGLE,
-    RADIUS,
-    Fit,
-    NominalFeature,
-)
+from ocmm_core.features.shapes import GEOMETRY_SIZE, HALF_ANGLE, RADIUS, Fit, NominalFeature
 from ocmm_core.geometry import Float
 
 if TYPE_CHECKING:

@@ -214,9 +214,7 @@ def slopes(
 
 
 def _constructed(
-    item: Construction,
-    known: Mapping[str, ActualFeature | FitError],
-    nominal: Float | None,
+    item: Construction, known: Mapping[str, ActualFeature | FitError], nominal: Float | None
 ) -> ActualFeature:
     inputs: list[ActualFeature] = []
     for name in needed_features(item):
@@ -291,11 +289,7 @@ def _projection(shapes: Sequence[Shape], what: Float, onto: Float) -> Float:
 
 
 def _nominal(
-    name: str,
-    shape: Shape,
-    geometry: Float,
-    nominal: Float | None,
-    inputs: Sequence[ActualFeature],
+    name: str, shape: Shape, geometry: Float, nominal: Float | None, inputs: Sequence[ActualFeature]
 ) -> NominalFeature:
     """Return what the plan says about it: what follows from the nominals of its features.
 

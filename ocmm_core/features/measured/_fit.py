@@ -7,12 +7,7 @@ from dataclasses import replace
 from ocmm_core.features.elements import ELEMENTS, Known
 from ocmm_core.features.search import with_rival
 from ocmm_core.features.shapes import Criterion, Fit, Shape
-from ocmm_core.features.zones import (
-    Certificate,
-    certificate,
-    fit_bounded,
-    fit_zone,
-)
+from ocmm_core.features.zones import Certificate, certificate, fit_bounded, fit_zone
 from ocmm_core.geometry import Float, Points3
 
 __all__ = ["Certificate", "associate", "certificate", "fit_shape"]

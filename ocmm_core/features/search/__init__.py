@@ -40,11 +40,7 @@ if TYPE_CHECKING:
         refuse_masked,
     )
     from ocmm_core.features.search._curvature import curved_patch
-    from ocmm_core.features.search._ellipse_kernel import (
-        conics,
-        ellipse_foot,
-        of_conic,
-    )
+    from ocmm_core.features.search._ellipse_kernel import conics, ellipse_foot, of_conic
     from ocmm_core.features.search._flat_kernel import BALL, DISC, ELLIPSE, ROUND_ENDS, SQUARE_ENDS
     from ocmm_core.features.search._newton_kernel import STEP_SIZE, move, solve_step, terms
     from ocmm_core.features.search._point_kernel import (

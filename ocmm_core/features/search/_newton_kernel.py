@@ -5,18 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.camera import compiled
-from ocmm_core.features.search import (
-    _axis_kernel as axis_kernel,
-)
-from ocmm_core.features.search import (
-    _ellipse_kernel as ellipse_kernel,
-)
-from ocmm_core.features.search import (
-    _flat_kernel as flat_kernel,
-)
-from ocmm_core.features.search import (
-    _lanes_kernel as lanes_kernel,
-)
+from ocmm_core.features.search import _axis_kernel as axis_kernel
+from ocmm_core.features.search import _ellipse_kernel as ellipse_kernel
+from ocmm_core.features.search import _flat_kernel as flat_kernel
+from ocmm_core.features.search import _lanes_kernel as lanes_kernel
 from ocmm_core.features.search._axis_kernel import CYLINDER, RING, axis_costs, axis_terms, move_axis
 from ocmm_core.features.search._ellipse_kernel import ellipse_terms
 from ocmm_core.features.search._flat_kernel import (

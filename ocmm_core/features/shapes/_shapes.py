@@ -132,9 +132,7 @@ class Fit:
         if word not in words:
             has = " and ".join(words) or "no size"
             raise FitError(
-                "fit.no_such_size",
-                f"{self.shape.value} has no {word}.",
-                f"It has {has}.",
+                "fit.no_such_size", f"{self.shape.value} has no {word}.", f"It has {has}."
             )
         return float(self.geometry[place])
 

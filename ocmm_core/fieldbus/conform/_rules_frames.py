@@ -205,8 +205,7 @@ def _frame(see: Findings, frame: bytes) -> None:
 def _check_sums(bench: Bench, see: Findings, cycles: Sequence[Cycle]) -> None:
     for each in cycles:
         see.expect(
-            bench.belongs(each),
-            "data_crc is not the check sum of serial number and inputs.",
+            bench.belongs(each), "data_crc is not the check sum of serial number and inputs."
         )
 
 

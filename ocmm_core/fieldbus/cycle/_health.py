@@ -239,10 +239,7 @@ def _bus_fault(view: WatchView, names: Sequence[str]) -> CycleFault | None:
         if view.devices < len(names):
             return _bad(Alarm.CAMERA_MISSING, f"Camera '{name}' does not answer.", name)
         return _bad(
-            Alarm.RESTARTED,
-            f"Camera '{name}' lost its address: it was restarted.",
-            name,
-            deep=True,
+            Alarm.RESTARTED, f"Camera '{name}' lost its address: it was restarted.", name, deep=True
         )
     if view.devices > len(names):
         return _bad(

@@ -123,10 +123,7 @@ class StateWatch:
                 Datagram(Command.FPWR, self._stations[camera], AL_CONTROL, content),
                 lambda _answer: None,
             )
-        yield Job(
-            self._whether,
-            lambda answer: self._count(cycle, answer),
-        )
+        yield Job(self._whether, lambda answer: self._count(cycle, answer))
         for camera in range(len(self._stations)):
             yield Job(
                 self._states[camera],

@@ -39,11 +39,7 @@ if TYPE_CHECKING:
         SYNC_MANAGERS,
         MailboxAreas,
     )
-    from ocmm_core.fieldbus.objects._maintenance import (
-        find_camera,
-        update_firmware,
-        write_alias,
-    )
+    from ocmm_core.fieldbus.objects._maintenance import find_camera, update_firmware, write_alias
     from ocmm_core.fieldbus.objects._object_access import ObjectAccess, Progress
     from ocmm_core.fieldbus.objects._objects import ObjectService, RequestPort
     from ocmm_core.fieldbus.objects._requests import (

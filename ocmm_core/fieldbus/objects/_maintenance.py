@@ -23,12 +23,7 @@ from ocmm_core.fieldbus.device import (
 )
 from ocmm_core.fieldbus.objects._foe import FIRMWARE_NAME, FoeWrite
 from ocmm_core.fieldbus.objects._mailbox_line import SYNC_MANAGERS as _SYNC_MANAGER_REGISTERS
-from ocmm_core.fieldbus.objects._sdo import (
-    MAX_COUNTER,
-    SERVICE_EMERGENCY,
-    SdoRead,
-    coe_content,
-)
+from ocmm_core.fieldbus.objects._sdo import MAX_COUNTER, SERVICE_EMERGENCY, SdoRead, coe_content
 from ocmm_core.fieldbus.wire import (
     PREOP,
     Command,

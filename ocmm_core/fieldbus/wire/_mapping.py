@@ -37,9 +37,7 @@ def check_room(n_cameras: int, size: int = INPUT_DTYPE.itemsize + OUTPUT_DTYPE.i
 
 
 def check_mapping(
-    name: str,
-    read: Callable[[int, int], bytes],
-    layout: InputLayout | ProcessImage = NEWEST_LAYOUT,
+    name: str, read: Callable[[int, int], bytes], layout: InputLayout | ProcessImage = NEWEST_LAYOUT
 ) -> Iterator[None]:
     """Compare what a camera maps with the device model, value by value.
 

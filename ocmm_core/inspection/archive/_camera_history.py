@@ -23,12 +23,7 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive._camera_doubts import points_in_doubt
-from ocmm_core.inspection.archive._points_in_doubt import (
-    History,
-    first_taken,
-    hold,
-    sentences_of,
-)
+from ocmm_core.inspection.archive._points_in_doubt import History, first_taken, hold, sentences_of
 from ocmm_core.inspection.archive._recall_record import points_released
 from ocmm_core.inspection.evaluation import HoldReason, held_back
 from ocmm_core.inspection.session import InspectionSession
@@ -104,10 +99,7 @@ def _settle(session: InspectionSession, job: JobFile, known: CameraHistory) -> b
 
 
 def ask_cameras(
-    job: JobFile,
-    record: CameraRecord | None,
-    folder: Path,
-    store: CalibrationStore | None = None,
+    job: JobFile, record: CameraRecord | None, folder: Path, store: CalibrationStore | None = None
 ) -> CameraHistory:
     """Return what the history of the calibration on this computer says of a job, where it is.
 

@@ -19,15 +19,9 @@ from ocmm_core.inspection.archive._comparison import (
 )
 from ocmm_core.inspection.archive._known import content_and_known, known_from
 from ocmm_core.inspection.archive._reopen import ReopenedJob, Tell, reopen_content, reopen_job
-from ocmm_core.inspection.evaluation import (
-    held_below,
-    job_states,
-    part_line,
-)
+from ocmm_core.inspection.evaluation import held_below, job_states, part_line
 from ocmm_core.processes import processes_for, side_by_side
-from ocmm_core.tolerances.decisions import (
-    CharacteristicResult,
-)
+from ocmm_core.tolerances.decisions import CharacteristicResult
 
 _TRIED, _START_S = 2, 4.0
 """Jobs that are read before it is decided how, and what the start of processes costs, s: they load

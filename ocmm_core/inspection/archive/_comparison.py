@@ -11,10 +11,7 @@ import numpy as np
 
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.evaluation import (
-    NO_REAL_PART,
-    SIMULATED,
-)
+from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_core.measuring import COVERAGE_FACTOR
 from ocmm_core.tolerances.decisions import (
     ControlChart,

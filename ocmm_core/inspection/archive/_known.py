@@ -12,11 +12,7 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core.calibration.records import (
-    CalibrationStore,
-    default_folder,
-    default_probe_folder,
-)
+from ocmm_core.calibration.records import CalibrationStore, default_folder, default_probe_folder
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive._camera_history import CameraHistory, ask_cameras
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about

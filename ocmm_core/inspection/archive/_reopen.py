@@ -30,15 +30,7 @@ from ocmm_core.inspection.evaluation import HoldReason, JobView, SessionOptions,
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession, ReferenceUse
 from ocmm_core.measuring import Climate, MeasuredPoint
-from ocmm_core.storage import (
-    ADOPTED,
-    CLOCK,
-    RESCUED,
-    JobEvent,
-    JobFile,
-    JobHead,
-    JobSeal,
-)
+from ocmm_core.storage import ADOPTED, CLOCK, RESCUED, JobEvent, JobFile, JobHead, JobSeal
 from ocmm_core.tolerances.decisions import not_proven
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
@@ -267,10 +259,7 @@ def _judged(view: JobView, doubts: Sequence[str], held: Sequence[str]) -> JobVie
 
 
 def _differences(
-    points: Sequence[MeasuredPoint],
-    anew: Sequence[Sequence[Float]],
-    plan: Plan,
-    body: ProbeBody,
+    points: Sequence[MeasuredPoint], anew: Sequence[Sequence[Float]], plan: Plan, body: ProbeBody
 ) -> list[str]:
     """Return where a point is not the one that is stored.
 

@@ -20,12 +20,7 @@ from ocmm_core.calibration.records import (
     record_hash,
 )
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.inspection.archive._points_in_doubt import (
-    History,
-    first_taken,
-    hold,
-    sentences_of,
-)
+from ocmm_core.inspection.archive._points_in_doubt import History, first_taken, hold, sentences_of
 from ocmm_core.inspection.archive._tip_doubts import points_in_doubt
 from ocmm_core.inspection.evaluation import HoldReason
 from ocmm_core.inspection.session import InspectionSession

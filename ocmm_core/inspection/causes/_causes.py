@@ -106,8 +106,7 @@ def _single_points(
         if seen is None:
             continue
         trial = inquiry.trial(
-            f"without {name}",
-            partial(inquiry.job.results_without, inquiry.items, seen.numbers),
+            f"without {name}", partial(inquiry.job.results_without, inquiry.items, seen.numbers)
         )
         left = inquiry.cured(item, trial)
         if left is not None and (best is None or left < best[0]):

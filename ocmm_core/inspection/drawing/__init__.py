@@ -27,11 +27,4 @@ else:
         _plan_of_model="plan_with_tolerances",
     )
 
-__all__ = [
-    "CLASSES",
-    "GROUPS",
-    "Account",
-    "AccountItem",
-    "general_of",
-    "plan_with_tolerances",
-]
+__all__ = ["CLASSES", "GROUPS", "Account", "AccountItem", "general_of", "plan_with_tolerances"]

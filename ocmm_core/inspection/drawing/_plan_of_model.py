@@ -16,14 +16,7 @@ from ocmm_core.inspection.drawing._surfaces import Surfaces
 from ocmm_core.inspection.drawing._zones import Zones
 from ocmm_core.inspection.plan import EDITED as A_PLAN
 from ocmm_core.inspection.plan import Plan, check_plan
-from ocmm_core.inspection.pmi import (
-    Annotation,
-    Datum,
-    DatumTarget,
-    Dimension,
-    Pmi,
-    Tolerance,
-)
+from ocmm_core.inspection.pmi import Annotation, Datum, DatumTarget, Dimension, Pmi, Tolerance
 from ocmm_core.inspection.step import StepModel
 
 _MEANING = (

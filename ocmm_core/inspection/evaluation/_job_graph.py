@@ -139,8 +139,7 @@ class FeatureGraph:
         part = self.options.climate.part
         raw = Touched.of(points, [point.number for point in points])
         return Touched(
-            {name: self._reported(name, own, part) for name, own in raw.points.items()},
-            raw.places,
+            {name: self._reported(name, own, part) for name, own in raw.points.items()}, raw.places
         )
 
     def _reported(

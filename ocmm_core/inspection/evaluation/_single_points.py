@@ -52,8 +52,7 @@ def compensate_by_plan(
     actual = actual_features(single, turned, places)
     for name, direction in directions.items():
         slant = max(
-            (_slant_deg(point, direction) for point in points if point.feature == name),
-            default=0.0,
+            (_slant_deg(point, direction) for point in points if point.feature == name), default=0.0
         )
         if slant > MAX_SLANT_DEG:
             actual[name] = FitError(

@@ -153,11 +153,7 @@ def noted_rooms(events: Sequence[JobEvent]) -> tuple[NotedRoom, ...]:
 
 
 def environment_doubt(
-    limits: EnvironmentLimits | None,
-    noted: Sequence[NotedRoom],
-    last_point: int,
-    *,
-    complete: bool,
+    limits: EnvironmentLimits | None, noted: Sequence[NotedRoom], last_point: int, *, complete: bool
 ) -> str:
     """Return why the room does not let a job prove anything, and what to do; empty where it does.
 

@@ -49,9 +49,7 @@ def with_picture(plan: Plan, plan_file: Path | None, feature: str, source: Path)
     index = next((i for i, item in enumerate(plan.features) if item.name == feature), None)
     if index is None:
         raise InputError(
-            "plan.no_step",
-            "Only probed features can have a picture.",
-            "Select the feature first.",
+            "plan.no_step", "Only probed features can have a picture.", "Select the feature first."
         )
     content = _content(source)
     folder = plan_file.absolute().parent

@@ -26,10 +26,7 @@ from ocmm_core.inspection.archive import (
     known_here,
     points_in_doubt,
 )
-from ocmm_core.inspection.recall._recall_job import (
-    DoubtedJob,
-    Later,
-)
+from ocmm_core.inspection.recall._recall_job import DoubtedJob, Later
 from ocmm_core.seals import KeptKeys
 from ocmm_core.storage import JobFile
 
@@ -145,8 +142,7 @@ def later_than(store: CalibrationStore, record: CameraRecord, now: datetime) -> 
         return Later(None, why_not=error.what)
     if not status.state.usable:
         return Later(
-            None,
-            why_not=f"The active calibration cannot be used: {status.reason} {status.remedy}",
+            None, why_not=f"The active calibration cannot be used: {status.reason} {status.remedy}"
         )
     if _cameras(later) != _cameras(record):
         return Later(None, why_not="The active calibration belongs to other cameras.")

@@ -15,12 +15,7 @@ from pathlib import Path
 import msgspec
 
 from ocmm_core import __version__
-from ocmm_core.calibration.records import (
-    CalibrationStore,
-    load_named,
-    save,
-    store_folder,
-)
+from ocmm_core.calibration.records import CalibrationStore, load_named, save, store_folder
 from ocmm_core.cluster import HERE, Site, run_tasks
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive import (
@@ -33,12 +28,7 @@ from ocmm_core.inspection.archive import (
     points_digest,
 )
 from ocmm_core.inspection.recall._doubting import Doubting
-from ocmm_core.inspection.recall._recall_job import (
-    Anew,
-    DoubtedJob,
-    JobFindings,
-    findings_of,
-)
+from ocmm_core.inspection.recall._recall_job import Anew, DoubtedJob, JobFindings, findings_of
 from ocmm_core.inspection.recall._recall_judge import Cases, cases_of, judgement, recalled, unknown
 from ocmm_core.storage import read_job
 

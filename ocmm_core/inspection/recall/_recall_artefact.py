@@ -12,12 +12,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from ocmm_core.calibration.records import (
-    CalibrationStore,
-    EventKind,
-    record_hash,
-    rests_on,
-)
+from ocmm_core.calibration.records import CalibrationStore, EventKind, record_hash, rests_on
 from ocmm_core.errors import InputError
 
 

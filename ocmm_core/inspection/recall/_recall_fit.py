@@ -123,11 +123,7 @@ def _rows(spots: Float, poses: PoseBatch, rig: Rig, body: ProbeBody) -> tuple[Fl
             place = N_PARAMETERS * cameras + 3 * led
             by_prior[:, c, led, :, place : place + 3] = of_leds[:, led]
     rows = 2 * cameras * leds
-    return (
-        residuals.reshape(n, rows),
-        by_pose.reshape(n, rows, 6),
-        by_prior.reshape(n, rows, -1),
-    )
+    return (residuals.reshape(n, rows), by_pose.reshape(n, rows, 6), by_prior.reshape(n, rows, -1))
 
 
 def _factor(rig: Rig, body: ProbeBody) -> Float:

@@ -18,13 +18,7 @@ from ocmm_core.inspection.session._acceptance import Acceptance, TouchAssignment
 from ocmm_core.inspection.session._any_order import SEARCH_MM, Contact, touched_feature
 from ocmm_core.inspection.session._ledger import JobLedger
 from ocmm_core.inspection.session._side_choice import method_of
-from ocmm_core.measuring import (
-    MeasuredPoint,
-    Refusal,
-    RefusalCode,
-    StablePoint,
-    Touch,
-)
+from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode, StablePoint, Touch
 
 
 @dataclass(frozen=True, slots=True)

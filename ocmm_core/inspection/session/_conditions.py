@@ -16,12 +16,7 @@ from ocmm_core.inspection.evaluation import (
     limits_text,
     methods_used,
 )
-from ocmm_core.inspection.plan import (
-    NotedRoom,
-    environment_doubt,
-    note_room_in,
-    noted_rooms,
-)
+from ocmm_core.inspection.plan import NotedRoom, environment_doubt, note_room_in, noted_rooms
 from ocmm_core.inspection.session._ledger import JobLedger
 from ocmm_core.measuring import CLIMATE_EVENT, Climate, climate_of_text, record_text
 from ocmm_core.surroundings import TypedRoom

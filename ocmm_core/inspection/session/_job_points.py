@@ -112,9 +112,7 @@ class JobPoints:
             if point.number == number:
                 return point
         raise MeasuringError(
-            "session.no_such_point",
-            f"No active point {number}.",
-            "Choose a point from the list.",
+            "session.no_such_point", f"No active point {number}.", "Choose a point from the list."
         )
 
     def all_deleted(self) -> dict[str, tuple[DeletedPoint, ...]]:
@@ -202,9 +200,7 @@ class JobPoints:
         """Put a point in the place of another one; StorageError, nothing is changed then."""
         renamed = [(old.number, new.number)]
         self._job.change(
-            annul={old.number: reason},
-            append=[new],
-            events=[*events, *self._held_events(renamed)],
+            annul={old.number: reason}, append=[new], events=[*events, *self._held_events(renamed)]
         )
         self.counting.remove(old)
         self._out[old.number] = DeletedPoint(old, reason)

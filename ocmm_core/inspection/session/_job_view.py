@@ -201,12 +201,7 @@ class _Seen:
         return self._cache.known(("seen", name), inputs, made)
 
 
-def _made(
-    plan: Plan,
-    name: str,
-    found: JobResults,
-    progress: Progress,
-) -> FeatureView:
+def _made(plan: Plan, name: str, found: JobResults, progress: Progress) -> FeatureView:
     """Return a constructed feature; it is done when all that it is made from is."""
     actual = found.actual[name]
     done = set(plan.probed(name)) <= progress.done

@@ -14,11 +14,7 @@ from ocmm_core.alignment import simulated_frame
 from ocmm_core.camera import Rig
 from ocmm_core.errors import MeasuringError
 from ocmm_core.inspection.causes import Explanation, explanations
-from ocmm_core.inspection.evaluation import (
-    SIMULATED,
-    JobView,
-    SessionOptions,
-)
+from ocmm_core.inspection.evaluation import SIMULATED, JobView, SessionOptions
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._acceptance import Acceptance
 from ocmm_core.inspection.session._assignment import TouchAssigner

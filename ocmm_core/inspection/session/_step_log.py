@@ -65,11 +65,7 @@ class StepLog:
         return self._deeds.last_undone
 
     def take(
-        self,
-        point: MeasuredPoint,
-        sensitivity: TipSensitivity,
-        before: Progress,
-        after: Progress,
+        self, point: MeasuredPoint, sensitivity: TipSensitivity, before: Progress, after: Progress
     ) -> None:
         """Add a new point.
 
@@ -152,10 +148,7 @@ class StepLog:
 
     def _events_of(self, step: UndoStep, way: Way = "did") -> list[tuple[str, str]]:
         """Return what is written with a step: itself, and where the job stands then."""
-        return [
-            deed_event(way, step, self.points.next_number()),
-            *self._status_events(step.after),
-        ]
+        return [deed_event(way, step, self.points.next_number()), *self._status_events(step.after)]
 
     def _status_events(self, after: Progress) -> list[tuple[str, str]]:
         return [(STANDING_EVENT, after.text)] if after != self.progress else []

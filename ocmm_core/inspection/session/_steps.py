@@ -47,9 +47,7 @@ class JobSteps:
         with ledger.lock:
             name = ledger.known(name or ledger.require_active())
             ledger.did(
-                f"skip of {name}",
-                ledger.progress.left_out(name),
-                events=[("skipped", name)],
+                f"skip of {name}", ledger.progress.left_out(name), events=[("skipped", name)]
             )
 
     def repeat(self, name: str = "") -> None:
@@ -133,9 +131,7 @@ class JobSteps:
             if name not in ledger.progress.done | ledger.progress.skipped:
                 raise MeasuringError("session.open", f"{name} is open for points.", "Touch it.")
             ledger.did(
-                f"reopen of {name}",
-                ledger.progress.opened(name),
-                events=[("reopened", name)],
+                f"reopen of {name}", ledger.progress.opened(name), events=[("reopened", name)]
             )
             ledger.selected = name
 

@@ -112,10 +112,7 @@ def deed_event(way: Way, step: UndoStep, next_number: int) -> tuple[str, str]:
 
 
 def deeds_from(
-    events: Sequence[JobEvent],
-    names: tuple[str, ...],
-    counting: Collection[int],
-    next_number: int,
+    events: Sequence[JobEvent], names: tuple[str, ...], counting: Collection[int], next_number: int
 ) -> UndoHistory:
     """Return the steps of a job that can be taken back or done again.
 

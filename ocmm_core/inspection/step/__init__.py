@@ -19,12 +19,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.inspection.step._asking import (
-        READER_MODULES,
-        STEP_SETUP,
-        STEP_SIZE_MB,
-        has_step,
-    )
+    from ocmm_core.inspection.step._asking import READER_MODULES, STEP_SETUP, STEP_SIZE_MB, has_step
     from ocmm_core.inspection.step._choice import FREE_FORM, Choice, Offer, chosen, offers_of
     from ocmm_core.inspection.step._chosen_reach import ChosenReach, ask_for_chosen
     from ocmm_core.inspection.step._faces_account import FacesAccount, faces_account

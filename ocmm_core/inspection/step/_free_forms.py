@@ -20,13 +20,7 @@ from ocmm_core.inspection.step._answer import StepFreeForm
 from ocmm_core.inspection.step._joined import EDGE_MM, NOT_INSIDE, Inside
 from ocmm_core.inspection.step._placed import LEAST, WANTED, reached_places
 from ocmm_core.inspection.step.brep import StepDocument, Triple, box_size, model_face
-from ocmm_core.part_model import (
-    ModelFace,
-    NominalFace,
-    nominal_face,
-    searched,
-    spread_places,
-)
+from ocmm_core.part_model import ModelFace, NominalFace, nominal_face, searched, spread_places
 
 _TRIED = 3
 """So many times the places are tried for reach and sight."""
@@ -94,10 +88,7 @@ def free_form_rooms(
 
 
 def free_forms_of(
-    rooms: Sequence[FreeFormRoom],
-    reach: Reach | None,
-    doing: Callable[[str], None],
-    inside: Inside,
+    rooms: Sequence[FreeFormRoom], reach: Reach | None, doing: Callable[[str], None], inside: Inside
 ) -> list[StepFreeForm]:
     """Return free forms with targets.
 

@@ -14,12 +14,7 @@ _NOT_IN_A_NAME = re.compile(r"[^A-Za-z0-9 _.\-]+")
 _LONGEST = 60
 _ROOM_FOR_NUMBER = 5
 _ALONG = 1.0 - 1e-9
-_WORDS = {
-    Shape.PLANE: "PLANE",
-    Shape.CONE: "CONE",
-    Shape.SPHERE: "SPHERE",
-    Shape.TORUS: "TORUS",
-}
+_WORDS = {Shape.PLANE: "PLANE", Shape.CONE: "CONE", Shape.SPHERE: "SPHERE", Shape.TORUS: "TORUS"}
 
 
 def feature_names(features: Sequence[NominalFeature], said: Sequence[str]) -> list[str]:

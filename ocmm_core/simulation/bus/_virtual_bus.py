@@ -71,9 +71,7 @@ class VirtualBus(ChildProcess):
         )
         master = msgspec.structs.replace(bus, interface=HOST_INTERFACE, stretched=True)
         super().__init__(
-            [sys.executable, "-m", _MODULE],
-            cameras.to_json() + master.to_json(),
-            ring,
+            [sys.executable, "-m", _MODULE], cameras.to_json() + master.to_json(), ring
         )
 
     def start(self) -> None:

@@ -42,13 +42,7 @@ from ocmm_core.simulation.calibration_scenes._scenes import (
     move_cameras,
 )
 from ocmm_core.simulation.calibration_scenes._tip_scenes import TouchWithTip
-from ocmm_core.simulation.scene import (
-    CameraFrames,
-    WorldOptions,
-    draw_world,
-    kernels,
-    white_noise,
-)
+from ocmm_core.simulation.scene import CameraFrames, WorldOptions, draw_world, kernels, white_noise
 from ocmm_core.tracking import ProbeBody, load_probe
 
 

@@ -129,9 +129,5 @@ def made_tip_check(
 
 def _check(name: str, measured: float, certified: float, limit: float) -> Check:
     return Check(
-        name=name,
-        measured_mm=measured,
-        certified_mm=certified,
-        expanded_mm=0.004,
-        limit_mm=limit,
+        name=name, measured_mm=measured, certified_mm=certified, expanded_mm=0.004, limit_mm=limit
     )

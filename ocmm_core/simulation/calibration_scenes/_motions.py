@@ -14,11 +14,7 @@ from ocmm_core.simulation.calibration_scenes._scenes import (
     TouchSphere,
 )
 from ocmm_core.simulation.calibration_scenes._tip_scenes import TouchWithTip, reach_of, unit_vectors
-from ocmm_core.simulation.scene import (
-    World,
-    attitude_at,
-    kernels,
-)
+from ocmm_core.simulation.scene import World, attitude_at, kernels
 from ocmm_core.tracking import ProbeBody, satisfies_rules
 
 STILL_S, SEATED_S, TRAVEL_S, WAY_S = 0.045, 0.14, 0.06, 0.6

@@ -10,9 +10,7 @@ import numpy as np
 
 from ocmm_core.camera import CameraModel, Vector3
 from ocmm_core.geometry import RigidTransform, rotation_from_vector
-from ocmm_core.simulation.calibration_scenes._pivot_scenes import (
-    SweepProbe,
-)
+from ocmm_core.simulation.calibration_scenes._pivot_scenes import SweepProbe
 from ocmm_core.simulation.calibration_scenes._tip_scenes import TouchWithTip
 
 STREAM = 32

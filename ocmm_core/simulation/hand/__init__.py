@@ -20,9 +20,7 @@ if TYPE_CHECKING:
     from ocmm_core.simulation.hand._led_hand import HandView, MouseHand, Wish
 else:
     __getattr__ = door(
-        __name__,
-        _hand_at_rig="HandAtRig LedView",
-        _led_hand="HandView MouseHand Wish",
+        __name__, _hand_at_rig="HandAtRig LedView", _led_hand="HandView MouseHand Wish"
     )
 
 __all__ = ["HandAtRig", "HandView", "LedView", "MouseHand", "Wish"]

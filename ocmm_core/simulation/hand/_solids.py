@@ -74,9 +74,7 @@ def solids_of(part: Part) -> Solids | None:
 
 
 def _slab(
-    entry: surfaces.PlaneEntry,
-    lines: list[surfaces.LineEntry],
-    planes: list[surfaces.PlaneEntry],
+    entry: surfaces.PlaneEntry, lines: list[surfaces.LineEntry], planes: list[surfaces.PlaneEntry]
 ) -> Solid:
     normal, along = unit(np.array(entry.direction)), unit(np.array(entry.along))
     across = np.cross(normal, along)

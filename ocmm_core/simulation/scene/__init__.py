@@ -39,10 +39,7 @@ if TYPE_CHECKING:
         draw_targets,
         run_study,
     )
-    from ocmm_core.simulation.scene._rig import (
-        CameraFrames,
-        VirtualRig,
-    )
+    from ocmm_core.simulation.scene._rig import CameraFrames, VirtualRig
     from ocmm_core.simulation.scene._script import RigScript, decode_script
     from ocmm_core.simulation.scene._sensor import Sensor, SensorOptions, normal_table
     from ocmm_core.simulation.scene._source import LedHand, SimulatedSource

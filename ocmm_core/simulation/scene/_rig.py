@@ -29,12 +29,7 @@ from ocmm_core.simulation.scene._world import (
     nudged,
     white_noise,
 )
-from ocmm_core.tracking import (
-    LedBody,
-    ProbeBody,
-    ReferenceBody,
-    dark_bits,
-)
+from ocmm_core.tracking import LedBody, ProbeBody, ReferenceBody, dark_bits
 
 _BLOW_NS = 1_000_000_000
 """A blow is reported for so long."""

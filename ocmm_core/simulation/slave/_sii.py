@@ -59,12 +59,7 @@ def sii_image(serial: int, alias: int, layout: InputLayout = NEWEST_LAYOUT) -> b
     # In BOOT the mailboxes are where they always are.
     head += struct.pack("<HHHH", MAILBOX_OUT_START, MAILBOX_BYTES, MAILBOX_IN_START, MAILBOX_BYTES)
     head += struct.pack(
-        "<HHHHH",
-        MAILBOX_OUT_START,
-        MAILBOX_BYTES,
-        MAILBOX_IN_START,
-        MAILBOX_BYTES,
-        _PROTOCOLS,
+        "<HHHHH", MAILBOX_OUT_START, MAILBOX_BYTES, MAILBOX_IN_START, MAILBOX_BYTES, _PROTOCOLS
     )
     head = head.ljust(0x7C, b"\x00")
     head += struct.pack("<HH", SII_BYTES * 8 // 1024 - 1, 1)

@@ -92,10 +92,7 @@ class StreamServer:
         self._changed = threading.Event()
         """The job is another one than that of the latest verdict."""
         self._verdicts = VerdictWatch(
-            source.job.view,
-            lambda: source.job.path.stem,
-            lambda: len(self._messages),
-            self._wake,
+            source.job.view, lambda: source.job.path.stem, lambda: len(self._messages), self._wake
         )
         self._state: tuple[str, ...] = ()
         self._states = 0

@@ -177,9 +177,7 @@ def angle_rule(
 
 
 def angle_of_axes(
-    characteristic: Characteristic,
-    actual: Mapping[str, ActualFeature],
-    rule: AngleRule,
+    characteristic: Characteristic, actual: Mapping[str, ActualFeature], rule: AngleRule
 ) -> Evaluation | None:
     """Return the evaluation of an angle that should be none and nearly is; else None.
 

@@ -208,10 +208,7 @@ KINDS = (
         evaluate=form,
         geometry=None,
         monte_carlo=MonteCarlo.RANGE,
-        qif=QifWords(
-            "OtherForm",
-            of_shape={shape: shape.spec.qif.form for shape in ALL},
-        ),
+        qif=QifWords("OtherForm", of_shape={shape: shape.spec.qif.form for shape in ALL}),
         symbol=Symbol(bow="closed"),
         symbol_of_shape=dict.fromkeys(
             shapes_where(lambda spec: spec.form_kind == "line profile"), Symbol(bow="open")

@@ -29,14 +29,7 @@ from ocmm_core.tolerances.kinds._shape_groups import (
     WITH_RADIUS,
     WITH_WIDTH,
 )
-from ocmm_core.tolerances.kinds._spec import (
-    Asked,
-    Fault,
-    KindSpec,
-    MonteCarlo,
-    QifWords,
-    Symbol,
-)
+from ocmm_core.tolerances.kinds._spec import Asked, Fault, KindSpec, MonteCarlo, QifWords, Symbol
 from ocmm_core.tolerances.zones import (
     TWO_POINT,
     Association,

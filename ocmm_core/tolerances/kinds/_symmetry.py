@@ -13,14 +13,7 @@ from ocmm_core.features.shapes import ACROSS, DIRECTION, GEOMETRY_SIZE, POINT, R
 from ocmm_core.geometry import Float, unit
 from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.kinds._shape_groups import DIRECTED, SLOTS
-from ocmm_core.tolerances.kinds._spec import (
-    Asked,
-    Fault,
-    KindSpec,
-    MonteCarlo,
-    QifWords,
-    Symbol,
-)
+from ocmm_core.tolerances.kinds._spec import Asked, Fault, KindSpec, MonteCarlo, QifWords, Symbol
 from ocmm_core.tolerances.zones import (
     Characteristic,
     Evaluation,

@@ -171,10 +171,7 @@ def _quick_value(
 
 
 def _vector(
-    item: Characteristic,
-    task: Task,
-    involved: Mapping[str, ActualFeature],
-    evaluation: Evaluation,
+    item: Characteristic, task: Task, involved: Mapping[str, ActualFeature], evaluation: Evaluation
 ) -> Vector | None:
     names = tuple(involved)
     at = np.concatenate([involved[name].fit.geometry for name in names])

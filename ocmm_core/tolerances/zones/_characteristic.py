@@ -19,11 +19,7 @@ Association = Literal[
     "two-point mean",
 ]
 
-TWO_POINT: tuple[Association, ...] = (
-    "two-point maximum",
-    "two-point minimum",
-    "two-point mean",
-)
+TWO_POINT: tuple[Association, ...] = ("two-point maximum", "two-point minimum", "two-point mean")
 """Associations of local sizes between opposite points, by rank."""
 
 

@@ -16,13 +16,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Rows
-from ocmm_core.part_model import (
-    Feet,
-    NominalFace,
-    followed_feet,
-    nearest_feet,
-    searched,
-)
+from ocmm_core.part_model import Feet, NominalFace, followed_feet, nearest_feet, searched
 from ocmm_core.tolerances.zones._evaluation import Seen
 from ocmm_core.tolerances.zones._surface import own_fit
 
@@ -46,10 +40,7 @@ class ModelSurface:
     """
 
     def __init__(
-        self,
-        features: Sequence[ActualFeature],
-        faces: Sequence[NominalFace],
-        offset: float = 0.0,
+        self, features: Sequence[ActualFeature], faces: Sequence[NominalFace], offset: float = 0.0
     ) -> None:
         touched = [own_fit(feature)[0] for feature in features]
         self._offset = offset

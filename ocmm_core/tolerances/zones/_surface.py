@@ -142,10 +142,7 @@ def _own(feature: ActualFeature) -> tuple[Touches, Fit]:
 
 
 def _difference(
-    feature: ActualFeature,
-    rows: Int,
-    at: tuple[Float, Float],
-    step: tuple[Float, Float],
+    feature: ActualFeature, rows: Int, at: tuple[Float, Float], step: tuple[Float, Float]
 ) -> Float:
     """Return the central difference of the normals (m, 3) by ball centres or geometry."""
     ahead = _normals(feature, rows, at[0] + step[0], at[1] + step[1])

@@ -66,10 +66,7 @@ class ZoneFrame:
         turning[3:] = 0.0
         shifting = np.vstack([np.zeros((3, 3)), np.eye(3)])
         return ZoneFrame(
-            self.T_frame_from_world,
-            self.by_coordinates,
-            np.hstack([turning, shifting]),
-            self.words,
+            self.T_frame_from_world, self.by_coordinates, np.hstack([turning, shifting]), self.words
         )
 
 

@@ -10,21 +10,11 @@ import numpy as np
 
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
-from ocmm_core.tracking.kernels import (
-    _decide_kernel as decide_kernel,
-)
-from ocmm_core.tracking.kernels import (
-    _doubt_kernel as doubt_kernel,
-)
-from ocmm_core.tracking.kernels import (
-    _kernel as kernel,
-)
-from ocmm_core.tracking.kernels import (
-    _meeting_kernel as meeting_kernel,
-)
-from ocmm_core.tracking.kernels import (
-    _small_algebra as small_algebra,
-)
+from ocmm_core.tracking.kernels import _decide_kernel as decide_kernel
+from ocmm_core.tracking.kernels import _doubt_kernel as doubt_kernel
+from ocmm_core.tracking.kernels import _kernel as kernel
+from ocmm_core.tracking.kernels import _meeting_kernel as meeting_kernel
+from ocmm_core.tracking.kernels import _small_algebra as small_algebra
 from ocmm_core.tracking.kernels._decide_kernel import clear
 from ocmm_core.tracking.kernels._doubt_kernel import ambiguity_score
 from ocmm_core.tracking.kernels._kernel import Bool, fit_leds, normal_equations, triangulate_leds

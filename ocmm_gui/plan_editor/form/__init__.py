@@ -17,13 +17,6 @@ if TYPE_CHECKING:
     from ocmm_gui.plan_editor.form._field_labels import choice_word
     from ocmm_gui.plan_editor.form._item_form import ItemForm
 else:
-    __getattr__ = door(
-        __name__,
-        _field_labels="choice_word",
-        _item_form="ItemForm",
-    )
+    __getattr__ = door(__name__, _field_labels="choice_word", _item_form="ItemForm")
 
-__all__ = [
-    "ItemForm",
-    "choice_word",
-]
+__all__ = ["ItemForm", "choice_word"]

@@ -186,7 +186,7 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
         "conditions": (
             later("Six conditions"),
             later("One per line: feature, then direction x y z"),
-        ),
+        )
     },
     "SavedFrame": {
         "rotation": (later("Rotation"), later("From the world to the frame, row by row")),

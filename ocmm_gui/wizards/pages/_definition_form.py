@@ -6,13 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import (
-    QAbstractItemDelegate,
-    QGridLayout,
-    QLineEdit,
-    QTableWidget,
-    QWidget,
-)
+from PySide6.QtWidgets import QAbstractItemDelegate, QGridLayout, QLineEdit, QTableWidget, QWidget
 
 from ocmm_core.camera import MAX_LEDS, Vector3
 from ocmm_core.errors import InputError

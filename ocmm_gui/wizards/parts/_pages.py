@@ -9,22 +9,12 @@ from typing import Protocol
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
-from ocmm_core.calibration.guided import (
-    KnownPoint,
-    KnownPointsView,
-    VerificationView,
-)
+from ocmm_core.calibration.guided import KnownPoint, KnownPointsView, VerificationView
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_gui.kit import panel, text_font, tr
 from ocmm_gui.wizards.parts._live_panel import LivePanel, Score
-from ocmm_gui.wizards.parts._picture import (
-    ScenePicture,
-    bar_places,
-    bars,
-    reference_points,
-    seats,
-)
+from ocmm_gui.wizards.parts._picture import ScenePicture, bar_places, bars, reference_points, seats
 from ocmm_gui.wizards.parts._shown import Seen
 
 SIDE_PX = 360

@@ -105,11 +105,7 @@ def test_a_test_of_another_calibration_does_not_go_on(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("wrong", "message"),
-    [
-        ({"expanded": 0.02}, "U"),
-        ({"sizes": (5.0,)}, "10 to 51 mm"),
-        ({"form": 0.05}, "form error"),
-    ],
+    [({"expanded": 0.02}, "U"), ({"sizes": (5.0,)}, "10 to 51 mm"), ({"form": 0.05}, "form error")],
 )
 def test_what_may_not_be_used_is_offered_with_its_sentence(
     wrong: dict[str, object], message: str

@@ -121,9 +121,7 @@ def test_a_copy_of_another_python_is_not_used(pair: tuple[Path, Path]) -> None:
     assert "a different Python" in why_not(copy, ordinary)
 
 
-def test_rights_that_are_incomplete_or_not_effective_do_not_count(
-    pair: tuple[Path, Path],
-) -> None:
+def test_rights_that_are_incomplete_or_not_effective_do_not_count(pair: tuple[Path, Path]) -> None:
     copy, ordinary = pair
     owned_by_root(copy)
     grant(copy, NEEDED - {Capability.NET_ADMIN})

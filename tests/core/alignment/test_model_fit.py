@@ -11,13 +11,7 @@ import pytest
 from ocmm_core.alignment import LockedMotion, ModelFit, fit_to_faces
 from ocmm_core.errors import FitError
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
-from ocmm_core.part_model import (
-    SearchedFace,
-    SplineSurface,
-    normals_at,
-    places_at,
-    searched_face,
-)
+from ocmm_core.part_model import SearchedFace, SplineSurface, normals_at, places_at, searched_face
 from tests.core.part_model.model_faces import FREE_FORMS, cylinder, face_of, plane
 
 RADIUS = 1.5
@@ -122,11 +116,7 @@ def test_the_frame_answers_to_its_points() -> None:
 
 @pytest.mark.parametrize(
     ("make", "words"),
-    [
-        (plane, {"x", "y", "rz"}),
-        (cylinder, {"rz", "z"}),
-        (sphere, {"rx", "ry", "rz"}),
-    ],
+    [(plane, {"x", "y", "rz"}), (cylinder, {"rz", "z"}), (sphere, {"rx", "ry", "rz"})],
 )
 def test_open_motions_are_named(make: object, words: set[str]) -> None:
     spline = make()  # type: ignore[operator]

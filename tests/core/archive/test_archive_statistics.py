@@ -11,13 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ocmm_core.archive.checks import verify_archive
-from ocmm_core.archive.questions import (
-    Asked,
-    cpk_by_month,
-    passed,
-    today,
-    trend,
-)
+from ocmm_core.archive.questions import Asked, cpk_by_month, passed, today, trend
 from ocmm_core.archive.records import Delivery, shown_text
 from ocmm_core.archive.stores import Archive
 from ocmm_core.cli import app

@@ -59,9 +59,7 @@ def test_two_stations_of_one_name_are_told_and_one_may_replace_the_other(place: 
 def test_only_the_newest_version_of_a_job_is_seen(place: Place) -> None:
     with place.open() as archive:
         archive.put(made_delivery(1))
-        archive.put(
-            made_delivery(1, sequence=9, steps=20, head="c" * 64, state="paused"),
-        )
+        archive.put(made_delivery(1, sequence=9, steps=20, head="c" * 64, state="paused"))
         assert archive.ask("SELECT steps, state FROM archived_job").rows == ((20, "paused"),)
         assert set(archive.heads(made_record(1).job.job_uuid, "Station 1")) == {10, 20}
         assert archive.ask("SELECT count(*) FROM archived_result").rows == ((3,),)

@@ -14,13 +14,7 @@ from ocmm_core.calibration.cameras._guards import judge_fit
 from ocmm_core.calibration.records import let_pass
 from ocmm_core.camera import N_PARAMETERS, PARAMETERS, CameraModel, project
 from ocmm_core.errors import CalibrationError
-from ocmm_core.geometry import (
-    Float,
-    Pixels,
-    Points3,
-    RigidTransform,
-    rotation_from_vector,
-)
+from ocmm_core.geometry import Float, Pixels, Points3, RigidTransform, rotation_from_vector
 from tests.core.calibration.known_points import SIGMA_PX, distorted, rig, slab
 
 SAME_MINIMUM = 1e-9

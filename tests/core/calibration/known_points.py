@@ -48,7 +48,4 @@ def observe(
     listed = truth + reference_sigma * rng.standard_normal(truth.shape)
     names = tuple(f"P{index:03d}" for index in range(n))
     serials = tuple(camera.serial for camera in rig.cameras)
-    return (
-        KnownPoints(names, listed, reference_sigma, "CMM"),
-        SpotTable(serials, uv, sigma_px),
-    )
+    return (KnownPoints(names, listed, reference_sigma, "CMM"), SpotTable(serials, uv, sigma_px))

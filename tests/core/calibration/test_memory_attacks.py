@@ -10,14 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.station_memory import (
-    MEMORIES,
-    MOVES,
-    PATHS,
-    run_adopted,
-    run_attacks,
-    run_honest,
-)
+from benchmarks.station_memory import MEMORIES, MOVES, PATHS, run_adopted, run_attacks, run_honest
 from benchmarks.tampering import EDITS
 from tests.host import on_linux_only
 from tests.other_station import other_station

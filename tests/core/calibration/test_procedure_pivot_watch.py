@@ -101,8 +101,7 @@ def test_a_ball_that_leaves_comes_back_or_stands_elsewhere(bench: PivotBench) ->
     assert views[left].base.live.hint.startswith("The ball left the cone")
     assert not any(view.warnings for view in views)
     moved = bench.virtual(
-        SweepProbe(cone=CONE, seconds=4.0, seed=5),
-        SweepProbe(cone=OTHER_CONE, seconds=4.0, seed=6),
+        SweepProbe(cone=CONE, seconds=4.0, seed=5), SweepProbe(cone=OTHER_CONE, seconds=4.0, seed=6)
     )
     procedure = begun(bench)
     _, views = show_sweeps(procedure, moved, bench.now)

@@ -11,12 +11,7 @@ import pytest
 from ocmm_core.calibration.records import rig_from_record
 from ocmm_core.calibration.records._trends import trends
 from ocmm_core.camera import N_PARAMETERS
-from tests.core.calibration.made_records import (
-    MADE,
-    RIG,
-    make_record,
-    make_verification,
-)
+from tests.core.calibration.made_records import MADE, RIG, make_record, make_verification
 
 
 def test_lenses_and_baselines_come_with_their_uncertainty() -> None:

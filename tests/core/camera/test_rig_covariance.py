@@ -124,11 +124,7 @@ def test_a_camera_named_twice_is_refused(tmp_path: Path, old: str, new: str, nam
 
 @pytest.mark.parametrize(
     ("depth", "points", "reason"),
-    [
-        ("0.0", "400", "too flat"),
-        ("1.0", "400", "too flat"),
-        ("7.5", "6", "calibration points"),
-    ],
+    [("0.0", "400", "too flat"), ("1.0", "400", "too flat"), ("7.5", "6", "calibration points")],
 )
 def test_a_calibration_that_determines_nothing_is_refused(
     tmp_path: Path, depth: str, points: str, reason: str

@@ -85,10 +85,7 @@ def test_with_sudo_the_groups_and_limits_are_those_of_who_typed_it(tmp_path: Pat
     assert not_green(examine(computer)[0]) == {}
     put(computer, "/proc/77/limits", LIMITS.format("8388608"))
     put(computer, "/proc/77/status", "PPid:\t1\nUid:\t1000\t1000\t1000\t1000\nGroups:\t1000\n")
-    assert not_green(examine(computer)[0]) == {
-        "group": "group.not_yet",
-        "memory": "memory.limited",
-    }
+    assert not_green(examine(computer)[0]) == {"group": "group.not_yet", "memory": "memory.limited"}
 
 
 def test_with_sudo_from_nowhere_they_are_not_checked(tmp_path: Path) -> None:

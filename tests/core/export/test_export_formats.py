@@ -31,13 +31,7 @@ from ocmm_core.export.report import (
 )
 from ocmm_core.export.report._names import check_file_stem, spreadsheet_text
 from ocmm_core.tolerances.decisions import Verdict
-from tests.core.export.sample_report import (
-    HEAD,
-    result,
-    sample_report,
-    sample_view,
-    with_name,
-)
+from tests.core.export.sample_report import HEAD, result, sample_report, sample_view, with_name
 from tests.core.export.sample_report import write_incomplete as write_report
 from tests.core.export.spoiling_disk import spoil_files
 
@@ -130,8 +124,7 @@ def test_json_holds_every_observation_bit_for_bit(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "content",
-    [b"", b"[]", b"{", b'{"schema": "ocmm.report/1"}', b"[" * 100_000, b"\xff\xfe"],
+    "content", [b"", b"[]", b"{", b'{"schema": "ocmm.report/1"}', b"[" * 100_000, b"\xff\xfe"]
 )
 def test_what_is_no_report_is_refused(content: bytes) -> None:
     with pytest.raises(InputError, match="Not a job report"):

@@ -21,13 +21,7 @@ from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_core.tolerances.kinds import KINDS
 from ocmm_core.tolerances.zones import Characteristic
-from tests.core.export.sample_report import (
-    feature,
-    point,
-    result,
-    sample_report,
-    sample_view,
-)
+from tests.core.export.sample_report import feature, point, result, sample_report, sample_view
 from tests.core.export.sample_report import write_incomplete as write_report
 
 Q = f"{{{NAMESPACE}}}"
@@ -61,10 +55,7 @@ def everything() -> tuple[JobView, list[NominalFeature]]:
         for kind in KINDS
         for names in [("Circle", "Plane") if kind == "distance" else ("Circle",)]
     )
-    return (
-        replace(sample_view(), features=tuple(features), characteristics=results),
-        nominals,
-    )
+    return (replace(sample_view(), features=tuple(features), characteristics=results), nominals)
 
 
 def test_the_document_says_what_was_measured(tmp_path: Path) -> None:

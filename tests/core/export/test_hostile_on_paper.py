@@ -121,9 +121,7 @@ def large(features: int) -> ReportData:
     return replace(data, taken_utc=when)
 
 
-def test_a_transfer_file_of_many_characteristics_takes_time_by_their_number(
-    tmp_path: Path,
-) -> None:
+def test_a_transfer_file_of_many_characteristics_takes_time_by_their_number(tmp_path: Path) -> None:
     """Reading back was quadratic: 56 s for 1,000 characteristics."""
     seconds = []
     for number, features in enumerate((50, 400)):

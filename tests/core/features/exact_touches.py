@@ -10,23 +10,13 @@ import numpy as np
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, Points3, RigidTransform
 from ocmm_core.measuring import MeasuredPoint
-from tests.core.features.shape_samples import (
-    HALF_ANGLE,
-    OUTLINES,
-    RADIUS,
-    SECOND,
-    ideal_points,
-)
+from tests.core.features.shape_samples import HALF_ANGLE, OUTLINES, RADIUS, SECOND, ideal_points
 
 TIP_RADIUS = 1.5
 
 
 def touches(
-    feature: str,
-    surface: Points3,
-    normals: Points3,
-    first: int = 1,
-    tip_radius: float = TIP_RADIUS,
+    feature: str, surface: Points3, normals: Points3, first: int = 1, tip_radius: float = TIP_RADIUS
 ) -> list[MeasuredPoint]:
     """Return one touch for every surface point (n, 3) with outward normal (n, 3)."""
     return [
@@ -79,11 +69,7 @@ def nudged(points: Sequence[MeasuredPoint], i: int, by: float) -> list[MeasuredP
 
 
 def nominal(
-    name: str,
-    shape: Shape,
-    diameter: float = 0.0,
-    side: str = "outer",
-    projection: str = "",
+    name: str, shape: Shape, diameter: float = 0.0, side: str = "outer", projection: str = ""
 ) -> NominalFeature:
     """Return a nominal feature whose place does not matter."""
     return NominalFeature(

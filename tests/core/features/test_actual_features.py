@@ -25,12 +25,7 @@ from tests.core.features.exact_touches import (
     slanted,
     touches,
 )
-from tests.core.features.shape_samples import (
-    OUTLINES,
-    geometry_distance,
-    somewhere,
-    true_geometry,
-)
+from tests.core.features.shape_samples import OUTLINES, geometry_distance, somewhere, true_geometry
 
 OTHERS = (*OUTLINES, Shape.CONE, Shape.TORUS)
 

@@ -14,12 +14,7 @@ from ocmm_core.features.measured._verify import verify_pair
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, Points3
 from ocmm_core.tables import read_points_file
-from tests.core.features.shape_samples import (
-    HALF_ANGLE,
-    RADIUS,
-    ideal_points,
-    somewhere,
-)
+from tests.core.features.shape_samples import HALF_ANGLE, RADIUS, ideal_points, somewhere
 
 # What the project promises is a million times more; the fits reach 1e-11.
 TIGHT = {"position": 1e-10, "size": 1e-10, "direction": 1e-11, "apex": 1e-9, "residual": 1e-9}

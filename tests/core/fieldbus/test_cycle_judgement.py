@@ -355,8 +355,7 @@ def test_a_clock_that_cannot_be_spoils_the_cycle() -> None:
 
 
 @pytest.mark.parametrize(
-    ("clock_ns", "words"),
-    [(-30_000_000, "future"), (300_000_000, "behind the bus clock")],
+    ("clock_ns", "words"), [(-30_000_000, "future"), (300_000_000, "behind the bus clock")]
 )
 def test_exposure_times_far_from_the_clock_are_not_believed(clock_ns: int, words: str) -> None:
     end = START + 1008 * PERIOD

@@ -139,9 +139,7 @@ def test_corrected_points_lead_back_to_the_pixels(sends: Sends) -> None:
 
 
 @pytest.mark.parametrize("device", [THESIS, PLAIN], ids=["thesis", "plain"])
-def test_what_the_sensor_saw_comes_out_in_pixels_at_its_exposure(
-    device: DeviceDescription,
-) -> None:
+def test_what_the_sensor_saw_comes_out_in_pixels_at_its_exposure(device: DeviceDescription) -> None:
     bus = Bus(device)
     tolerance = max(device.lens_doubt_px, 0.5 * device.step if not device.is_corrected else 0.0)
     for block in range(30):

@@ -16,12 +16,7 @@ from ocmm_core.fieldbus.device import (
     CameraIdentity,
     Firmware,
 )
-from ocmm_core.fieldbus.objects import (
-    _maintenance,
-    find_camera,
-    update_firmware,
-    write_alias,
-)
+from ocmm_core.fieldbus.objects import _maintenance, find_camera, update_firmware, write_alias
 from ocmm_core.fieldbus.wire import Command, Datagram, decode_frame, encode_frame, scan_devices
 from ocmm_core.simulation.bus import Chain, Unit
 from ocmm_core.simulation.firmware import maker_key

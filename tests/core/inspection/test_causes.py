@@ -11,14 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.cause_scenes import (
-    SPOILED,
-    Scene,
-    asked,
-    explained,
-    is_right,
-    make_job,
-)
+from benchmarks.cause_scenes import SPOILED, Scene, asked, explained, is_right, make_job
 from ocmm_core.inspection.causes import EXPLAINED, Cause, Explanation, explanations_of
 from ocmm_core.inspection.causes._amounts import amount_words, beyond_limit
 from ocmm_core.tolerances.decisions import Verdict, not_measured

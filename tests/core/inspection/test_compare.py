@@ -94,9 +94,7 @@ def test_a_value_held_back_is_not_counted(batch: tuple[ReopenedJob, ...]) -> Non
     assert compare_jobs([first, *batch[1:]])[0].left_out == ()
 
 
-def test_simulated_and_real_jobs_stand_in_no_chart_together(
-    batch: tuple[ReopenedJob, ...],
-) -> None:
+def test_simulated_and_real_jobs_stand_in_no_chart_together(batch: tuple[ReopenedJob, ...]) -> None:
     assert all(job.view.simulated for job in batch)
     assert compare_jobs(batch)[0].left_out == ()
     real = [replace(job, view=replace(job.view, simulated=False)) for job in batch[:3]]

@@ -33,8 +33,7 @@ def measured(nominal: NominalFeature, shifts: Float) -> ActualFeature:
 
 @pytest.mark.statistics
 @pytest.mark.parametrize(
-    ("shape", "points", "diameter"),
-    [(Shape.CIRCLE, 8, 30.0), (Shape.PLANE, 9, 0.0)],
+    ("shape", "points", "diameter"), [(Shape.CIRCLE, 8, 30.0), (Shape.PLANE, 9, 0.0)]
 )
 def test_a_good_feature_is_flagged_in_one_of_a_hundred_cases(
     shape: Shape, points: int, diameter: float, record_property: Callable[[str, object], None]

@@ -115,8 +115,7 @@ def test_whatever_a_model_is_called_its_plan_can_be_written(name: str, tmp_path:
 
 
 @pytest.mark.parametrize(
-    ("factor", "says"),
-    [(1e-4, "none of its 7 surfaces can be probed"), (1e5, "no size of a part")],
+    ("factor", "says"), [(1e-4, "none of its 7 surfaces can be probed"), (1e5, "no size of a part")]
 )
 def test_a_part_of_a_size_that_nobody_measures_is_told_as_one(
     factor: float, says: str, tmp_path: Path

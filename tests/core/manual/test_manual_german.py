@@ -140,9 +140,7 @@ def _both(tmp_path: Path, english_text: str, german_text: str) -> Manual:
     return load_manual(tmp_path, "de")
 
 
-def test_links_of_a_german_page_lead_to_the_sections_by_their_english_names(
-    tmp_path: Path,
-) -> None:
+def test_links_of_a_german_page_lead_to_the_sections_by_their_english_names(tmp_path: Path) -> None:
     text = "# Tip\n## How it is done\n"
     manual = _both(
         tmp_path, text, f"<!-- English: {mark_of(text)} -->\n# Tastspitze\n## So geht es\nGröße\n"

@@ -367,9 +367,7 @@ def test_the_formats_of_the_key_are_those_that_there_are() -> None:
             value_of_text(spec, wrong)
 
 
-def test_the_head_of_the_settings_is_the_template_of_every_report(
-    tmp_path: Path,
-) -> None:
+def test_the_head_of_the_settings_is_the_template_of_every_report(tmp_path: Path) -> None:
     store = _store(tmp_path)
     store.change(
         {

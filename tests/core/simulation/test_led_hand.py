@@ -16,13 +16,7 @@ from ocmm_core.simulation.hand import MouseHand, Wish
 from ocmm_core.simulation.hand import _kernel as kernel
 from ocmm_core.simulation.hand._led_hand import CLEAR_MM, MOST_LETTERS, NEAREST_MM, TRAVEL_MM_S
 from ocmm_core.simulation.hand._solids import solids_of
-from ocmm_core.simulation.scene import (
-    Part,
-    SimulatedSource,
-    VirtualRig,
-    load_part,
-    sample,
-)
+from ocmm_core.simulation.scene import Part, SimulatedSource, VirtualRig, load_part, sample
 from ocmm_core.tracking import load_probe
 
 _DOWN = np.array([0.0, 0.0, -1.0])

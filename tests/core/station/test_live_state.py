@@ -7,12 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.acquisition.frames import (
-    AcquisitionState,
-    AcquisitionStatus,
-    FrameBlock,
-    StopReason,
-)
+from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, FrameBlock, StopReason
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import LiveView, StatusWord

@@ -265,9 +265,7 @@ def told_until(client: Client, last_seq: int) -> dict[str, Any]:
     return found
 
 
-def test_the_verdict_follows_every_change_and_is_that_of_the_job(
-    station: MeasuringStation,
-) -> None:
+def test_the_verdict_follows_every_change_and_is_that_of_the_job(station: MeasuringStation) -> None:
     with (
         StreamServer(station, StreamOptions()) as server,
         closing(Client(server.address, '{"poses": false}')) as client,
@@ -302,9 +300,7 @@ def test_the_verdict_follows_every_change_and_is_that_of_the_job(
         assert after["missing"][0] == points[-1]["feature"]
 
 
-def test_a_job_that_cannot_be_evaluated_takes_the_verdict_back(
-    station: MeasuringStation,
-) -> None:
+def test_a_job_that_cannot_be_evaluated_takes_the_verdict_back(station: MeasuringStation) -> None:
     class Broken:
         """Cannot evaluate twice, then it can."""
 
@@ -333,9 +329,7 @@ def test_a_job_that_cannot_be_evaluated_takes_the_verdict_back(
     assert {(line["type"], line["job"], line["after"]) for line in lines} == {("verdict", JOB, 7)}
 
 
-def test_the_points_of_the_next_part_follow_under_its_own_name(
-    station: MeasuringStation,
-) -> None:
+def test_the_points_of_the_next_part_follow_under_its_own_name(station: MeasuringStation) -> None:
     station.start()
     assert station.wait_finished(TIMEOUT_S)
     with (

@@ -24,14 +24,7 @@ from ocmm_core.tolerances.decisions import evaluate_all
 from ocmm_core.tolerances.kinds import evaluate
 from ocmm_core.tolerances.uncertainty import Budget, FormSample, budget_of, form_samples, widened
 from ocmm_core.tolerances.zones import Characteristic
-from tests.core.tolerances.test_monte_carlo import (
-    ASKED,
-    JOB_FEATURES,
-    POINTS,
-    RULE,
-    SLOW,
-    _actual,
-)
+from tests.core.tolerances.test_monte_carlo import ASKED, JOB_FEATURES, POINTS, RULE, SLOW, _actual
 
 pytestmark = pytest.mark.numerics
 

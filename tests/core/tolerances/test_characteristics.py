@@ -10,11 +10,7 @@ import pytest
 from ocmm_core.alignment import BoundAlignment, DatumAlignment
 from ocmm_core.features.shapes import Shape, nominal_geometry
 from ocmm_core.tolerances.kinds import KINDS, MonteCarlo, evaluate
-from ocmm_core.tolerances.zones import (
-    Characteristic,
-    Evaluation,
-    surface_points,
-)
+from ocmm_core.tolerances.zones import Characteristic, Evaluation, surface_points
 from tests.core.features.exact_touches import moved
 from tests.core.tolerances.known_errors import (
     RULE,

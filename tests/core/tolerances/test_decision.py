@@ -87,9 +87,7 @@ def test_a_tolerance_as_narrow_as_the_uncertainty_is_never_proven_from_within() 
 
 
 @pytest.mark.parametrize("rule", RULES)
-def test_nothing_conforms_whose_tolerance_is_smaller_than_twice_its_uncertainty(
-    rule: Rule,
-) -> None:
+def test_nothing_conforms_whose_tolerance_is_smaller_than_twice_its_uncertainty(rule: Rule) -> None:
     found = decided(5.0, 0.01, 5.0, -0.0199, 0.0199, rule)
     assert found.verdict is Verdict.NOT_PROVEN
     assert decided(5.0, 0.01, 5.0, -0.05, 0.05, rule).verdict is Verdict.CONFORM

@@ -156,9 +156,7 @@ def test_what_gives_no_number_is_named() -> None:
     def with_first(tip: Float, direction: Float) -> dict[str, ActualFeature]:
         points = list(part.points)
         points[27] = replace(
-            points[27],
-            tip_world=part.place.apply(tip),
-            direction=part.place.rotation @ direction,
+            points[27], tip_world=part.place.apply(tip), direction=part.place.rotation @ direction
         )
         return part.actual(points)
 

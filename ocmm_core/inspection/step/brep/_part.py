@@ -253,11 +253,7 @@ def _edges(
                 sides[known][1] = number
     points = np.concatenate(lines) if lines else np.empty((0, 3))
     starts = np.cumsum([0, *(len(line) for line in lines)])
-    return (
-        points,
-        starts.astype(np.int32),
-        np.array(sides, dtype=np.int32).reshape(-1, 2),
-    )
+    return (points, starts.astype(np.int32), np.array(sides, dtype=np.int32).reshape(-1, 2))
 
 
 def model_face(number: int, face: Any, document: StepDocument, *, is_exact: bool) -> ModelFace:

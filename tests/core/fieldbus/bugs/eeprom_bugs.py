@@ -96,11 +96,7 @@ class _Stubborn(bytearray):
 
 
 add("controller.registers", "one FMMU only", lambda camera: camera.esc.memory.__setitem__(4, 1))
-add(
-    "controller.registers",
-    "memory of 4 kB",
-    lambda camera: camera.esc.memory.__setitem__(6, 4),
-)
+add("controller.registers", "memory of 4 kB", lambda camera: camera.esc.memory.__setitem__(6, 4))
 add(
     "controller.registers",
     "clock of 32 bits",

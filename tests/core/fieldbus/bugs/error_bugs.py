@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ocmm_core.simulation.slave import (
-    AbortError,
-)
+from ocmm_core.simulation.slave import AbortError
 from ocmm_core.simulation.slave import registers as reg
 from tests.core.fieldbus.bugs.bug_tools import add, header, live, replaced
 

@@ -7,9 +7,7 @@ import zlib
 from collections.abc import Callable
 from typing import Any
 
-from ocmm_core.fieldbus.device import (
-    HEADER_STRUCT,
-)
+from ocmm_core.fieldbus.device import HEADER_STRUCT
 from ocmm_core.simulation.slave import registers as reg
 from tests.core.fieldbus.bugs.bug_tools import add, crc, frames, header, live
 

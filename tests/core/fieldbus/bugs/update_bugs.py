@@ -4,15 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ocmm_core.fieldbus.device import (
-    Firmware,
-)
-from tests.core.fieldbus.bugs.bug_tools import (
-    add,
-    answers,
-    late,
-    replaced,
-)
+from ocmm_core.fieldbus.device import Firmware
+from tests.core.fieldbus.bugs.bug_tools import add, answers, late, replaced
 
 # ruff: noqa: SLF001 - see bug_tools
 
