@@ -62,8 +62,6 @@ def load_document(path: Path | str, kind: type[T], schema: str) -> T:
 
     Parameters
     ----------
-    path
-        A TOML file.
     kind
         The structure that it must have.
     schema

@@ -37,8 +37,6 @@ class NamedFile:
 
     Parameters
     ----------
-    path
-        Of the file, which exists.
     state
         Of the file that is written, e.g. by its descriptor; None for the one at `path`.
 

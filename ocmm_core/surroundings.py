@@ -26,7 +26,6 @@ class Quantity:
     field: str
     """Its name where it is typed."""
     unit: str
-    """Of its numbers."""
     least: float
     most: float
     """`least`, `most`: What it can be in a room where people measure."""

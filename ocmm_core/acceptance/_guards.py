@@ -39,8 +39,6 @@ def begin_findings(
 
     Parameters
     ----------
-    temperature_c
-        Of the room, now.
     calibration_artefacts, qualification_artefacts
         What the calibration and the qualification of the tip rest on: they may not test themselves.
     """

@@ -63,7 +63,6 @@ class AcceptanceOutcome:
     """The verdict as it would be stored, or as it was."""
 
     verdict: Verdict
-    """Of the whole test."""
     values: tuple[JudgedValue, ...]
     quantities: tuple[QuantityResult, ...]
     """`values`, `quantities`: As in `AcceptanceRecord`."""
@@ -74,7 +73,6 @@ class AcceptanceOutcome:
     record: AcceptanceRecord | None = None
     """Once it is stored; None before."""
     file: Path | None = None
-    """Of the record; None before."""
     chart: InterimChart | None = None
     """Of the interim checks with this one; None where it is none."""
 
@@ -101,7 +99,6 @@ class GuidedAcceptanceView:
     """The snapshot of a test that is shown."""
 
     base: ProcedureView
-    """As of every guided procedure."""
     test: AcceptanceView
     """Plan, what was taken, values."""
     stage: Stage

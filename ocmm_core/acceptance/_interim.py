@@ -66,7 +66,6 @@ class ChartPoint:
     """A check on the chart."""
 
     check: InterimCheck
-    """See `InterimCheck`."""
     z: float
     """(e - c) / s; NaN while the chart learns."""
     high: float

@@ -60,7 +60,6 @@ class ArtefactOffer:
     name: str
     """Its id in the register, or what the virtual rig calls it."""
     used: UsedArtefact
-    """As a test uses it."""
     refusal: str = ""
     """Why it may not be used, and what to do; empty where it may."""
     warnings: tuple[str, ...] = ()
@@ -72,7 +71,6 @@ class OpenTest:
     """A test that was begun and has no stored verdict."""
 
     path: Path
-    """Of its session."""
     title: str
     who: str
     begun_utc: str
@@ -123,8 +121,6 @@ def offered_artefacts(
     ----------
     candidates
         Names and artefacts; those that the test does not need are left out.
-    now, temperature_c, calibration_artefacts, qualification_artefacts
-        As in `begin_findings`.
     """
     offers = []
     for name, used in candidates:
@@ -146,8 +142,6 @@ def open_tests(folder: Path, instrument: Instrument, most: int = MOST_READ) -> t
 
     Parameters
     ----------
-    folder
-        Of the tests.
     instrument
         As it is now: a test of another one cannot go on.
     most

@@ -33,7 +33,6 @@ class PartTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     angle_deg: float = 0.0
     """Of the characteristic in the volume."""
     points: int
-    """Of the strategy."""
     strategy: str
     stylus: str
     material: str

@@ -106,7 +106,6 @@ class E0Test(_Numbers, frozen=True, kw_only=True, tag="e0"):
     retest_repeats: int
     """How often."""
     angle_deg: float
-    """As in `LengthTest`."""
 
 
 class E0BlockTest(E0Test, frozen=True, kw_only=True, tag="e0-block"):
@@ -159,7 +158,6 @@ class PlateTest(_Numbers, frozen=True, kw_only=True, tag="plate"):
     """Thickness and coplanarity of a plate (the thesis, Table 5): Thickness, Coplanarity."""
 
     points: int
-    """On either face."""
     size: tuple[float, float]
     """Of the plate in x and y, mm."""
 
@@ -232,7 +230,6 @@ class Procedure(Document, frozen=True, kw_only=True):
     rule: Literal["simple", "guarded"]
     """"simple", or "guarded": U(q) is taken off the limit."""
     retests_allowed: int
-    """Of the whole test."""
     minutes: float
     """That it takes a trained person."""
     fixing: float = 0.0

@@ -74,7 +74,6 @@ class QuantityResult(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     limit_mm: float
     """`error_mm`, `expanded_mm`, `limit_mm`: Of that value."""
     verdict: Verdict
-    """Of the quantity."""
 
 
 class Climate(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -191,9 +190,7 @@ class PlannedPosition(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     """One place where an artefact is measured."""
 
     name: str
-    """In words."""
     role: str
-    """Of the artefact."""
     points_world: tuple[Vector3, ...]
     """Wanted ball centres, in the order in which they are taken, mm."""
     normals: tuple[Vector3, ...] = ()

@@ -69,8 +69,6 @@ class AcceptanceSession:
 
         Parameters
         ----------
-        temperature_c
-            Of the room.
         calibration_artefacts, qualification_artefacts
             What the calibration and the tip rest on.
         reserved

@@ -42,11 +42,6 @@ S = TypeVar("S", bound=msgspec.Struct)
 class SessionState:
     """What the lines of a session file say.
 
-    Parameters
-    ----------
-    begun
-        The first line.
-
     Attributes
     ----------
     begun, stage, plan
@@ -213,13 +208,7 @@ class SessionState:
         )  # fmt: skip
 
     def record(self, number: str, chain_head: str) -> AcceptanceRecord:
-        """Return the record of a finished test; raise CalibrationError where it is not.
-
-        Parameters
-        ----------
-        number, chain_head
-            See `AcceptanceRecord`.
-        """
+        """Return the record of a finished test; raise CalibrationError where it is not."""
         if self.finished is None:
             raise CalibrationError(
                 "acceptance.unfinished", "The test is not finished.", "Take what is missing."

@@ -76,7 +76,6 @@ class Situation:
     """What was taken: ball centres and handles of every position."""
 
     stage: Stage
-    """See there."""
     plan: tuple[PlannedPosition, ...]
     """Positions, retests last."""
     tips: tuple[Points3, ...]

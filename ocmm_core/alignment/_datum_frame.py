@@ -32,7 +32,6 @@ class DatumMisfit:
     """How far a datum is from its nominal once the frame is set."""
 
     name: str
-    """Of the datum."""
     offset: float
     """mm: of its place, along what it has a place for."""
     angle: float
@@ -78,8 +77,6 @@ def datum_frame(
         Names, primary first.
     geometries
         Geometry vectors (12,) as measured, mm, world frame, by name.
-    shapes
-        Of the features, by name.
     nominals
         Geometry vectors (12,), mm, in the frame, by name.
     choice

@@ -74,8 +74,6 @@ def frame_document(
 
     Parameters
     ----------
-    name, made, source
-        As in `FrameDocument`.
     T_frame_from_world
         The frame (`alignment.datums.frame_of`).
     control_world

@@ -90,8 +90,6 @@ def turn_to(held: Held, direction_world: Float, nominal: Float, sense: float, na
         (3,), unit: as measured in the world, and as it should be in the frame.
     sense
         1.0, or -1.0 where the measured direction runs the other way.
-    name
-        Of the datum, for errors.
 
     Raises
     ------

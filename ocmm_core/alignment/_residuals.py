@@ -27,7 +27,6 @@ class Residual:
     """How far one feature lies from its nominal in the frame."""
 
     feature: str
-    """Its name."""
     aligned: bool
     """Whether the frame rests on it; where not, it checks the frame."""
     offset: Float
@@ -52,14 +51,10 @@ def residuals_of(
 
     Parameters
     ----------
-    bound
-        The alignment.
     measured
         Features that are known; those without a nominal have no residual.
     frame_jacobian
         6 rows: how the frame of the nominals moves (`alignment.frame_jacobian`).
-    factors
-        Of the points, or None.
     """
     nominals = _compared_with(bound)
     points = brought_together(bound.rule)

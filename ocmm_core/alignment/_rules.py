@@ -264,7 +264,6 @@ class BoundAlignment:
     rule: Alignment
     """How the part is aligned."""
     shapes: Mapping[str, Shape]
-    """Of the features, by name."""
     nominals: Mapping[str, Float]
     """Geometry vectors (12,), mm, part frame, by name; those that are not known are missing."""
     choice: int | None = None

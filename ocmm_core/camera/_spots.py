@@ -79,7 +79,6 @@ class SpotOptions:
     response_spread: float = 0.01
     """Relative standard deviation of the response to light from pixel to pixel."""
     electrons_per_count: float = 1.0
-    """For the shot noise."""
     full_scale: float = 16383.0
     """A pixel with this value is overexposed."""
     weight_sigma: float = 1.3

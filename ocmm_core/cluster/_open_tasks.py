@@ -4,6 +4,8 @@ The computer that asks keeps what every open task needs, and never has more than
 worker open: neither the scheduler nor this one holds all jobs at once. A lost worker is Dask's
 matter, which does its tasks again; a lost scheduler is ours: the open tasks are given to it anew
 when it is back.
+
+What a scheduler is asked beside its tasks.
 """
 
 from __future__ import annotations
@@ -21,11 +23,61 @@ from typing import Any
 from distributed import Client, Future, KilledWorker
 
 from ocmm_core.cluster._contents import Contents
-from ocmm_core.cluster._scheduler import check_all, has_workers, refusal
-from ocmm_core.cluster._sentences import died, no_workers, scheduler_lost
-from ocmm_core.cluster._worker import Asked, Computer, Done, Refused, do, this_computer
-from ocmm_core.errors import OcmmError
+from ocmm_core.cluster._sentences import (
+    died,
+    no_workers,
+    other_processor,
+    other_version,
+    scheduler_lost,
+)
+from ocmm_core.cluster._worker import Asked, Computer, Done, Refused, do, this_computer, versions
+from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.failure import contained
+
+
+def check_all(client: Client, ours: Computer) -> None:
+    """Raise InputError where the scheduler or a worker could give other digits.
+
+    The scheduler computes nothing: its processor may be any.
+    """
+    scheduler = _of_scheduler(client)
+    if scheduler != ours.versions:
+        raise other_version("The scheduler", _named(scheduler), ours.versions)
+    for worker, theirs in client.run(this_computer, on_error="return").items():
+        if theirs != ours:
+            raise refusal(f"Worker {worker}", theirs, ours)
+
+
+def refusal(who: str, theirs: object, ours: Computer) -> InputError:
+    """Return why a worker that is not like this computer could give other digits."""
+    if not isinstance(theirs, Computer):
+        # One that knows no such thing is of another version.
+        return other_version(who, _named(theirs), ours.versions)
+    if theirs.versions != ours.versions:
+        return other_version(who, theirs.versions, ours.versions)
+    there = theirs.arithmetic.environment_of(ours.arithmetic)
+    here = ours.arithmetic.environment_of(theirs.arithmetic)
+    return other_processor(who, str(theirs.arithmetic), str(ours.arithmetic), there, here)
+
+
+def _named(found: object) -> str:
+    return found if isinstance(found, str) else f"another version ({type(found).__name__})"
+
+
+def _of_scheduler(client: Client) -> object:
+    # It unpacks what it hands on, so it needs the same packages.
+    try:
+        return client.run_on_scheduler(versions)
+    except Exception as error:
+        return error
+
+
+def has_workers(client: Client) -> bool:
+    """Return whether a worker is there; False also where nobody says so."""
+    with contextlib.suppress(Exception):
+        return bool(client.nthreads())
+    return False
+
 
 _CONNECT_S = 15.0
 _BACK_S = 120.0

@@ -94,8 +94,6 @@ def advise(
     ----------
     held
         In the frame of the rig.
-    sensitivities
-        As in `uncertainties`.
     """
     advice = _tried(rig, body, held, sensitivities, [(turn,) for turn in TURNS])
     if advice.best() is not None or not np.isfinite(advice.now_mm):

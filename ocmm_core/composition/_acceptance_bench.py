@@ -72,7 +72,6 @@ class Conditions:
     condition: str = "as found"
     """`who`, `place`, `customer`, `condition`: As in `AcceptanceRecord`."""
     temperature_c: float = 20.0
-    """Of the room."""
     air: RoomAir = field(default_factory=RoomAir)
     """Humidity and pressure, where somebody read them off."""
 
@@ -87,7 +86,6 @@ class TestsMade:
     unread: tuple[str, ...]
     """`finished`, `unread`: As `finished_tests`."""
     unfinished: tuple[OpenTest, ...]
-    """As `open_tests`."""
     chart: InterimChart | None
     """Of the artefact of the last interim check; None where there was none."""
 

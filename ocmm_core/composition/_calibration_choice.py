@@ -30,10 +30,6 @@ def choose_calibration(
 
     Parameters
     ----------
-    source
-        As the commands take it.
-    rig
-        The rig document.
     folder
         Of calibrations; None is that of this user for real cameras, and the rig document itself
         for virtual ones.
@@ -60,10 +56,6 @@ def choose_probe(
 
     Parameters
     ----------
-    source
-        As the commands take it.
-    probe
-        The probe document.
     folder
         Of records of probes; None is that of this user for real cameras, and the document itself
         for virtual ones.

@@ -59,7 +59,6 @@ class BuiltStation:
     station: MeasuringStation
     """Not started yet; `MeasuringStation.close` gives everything back."""
     job_path: Path
-    """The job file."""
     description: SourceDescription
     """What the source says about itself."""
     virtual: VirtualRig | None

@@ -21,7 +21,6 @@ class StateLine:
     what: str
     """``Cameras`` or ``Tip``."""
     word: str
-    """In one word."""
     sentence: str
     """Name, reason, and what to do."""
     due_utc: str

@@ -32,7 +32,6 @@ class SystemChange(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """One change."""
 
     kind: ChangeKind
-    """See `ChangeKind`."""
     place: str
     """Path of the computer, or for an adapter ``INTERFACE OPTION NAME`` as ethtool takes them."""
     before: str

@@ -64,7 +64,6 @@ class Computer:
     environment: Mapping[str, str] = field(default_factory=dict)
     """Variables."""
     calls: HostCalls = field(default_factory=HostCalls)
-    """See `HostCalls`."""
 
     def place(self, path: Path | str) -> Path:
         """Return where a path of the computer is."""

@@ -39,7 +39,6 @@ class Mended:
     """What came of one change."""
 
     change: SystemChange
-    """See `SystemChange`."""
     complaint: str = ""
     """Why it was not made or not taken back; empty where it was."""
     failed: bool = False

@@ -29,7 +29,6 @@ class Answer:
     """What a check found."""
 
     light: Light
-    """See `Light`."""
     what: str
     """One sentence: what was found, with its number."""
     code: str = ""

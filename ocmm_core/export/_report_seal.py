@@ -48,7 +48,6 @@ class ReportSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     files: tuple[SealedFile, ...]
     """`jobs`, `files`: What was reported, and as what."""
     signature: Signature | None = None
-    """On everything else in it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +55,7 @@ class ReportSealFound:
     """What was found of a seal and its files."""
 
     seal: ReportSeal
-    """Its content."""
     state: SealState
-    """Of the signature."""
     faults: tuple[str, ...]
     """A sentence for every file that is missing or not as it was."""
 

@@ -41,7 +41,6 @@ class ManualSection:
     level: int
     """1 for the title of the document."""
     title: str
-    """The heading without marks."""
     text: str
     """What is below it as plain words, for a search; one line a paragraph or row of a table."""
 
@@ -59,7 +58,6 @@ class Chapter:
     sections: tuple[ManualSection, ...]
     """In their order; the first one has the title."""
     language: str = ENGLISH
-    """In which it is."""
     folder: str = ""
     """Below the folder of the manual, where links in the markdown begin: ``de/`` of a German one.
     """

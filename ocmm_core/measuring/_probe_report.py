@@ -48,13 +48,11 @@ class Examination:
     sigma_px: float = 0.0105
     """Noise of a spot, as it is averaged."""
     poses: int = 4000
-    """Of the number."""
     cells: int = 25
     """Of each side of a map."""
     everything_seen: bool = False
     """LEDs that face away are taken to be seen all the same."""
     seed: int = 1
-    """Of the poses."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -51,7 +51,6 @@ class ModelFace:
     """The surface, for any kind, exactly; the normal du x dv leaves the material where ``outward``
     is true. None where the file held no surface."""
     outward: bool = True
-    """See ``spline``."""
     loops: tuple[Float, ...] = ()
     """Trimming outline and holes, each (n, 2), closed polygons in the parameters (u, v) of
     ``spline``; material lies where a ray crosses them an odd time."""

@@ -77,7 +77,6 @@ class ArchiveFinding:
     identity: str
     """Its serial number, hash or name."""
     since: datetime
-    """From when jobs are touched."""
 
     @property
     def sentence(self) -> str:

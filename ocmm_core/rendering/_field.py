@@ -142,8 +142,6 @@ def value_field(
 
     Parameters
     ----------
-    mesh
-        The whole part.
     points, values, good
         (k, 3), mm, in the frame of the mesh, (k,) and (k,); what is not finite does not count.
     owners

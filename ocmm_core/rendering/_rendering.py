@@ -58,9 +58,7 @@ class RenderStyle:
     """Mode and colours, each ``#rrggbb``."""
 
     mode: RenderMode
-    """See `RenderMode`."""
     edge: str
-    """Of edges and outlines."""
     fill: str
     """Of faces where only lines are seen: the background."""
     half_px: float = 0.6

@@ -32,7 +32,6 @@ class KnownKey(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     public: str
     """Base64 of its bytes."""
     name: str
-    """Of the station, for people."""
     since_utc: str
     """When it was added here."""
     until_utc: str = ""

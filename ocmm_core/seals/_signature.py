@@ -81,7 +81,6 @@ class SealState:
     """The state of a signature."""
 
     word: SealWord
-    """See `SealWord`."""
     station: str = ""
     """Name of the signer in the ring of keys; empty if unknown."""
     fingerprint: str = ""

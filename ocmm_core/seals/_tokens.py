@@ -46,7 +46,6 @@ class TokenPlace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     module: str
     """The PKCS #11 library of its maker: the path of a .so or .dll."""
     label: str
-    """Its name."""
     pin: str
     """Of its user. It lies beside the other keys of the station: with it one signs as long as one
     has the token, and takes no key away."""
@@ -66,7 +65,6 @@ class TokenKey(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
     schema: str = _SCHEMA
     place: TokenPlace
-    """The token."""
     key_id: str
     """Of the key in it, in hexadecimal signs."""
     public: str

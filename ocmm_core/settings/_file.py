@@ -72,13 +72,7 @@ class Contents:
 
 
 class SettingsFile:
-    """The document at a path, which need not be there.
-
-    Parameters
-    ----------
-    path
-        Of the document.
-    """
+    """The document at a path, which need not be there."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -48,8 +48,6 @@ class ChangeWatch:
     ----------
     in_use
         What is measured with.
-    body
-        The probe.
     session, job
         Hold the points.
     clock

@@ -34,8 +34,6 @@ def job_for(
         What is measured; the file is named after it.
     folder
         Where the file is made.
-    release
-        Of the plan.
 
     Raises
     ------

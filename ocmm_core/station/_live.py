@@ -132,8 +132,6 @@ class LiveState:
 
         Parameters
         ----------
-        acquisition
-            Its state now.
         blocker
             Why the calibration allows no points, or empty.
         faults

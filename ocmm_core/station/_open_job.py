@@ -75,7 +75,6 @@ class OpenJob:
     session: InspectionSession
     """Makes points of touches."""
     use: PlanInUse
-    """Its plan."""
     changes: ChangeWatch
     probe: ProbeWatch
     """`changes`, `probe`: Hold back its points if cameras or tip are suspect."""
@@ -102,13 +101,7 @@ def open_job(file: JobFile, use: PlanInUse, gear: Gear) -> OpenJob:
 
 
 class CurrentJob:
-    """Which job is measured; for any thread, so that whoever wants two things of it reads once.
-
-    Parameters
-    ----------
-    now
-        The first one.
-    """
+    """Which job is measured; for any thread, so that whoever wants two things of it reads once."""
 
     def __init__(self, now: OpenJob) -> None:
         self.now = now

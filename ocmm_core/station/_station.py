@@ -56,8 +56,6 @@ class MeasuringStation:
         Fills ``ring``; started and stopped by the station.
     ring
         Owned by the station from now on.
-    options
-        See `StationOptions`.
     recorder
         Gets every raw frame; closed by `close`.
     history

@@ -219,8 +219,6 @@ class JobFile:
         ----------
         path
             What it is called.
-        left_out
-            Of `JobContent`.
 
         Raises
         ------

@@ -35,10 +35,6 @@ class JobKeeper:
 
     Parameters
     ----------
-    path
-        Of the job.
-    job_uuid
-        Of the job.
     db
         Its connection, with an empty log.
 

@@ -22,7 +22,6 @@ class JobStep:
     sequence: int
     """Row of the audit."""
     number: int
-    """Of the point."""
     point: MeasuredPoint | None
     """As it was stored, without the spots of a reference body; None where it was annulled."""
 

@@ -70,7 +70,6 @@ class JobReference:
     """The reference body of a job and where it stood when the job began; written once."""
 
     text: str
-    """Its document."""
     spots: Float
     """(C, R, 2), px: mean spots by its LED number, NaN where not seen."""
     n_frames: int

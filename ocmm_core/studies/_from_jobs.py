@@ -55,7 +55,6 @@ class StudyReport:
     """All studies of a plan."""
 
     plan: StudyPlan
-    """Of the study."""
     measured: int
     """How many of its measurements there are."""
     characteristics: tuple[CharacteristicStudy, ...]

@@ -110,14 +110,10 @@ def gauge_study(
 
     Parameters
     ----------
-    tolerance
-        Its whole width.
     one_sided
         The limit where there is only one; the distance from the mean counts.
     level
         Above this p-value the interaction is pooled.
-    confidence
-        Of the interval of GRR.
 
     Raises
     ------

@@ -19,7 +19,6 @@ class LinearityReport:
     """A linearity study of one characteristic."""
 
     name: str
-    """Of the characteristic."""
     parts: tuple[str, ...]
     """Serial numbers, or parts of the plan, in the order of their references."""
     references: tuple[float, ...]

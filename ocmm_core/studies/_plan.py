@@ -38,7 +38,6 @@ class StudyPlan(Document, frozen=True, kw_only=True):
     seed: int
     """That its order was drawn from."""
     runs: tuple[StudyRun, ...]
-    """See `StudyRun`."""
 
     @property
     def parts(self) -> tuple[str, ...]:

@@ -70,8 +70,6 @@ def type1_study(
     ----------
     reference, tolerance
         Certified value and the whole width T.
-    resolution
-        Of the readout.
     share, width
         K and L.
 
@@ -139,8 +137,6 @@ def linearity_study(
     ----------
     references
         Certified values, one of each part.
-    results
-        Of each part.
 
     Raises
     ------

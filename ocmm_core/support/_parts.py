@@ -37,7 +37,6 @@ class SupportSite:
     """Where a bundle takes things from."""
 
     store: SettingsStore
-    """The settings."""
     logs: Path
     """Folder of the logs of failures."""
     records: tuple[Path, ...]

@@ -54,8 +54,6 @@ def choose_unit(
 
     Parameters
     ----------
-    statements
-        Of comments and titles.
     columns
         Line and text of the unit of a column, by its role.
     rows

@@ -191,8 +191,6 @@ def check_labels(path: Path | str, what: str, body: ProbeBody | LedBody) -> None
     ----------
     path, what
         The document and what it describes, ``"probe"`` or ``"reference"``.
-    body
-        Its content.
 
     Raises
     ------

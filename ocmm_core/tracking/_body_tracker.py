@@ -30,7 +30,6 @@ class TrackingOptions:
     """How frames are tracked."""
 
     method: Method = "gauss-newton"
-    """See `pose.solve`."""
     relabel_after: int = 40
     """Consecutive doubtful frames after which the labels are thrown away and sought anew."""
     retry_ns: int = 5_000_000

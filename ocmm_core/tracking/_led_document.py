@@ -44,8 +44,6 @@ def check_leds(
     ----------
     path, what
         The document and what it describes, ``"probe"`` or ``"reference"``.
-    leds
-        As written down.
     rules
         Directions of orientation rules by field.
 

@@ -54,8 +54,6 @@ class ReferenceFilter:
 
         Parameters
         ----------
-        body
-            The tracked body.
         covariance
             (n, 6, 6), of its pose in single frames, for the increments of `pose.reprojection`.
 

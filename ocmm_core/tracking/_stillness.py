@@ -112,7 +112,6 @@ class _Shapes:
     """Motions that are looked for; k of them, as rows of their course over the batches."""
 
     kinds: list[MotionKind]
-    """Of each."""
     courses: Float
     """(k, m), for a size of 1."""
     shares: Float

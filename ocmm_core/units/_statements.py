@@ -13,7 +13,6 @@ class UnitStatement:
     """The statement of a unit of length."""
 
     text: str
-    """The unit as written."""
     unit: MeasureUnit | None
     """None if it is unknown or the statement names several."""
 

@@ -58,8 +58,6 @@ def believed_pitch(physical: QSizeF, dots: QSizeF) -> float | None:
     ----------
     physical
         Width and height, mm, as the screen says.
-    dots
-        The same in dots.
     """
     if min(physical.width(), physical.height(), dots.width(), dots.height()) <= 0.0:
         return None

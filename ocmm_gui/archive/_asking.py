@@ -32,7 +32,6 @@ class Asking:
     place: ArchivePlace
     """Archive and outbox."""
     question: str
-    """Its name."""
     asked: Asked
     """What it is about."""
 

@@ -21,13 +21,7 @@ _log = logging.getLogger(__name__)
 
 
 class ShownJob:
-    """What the window shows of the job, which may be older than the job is.
-
-    Parameters
-    ----------
-    job
-        As it is shown first.
-    """
+    """What the window shows of the job, which may be older than the job is."""
 
     def __init__(self, job: JobView) -> None:
         self.job = job

@@ -153,8 +153,6 @@ class ResultCommands:
 
     Parameters
     ----------
-    station
-        Its reports.
     queue
         Carries the commands out.
     """

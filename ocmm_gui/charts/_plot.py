@@ -24,7 +24,6 @@ class Head:
     """How the line above a plot looks: its title at the left, a word at its right."""
 
     height_px: float
-    """Of one line."""
     text_px: int
     """Size of the letters."""
     loud_word: bool
@@ -50,8 +49,6 @@ class Plot(Painted):
         What is shown, also for screen readers.
     head
         How the line with title and word looks.
-    size, least
-        As in `Painted`.
     """
 
     def __init__(

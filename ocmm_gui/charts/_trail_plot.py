@@ -33,7 +33,6 @@ class Trail:
     """One sweep."""
 
     name: str
-    """In a word."""
     paths_world: Float
     """(n, L, 3), mm; NaN for frames that were left out."""
     centre_world: Float

@@ -47,8 +47,6 @@ class SettingRow(QObject):
 
     Parameters
     ----------
-    spec
-        The setting.
     grid, row
         Where the widgets go.
     below

@@ -30,7 +30,6 @@ class SoundWords:
     """A sound in words."""
 
     name: str
-    """On its button."""
     goes: str
     """How it sounds."""
     means: str

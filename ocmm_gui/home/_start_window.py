@@ -85,8 +85,6 @@ class StartWindow(QMainWindow):
 
     Parameters
     ----------
-    store
-        The settings.
     notices
         Where errors go; what ended a job before is shown here.
     recent

@@ -29,9 +29,7 @@ class HeadPage:
     """
 
     settings: Settings
-    """Their part ``report``."""
     width: int
-    """Of the page, pixels."""
 
     def __call__(self, tell: Teller) -> tuple[int, int, bytes]:
         """Return width, height and pixels (``QImage.Format_RGB32``); errors as `use_head`."""

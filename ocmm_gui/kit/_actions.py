@@ -30,7 +30,6 @@ class ActionInfo:
     key: str
     """Stable name."""
     text: str
-    """On the button."""
     tip: str
     """One sentence; also what a screen reader says."""
     shortcuts: tuple[str, ...]

@@ -38,7 +38,6 @@ class NumberStyle:
     inch: bool = False
     """Lengths of the measured part are shown and typed in inch."""
     day: str = "%Y-%m-%d"
-    """Of `datetime.strftime`."""
 
 
 _DAYS = {"de": "%d.%m.%Y"}
@@ -50,8 +49,6 @@ def style_of(language: str, decimal: str = "locale", units: str = "mm") -> Numbe
 
     Parameters
     ----------
-    language
-        Of the sentences.
     decimal
         ``locale``: that of the language; ``point`` or ``comma``.
     units

@@ -166,8 +166,6 @@ class NumberTable(DataTable):
 
     Parameters
     ----------
-    name, columns, font
-        See `DataTable`.
     whole
         It is as high as its rows.
     """

@@ -23,8 +23,6 @@ class PathPanel(QFrame):
         What is done, before the field, e.g. ``"Write the report into the folder"``.
     asked
         What stands in the field, e.g. ``"Folder of the report"``.
-    verb
-        On the button.
     folders
         A folder is asked for, not a file.
     """

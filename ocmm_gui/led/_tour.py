@@ -25,7 +25,6 @@ class TourLook:
     taken: bool
     """Whoever takes the tour holds the probe."""
     points: int
-    """Of the job, that count."""
     tip_world: Float | None
     """(3,), mm; None while it is not known."""
     turn: tuple[float, float]
@@ -33,7 +32,6 @@ class TourLook:
     page: str
     """Name of the page that is shown: ``"desk"``, ``"far"``, or another one."""
     job: JobView
-    """The job."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -54,7 +54,6 @@ class Line:
     cells: tuple[str, ...]
     """What stands in the columns."""
     tone: Tone = Tone.PLAIN
-    """Of what happened."""
 
 
 class EventTable(DataTable):
@@ -62,8 +61,6 @@ class EventTable(DataTable):
 
     Parameters
     ----------
-    columns
-        See `DataTable`.
     what, why
         Which of them says what happened, and which one is long.
     """

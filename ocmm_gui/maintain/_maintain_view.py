@@ -45,11 +45,9 @@ class Page:
     """A page of the Maintain mode."""
 
     title: str
-    """In the list."""
     tip: str
     """What it is for, in one sentence."""
     widget: QWidget
-    """The page."""
     actions: tuple[str, ...] = ()
     """Keys of the actions that belong to it; each gets a button."""
 

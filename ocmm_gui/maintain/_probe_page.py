@@ -1,17 +1,168 @@
-"""The probe page: may the tip be trusted, which tips are there, and what happened to them."""
+"""The probe page: may the tip be trusted, which tips are there, and what happened to them.
+
+The tips of a probe and what happened to them, as tables.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
-from PySide6.QtWidgets import QVBoxLayout
+from PySide6.QtWidgets import QHeaderView, QVBoxLayout
 
-from ocmm_core.calibration.records import CalibrationStatus, ProbeOverview, ProbeView
+from ocmm_core.calibration.records import (
+    CalibrationStatus,
+    ProbeOverview,
+    ProbeView,
+    State,
+    TipEvent,
+    TipEventKind,
+    TipState,
+)
 from ocmm_gui.charts import HistoryChart
-from ocmm_gui.kit import later, localised, stacked, tr
-from ocmm_gui.maintain._calibration_table import local_time
-from ocmm_gui.maintain._probe_tables import TipHistoryTable, TipTable
+from ocmm_gui.kit import (
+    DataTable,
+    Theme,
+    later,
+    localised,
+    said,
+    said_word,
+    stacked,
+    text_font,
+    tr,
+    tr_all,
+)
+from ocmm_gui.maintain._calibration_table import EventTable, Line, Tone, local_time
 from ocmm_gui.maintain._status_page import StatusPage, in_a_row
+
+_TIPS = (
+    (later("Tip"), later("Name; an arrow marks the mounted tip")),
+    (later("Standing"), later("Status of the tip")),
+    (later("Ball, mm"), later("Effective diameter and its standard uncertainty (k = 1)")),
+    (later("Form, µm"), later("Largest minus smallest radius")),
+    (later("Cone, µm"), later("Two standard deviations of the tip over all attitudes")),
+    (later("Qualified"), later("Date and temperature")),
+    (later("Checked"), later("Last quick check since then")),
+    (later("Valid until"), later("No points are taken with it after this date")),
+)
+_HISTORY = (
+    (later("Time"), later("Local time")),
+    (later("What happened"), later("Record concerned, see the last column")),
+    (later("Tip"), later("Its name")),
+    (later("Who"), later("As entered")),
+    (later("Why"), later("As entered, or the rule applied")),
+    (later("Good until"), later("If suspect: last time known good")),
+    (later("Record"), later("First digits of its hash")),
+)
+_TONES = {
+    TipEventKind.QUALIFIED: Tone.GOOD,
+    TipEventKind.PASSED: Tone.GOOD,
+    TipEventKind.NOT_QUALIFIED: Tone.BAD,
+    TipEventKind.FAILED: Tone.BAD,
+    TipEventKind.DOUBTED: Tone.WARN,
+    TipEventKind.MOUNTED: Tone.WARN,
+}
+_STANDING, _ROW_PX = 1, 38
+
+
+class TipTable(DataTable):
+    """All tips, the mounted one first; the chosen one can be mounted."""
+
+    def __init__(self) -> None:
+        super().__init__(tr("Tips"), tr_all(_TIPS))
+        self.setAccessibleDescription(tr("Up and down select a tip"))
+        self.setFont(text_font(14))
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(len(_TIPS) - 1, QHeaderView.ResizeMode.Stretch)
+        self.verticalHeader().setDefaultSectionSize(_ROW_PX)
+        self.setWordWrap(False)
+        self.setMinimumHeight(2 * _ROW_PX + 20)
+        self._tips: tuple[TipState, ...] = ()
+
+    def chosen(self) -> str | None:
+        """Return the name of the tip that is chosen, or None."""
+        row = self.currentRow()
+        return self._tips[row].tip if 0 <= row < len(self._tips) else None
+
+    def show_tips(self, tips: Sequence[TipState]) -> None:
+        """Show tips; the chosen one stays chosen."""
+        chosen = self.chosen()
+        self._tips = tuple(tips)
+        self._show()
+        names = [one.tip for one in tips]
+        if names:
+            self.setCurrentCell(names.index(chosen) if chosen in names else 0, 0)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Write in the colours of ``theme`` from now on."""
+        self._colours = theme
+        self._show()
+
+    def _show(self) -> None:
+        theme = self._colours
+        colours = {State.VALID: theme.good, State.DUE: theme.warn}
+        self.setRowCount(len(self._tips))
+        for row, one in enumerate(self._tips):
+            for column, text in enumerate(_tip_words(one)):
+                colour = theme.text
+                if column == _STANDING:
+                    colour = colours.get(one.status.state, theme.bad)
+                self._write(row, column, text, colour)
+
+
+class TipHistoryTable(EventTable):
+    """What happened to the tips, newest first."""
+
+    def __init__(self) -> None:
+        super().__init__(tr_all(_HISTORY), what=1, why=4)
+
+    def show_events(self, events: Sequence[TipEvent]) -> None:
+        """Show events, given oldest first."""
+        self.show_lines([_line(event) for event in events])
+
+
+def _tip_words(one: TipState) -> tuple[str, ...]:
+    found, check = one.qualification, one.check
+    name = f"▶ {one.tip}" if one.mounted else f"   {one.tip}"
+    until = local_time(one.due_utc)[:10]
+    if found is None:
+        return (name, said_word(one.status.state.value), "–", "–", "–", tr("never"), "–", until)
+    temperature_state = (
+        "" if found.temperature_c is None else localised(f", {found.temperature_c:.1f} °C")
+    )
+    checked = "–"
+    if check is not None:
+        verdict = tr("passed") if check.passed else tr("FAILED")
+        checked = f"{local_time(check.made_utc)[:10]} {verdict}"
+    return (
+        name,
+        said_word(one.status.state.value),
+        localised(f"{found.diameter_mm:.4f} ± {found.diameter_sigma_mm:.4f}"),
+        localised(f"{1e3 * found.form_mm:.1f}"),
+        localised(f"{1e3 * found.articulation_2s_mm:.1f}"),
+        f"{local_time(found.made_utc)[:10]}{temperature_state}",
+        checked,
+        until,
+    )
+
+
+def _line(event: TipEvent) -> Line:
+    kind = event.kind
+    word = said_word(kind.value)
+    word = word[0].upper() + word[1:]
+    if kind in (TipEventKind.FAILED, TipEventKind.NOT_QUALIFIED):
+        word = word.replace("failed", "FAILED")
+    cells = (
+        local_time(event.utc),
+        word,
+        event.tip,
+        event.who,
+        said(event.reason),
+        local_time(event.since_utc) if event.since_utc else "",
+        event.record[:12],
+    )
+    return Line(cells, _TONES.get(kind, Tone.PLAIN))
+
 
 DESIGN = later("Virtual probe: the geometry of its document is used.")
 _IN_ORDER = later("Calibrated, qualified and in date. Points can be taken.")

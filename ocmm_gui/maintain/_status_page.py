@@ -49,8 +49,6 @@ class StatusPage(QWidget, Generic[V, H]):
 
     Parameters
     ----------
-    name
-        Of the page.
     of
         Whose standing it is.
     facts

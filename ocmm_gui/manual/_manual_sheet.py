@@ -1,11 +1,14 @@
-"""The manual as a sheet: chapters and search at the left, the text at the right."""
+"""The manual as a sheet: chapters and search at the left, the text at the right.
+
+The field in which somebody types what the manual is searched for, and a hit in words.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QApplication,
     QHBoxLayout,
@@ -16,12 +19,14 @@ from PySide6.QtWidgets import (
 )
 from shiboken6 import isValid
 
-from ocmm_core.manual import Chapter, Manual, Part, Place, load_manual
+from ocmm_core.manual import Chapter, Manual, ManualHit, Part, Place, load_manual
 from ocmm_gui.kit import (
     ActionInfo,
+    FormField,
     Sheet,
     language_in_use,
     later,
+    list_step,
     literal,
     sentence_label,
     text_font,
@@ -29,7 +34,36 @@ from ocmm_gui.kit import (
 )
 from ocmm_gui.manual._places import FIRST
 from ocmm_gui.manual._reading import Reading
-from ocmm_gui.manual._search_field import SearchField, hit_words
+
+
+class SearchField(FormField):
+    """Up and Down move in what was found."""
+
+    moved = Signal(int)
+
+    @classmethod
+    def of(cls, name: str, tip: str) -> SearchField:
+        """Return the field with its names."""
+        field = cls("")
+        field.setAccessibleName(name)
+        field.setToolTip(literal(tip))
+        field.setPlaceholderText(tip)
+        field.setFont(text_font(15))
+        return field
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Move in the list, or type."""
+        if step := list_step(event):
+            self.moved.emit(step)
+            return
+        super().keyPressEvent(event)
+
+
+def hit_words(hit: ManualHit) -> str:
+    """Return a hit as it stands in the list: where, and the words around it."""
+    where = hit.title if hit.title == hit.chapter else f"{hit.chapter}: {hit.title}"
+    return f"{where}\n{hit.excerpt}" if hit.excerpt else where
+
 
 _INFOS = (
     ActionInfo(

@@ -13,8 +13,6 @@ class PlanDraft:
 
     Parameters
     ----------
-    plan
-        To begin with.
     path
         Its file; None where it has none yet.
     """

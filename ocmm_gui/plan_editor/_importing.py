@@ -84,7 +84,6 @@ class ReadModel:
     """A model that was read: what it offers is chosen from before the plan is changed."""
 
     path: Path
-    """Its file."""
     model: StepModel
     """With its part."""
     offers: tuple[Offer, ...]
@@ -163,8 +162,6 @@ def with_offers(
         kept.
     zone_mm
         Width of the zone of the profile of free forms; None where none was chosen.
-    given_up, progress
-        As `read_model` has them.
 
     Raises
     ------

@@ -43,7 +43,6 @@ class ChoiceLine:
     places: tuple[int, ...]
     """Its faces in the part, from 0."""
     is_chosen: bool = False
-    """To begin with."""
     tip: str = ""
     """More words, where the mouse rests."""
 

@@ -106,7 +106,6 @@ class BatchPrinting:
     found: Comparison
     """What is shown."""
     path: Path
-    """Of the file."""
 
     def __call__(self, tell: Teller) -> Path:
         """Return the file; errors as `written_pdf`, and of the template of the station."""

@@ -123,8 +123,6 @@ def placed_words(
 
     Parameters
     ----------
-    box
-        The picture.
     places
         (n, 2 or 3): where the points of ``tags`` are, from its upper left corner.
     """

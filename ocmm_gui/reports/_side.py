@@ -137,7 +137,6 @@ class Previewing:
     data: ReportData
     """The job, frozen."""
     width: int
-    """Of a page, pixels."""
 
     def __call__(self, tell: Teller) -> None:
         """Give a `FormatText` for every format of the core, then every `PagePicture`."""

@@ -59,13 +59,7 @@ _COLUMNS = (
 
 
 class AlignmentSheet(Sheet):
-    """Residuals on the left; on the right the frame, what is free, and what to know of it.
-
-    Parameters
-    ----------
-    bridge
-        The running inspection.
-    """
+    """Residuals on the left; on the right the frame, what is free, and what to know of it."""
 
     def __init__(self, bridge: StationBridge) -> None:
         super().__init__(tr("Alignment"), _KEYS)

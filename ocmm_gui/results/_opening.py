@@ -14,7 +14,6 @@ class OpenedJob:
     """What the window keeps of a job file that was opened."""
 
     path: Path
-    """The file."""
     report: ReportData
     """The job as it stands, and all that a report can say about it."""
     doubts: tuple[str, ...]

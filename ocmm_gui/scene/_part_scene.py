@@ -145,8 +145,6 @@ class PartDrawing(QObject):
             Colours ``#rrggbb`` by the place of a face in the model.
         colours
             (n, 3) of its vertices, in place of those of its faces.
-        moving, slack_mm
-            See `PartScene`.
         """
         if self._model is None or self._whole is None:
             return None

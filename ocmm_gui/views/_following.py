@@ -73,8 +73,6 @@ def following(orbit: Orbit, work: Work, width: float, height: float, *, turned: 
 
     Parameters
     ----------
-    orbit
-        From which side.
     width, height
         Of the picture, px.
     turned

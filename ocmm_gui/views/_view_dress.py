@@ -26,8 +26,6 @@ class Overview:
     ----------
     rig
         What is shown.
-    orbit
-        From where.
     lines
         Its cameras, segments (n, 2, 3), mm, world.
     """

@@ -1,6 +1,8 @@
 """Acceptance tests, artefacts, studies and certificates, joined to the window.
 
 All of it is made, and loaded, when it is first wanted: the window is on the screen before that.
+
+The certificates that are written on a key: pages, DCC and signature, in a process of its own.
 """
 
 from __future__ import annotations
@@ -10,14 +12,71 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QObject, Signal
 
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import NoticeCentre, Sheet, Sound, tr
+from ocmm_gui.kit import NoticeCentre, PathPanel, Sheet, Sound, tr
 from ocmm_gui.operator import Feedback
+from ocmm_gui.reports import CertificateWriting
 from ocmm_gui.window._made_late import MadeLate
-from ocmm_gui.window._papers import Papers
+from ocmm_gui.work import SideProcess, WorkLine
+
+
+class Papers(QObject):
+    """Ask where the files go, and write them.
+
+    Parameters
+    ----------
+    notices
+        Where errors and news go.
+    parent
+        What it goes with.
+    """
+
+    written = Signal(object)
+    """Emits the written files, ``tuple[Path, ...]``."""
+
+    def __init__(self, notices: NoticeCentre, parent: QObject) -> None:
+        super().__init__(parent)
+        self._notices = notices
+        self._source, self._tip = Path(), ""
+        self.panel = PathPanel(
+            tr("Write the certificate into the folder"), tr("Folder of the certificate"),
+            tr("Write"),
+        )  # fmt: skip
+        self.line = WorkLine(tr("Certificate"))
+        self._work = SideProcess(self)
+        self.panel.given.connect(self._write)
+        self._work.advanced.connect(self.line.advance)
+        self._work.finished.connect(self._finish)
+        self._work.failed.connect(self._fail)
+
+    def ask(self, source: Path, tip: str, proposal: Path) -> None:
+        """Ask for the folder of the papers of what ``source`` holds."""
+        self._source, self._tip = source, tip
+        self.panel.ask(proposal)
+
+    def cancel(self) -> None:
+        """Give up what is written; call it before the window goes."""
+        self._work.cancel()
+
+    def _write(self, folder: Path) -> None:
+        self.line.begin(tr("Writing the certificate"))
+        self._work.start(CertificateWriting(self._source, folder.absolute(), self._tip))
+
+    def _finish(self, answer: object) -> None:
+        self.line.end()
+        if isinstance(answer, tuple):
+            self._notices.inform(
+                tr("Certificate written: {path}, with DCC and signature.").format(path=answer[0])
+            )
+            self.written.emit(answer)
+
+    def _fail(self, error: object) -> None:
+        self.line.end()
+        self._notices.error(error)  # type: ignore[arg-type]  # the signal carries an OcmmError
+
 
 if TYPE_CHECKING:
     from ocmm_core.composition import AcceptanceBench
@@ -33,8 +92,6 @@ class AcceptanceRooms(MadeLate):
     ----------
     bench
         What can be tested; None where nothing is known of it.
-    bridge
-        The running inspection.
     notices
         Where errors and news go.
     feedback

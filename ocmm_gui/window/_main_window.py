@@ -54,8 +54,6 @@ class MainWindow(QMainWindow):
 
     Parameters
     ----------
-    bridge
-        The running inspection.
     notices
         Where errors and news go.
     sounds

@@ -43,8 +43,6 @@ class Maintenance(MadeLate):
 
     Parameters
     ----------
-    bridge
-        The running inspection.
     notices
         Where errors and news go.
     feedback

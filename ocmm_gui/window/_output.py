@@ -28,8 +28,6 @@ class Output(QObject):
 
     Parameters
     ----------
-    bridge
-        The running inspection.
     notices
         Where errors and news go.
     out

@@ -45,8 +45,6 @@ class RunningJob(QObject):
 
     Parameters
     ----------
-    bridge
-        The running inspection.
     notices, feedback
         Where news, and where sounds go.
     pages

@@ -48,16 +48,12 @@ class Sheets(MadeLate):
 
     Parameters
     ----------
-    bridge
-        The running inspection.
     notices
         Where errors and news go.
     folder
         Where files go unless somebody says otherwise.
     written
         Told of a report that was written.
-    store
-        The settings.
     """
 
     made = Signal(object)

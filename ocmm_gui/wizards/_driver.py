@@ -58,8 +58,6 @@ class WizardDriver(QObject):
         How its result is calculated.
     predict
         Works out how good the result would be by now; None where nothing does.
-    temperature_state
-        Of the sensors.
     clock
         The time of day, with its zone.
     """

@@ -65,8 +65,6 @@ class Runner(QWidget):
     ----------
     driver
         Of the procedure; not started yet, closed by `close_driver`.
-    texts
-        Of the wizard.
     pages
         One for each step, by the step's name.
     extra

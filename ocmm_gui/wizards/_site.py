@@ -48,13 +48,11 @@ class WizardSite:
     rig: Rig
     """What is measured with."""
     body: ProbeBody
-    """The probe."""
     store: Path | None
     """Folder of the rig's calibrations; None where none are kept."""
     who: str
     """Name that is proposed."""
     tap: Tap
-    """The frames."""
     temperature_state: TemperatureReadings = tuple
     """How warm the sensors are now, degrees Celsius, camera by camera; empty where nobody knows."""
     blocker: tuple[str, str] = ("", "")
@@ -162,7 +160,6 @@ class Offer:
     """A session that was not ended."""
 
     path: Path
-    """Its file."""
     title: str
     """When it was begun and by whom, and where it stands."""
     blocker: str = ""
@@ -178,7 +175,6 @@ class Opened:
     place: SessionPlace
     """What it works on."""
     calculation: Calculation
-    """Of its result."""
     predict: Callable[[], None] | None = None
     """Works out how good the result would be by now; None where nothing does."""
 
@@ -197,13 +193,11 @@ class SessionPlace:
     rig: Rig
     """With the calibration in force."""
     body: ProbeBody
-    """The probe."""
     folder: Path
     """Of the records that the wizard is about."""
     cameras: Path | None
     """Folder of the rig's calibrations; None where none are kept."""
     hold_s: float
-    """As in `ProbeSite`."""
 
     @property
     def sessions(self) -> Path:

@@ -21,13 +21,7 @@ Failed = Callable[[Exception], None]
 
 
 class Worker(QObject):
-    """Carry calls out in their order.
-
-    Parameters
-    ----------
-    name
-        Of the thread.
-    """
+    """Carry calls out in their order."""
 
     _back = Signal(object)
 

@@ -15,7 +15,7 @@ from ocmm_core.inspection.plan import PartOfPlan, new_plan
 from ocmm_core.part_model import PartModel
 from ocmm_gui.kit import THEMES
 from ocmm_gui.plan_editor import PlanSheet
-from ocmm_gui.plan_editor._face_choice import FaceChoice
+from ocmm_gui.plan_editor._from_models import FaceChoice
 from tests.core.part_model.model_faces import FREE_FORMS, face_of, plane
 from tests.host import HANG_MS
 from tests.made_parts import PartMaker

@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.calibration.records import CalibrationStatus
 from ocmm_core.export import FORMATS
 from ocmm_core.settings import spec_of
-from ocmm_gui.archive._recall_table import RecallTable
+from ocmm_gui.archive._recall_result import RecallTable
 from ocmm_gui.home._setting_row import SettingRow
 from ocmm_gui.kit import (
     THEMES,
@@ -30,7 +30,7 @@ from ocmm_gui.kit import (
     text_font,
     use_language,
 )
-from ocmm_gui.scene._labels import place_labels
+from ocmm_gui.scene._scene_painter import place_labels
 from tests.gui.cut_words import cut_words, watched_words
 
 BOUNDS = QRectF(0.0, 0.0, 400.0, 300.0)

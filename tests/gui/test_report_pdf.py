@@ -30,7 +30,7 @@ from ocmm_gui.reports import _pdf as pdf
 from ocmm_gui.reports import _pdf_writer as pdf_writer
 from ocmm_gui.reports import _sections as sections
 from ocmm_gui.reports._canvas import BODY, PAGE, Canvas, text_height, whole_words
-from ocmm_gui.reports._symbols import paint_symbol
+from ocmm_gui.reports._sections import paint_symbol
 from tests.gui.pdf_texts import pages, texts
 from tests.host import HANG_S
 

@@ -58,8 +58,6 @@ def why_not(granted: Path, ordinary: Path) -> str:
 
     Parameters
     ----------
-    granted
-        The copy with rights.
     ordinary
         The interpreter that it must be a copy of.
     """

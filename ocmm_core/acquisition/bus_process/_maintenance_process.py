@@ -30,7 +30,6 @@ class MaintenanceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     force: bool = False
     """`interface`, `force`: As in `ScanConfig`."""
     serial: int
-    """Of the camera."""
     alias: int = 0
     """Station alias to store; 0: none."""
     firmware: str = ""

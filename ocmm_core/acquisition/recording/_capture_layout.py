@@ -31,7 +31,6 @@ class CameraArea:
     """Logical addresses of one camera's process data."""
 
     station: int
-    """Its station address."""
     inputs: int
     outputs: int
     """`inputs`, `outputs`: Where its inputs and its outputs begin."""

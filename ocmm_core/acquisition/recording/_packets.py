@@ -42,18 +42,12 @@ class Packet:
     time_ns: int
     """When it was recorded, ns since 1970."""
     content: bytes
-    """From the destination address on."""
     whole: bool
     """Nothing of it was cut off."""
 
 
 class PacketFile:
     """A recording, read from its beginning to its end.
-
-    Parameters
-    ----------
-    path
-        The file.
 
     Attributes
     ----------

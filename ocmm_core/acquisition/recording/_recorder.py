@@ -56,8 +56,6 @@ class FrameRecorder:
         A file that does not exist yet.
     description
         Of the source that is recorded.
-    rig
-        The rig in use.
 
     Raises
     ------
@@ -243,8 +241,6 @@ class ReplaySource:
 
     Parameters
     ----------
-    path
-        The recording.
     speed
         1 for the recorded time, 2 for twice as fast ...; 0 for as fast as the reader takes frames.
 

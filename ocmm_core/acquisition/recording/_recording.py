@@ -98,11 +98,6 @@ class Recording:
     Opening reads the heads of all chunks, not the frames; the checksum of the frames is compared
     whenever they are read.
 
-    Parameters
-    ----------
-    path
-        The file.
-
     Raises
     ------
     AcquisitionError

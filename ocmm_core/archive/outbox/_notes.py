@@ -25,13 +25,6 @@ _TRIES = 20
 class JobNote:
     """Note that a job is being measured; durable when this returns.
 
-    Parameters
-    ----------
-    folder
-        Of the outbox.
-    path
-        Of the job file.
-
     Raises
     ------
     StorageError

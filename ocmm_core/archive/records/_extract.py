@@ -68,10 +68,6 @@ def extract_job(
 
     Parameters
     ----------
-    content
-        Of the file.
-    name
-        Of the file, for sentences.
     station
         Where it was measured.
     known

@@ -176,7 +176,6 @@ class MarkRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """Something that became known of an archived job; the latest of a kind holds."""
 
     job_uuid: str
-    """Of which job."""
     kind: str
     """``altered``, ``recall`` or ``quality``."""
     holds: bool

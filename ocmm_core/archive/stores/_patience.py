@@ -32,8 +32,6 @@ class Patience:
 
     Parameters
     ----------
-    descriptor
-        Of the socket.
     limit_s
         How long a wait may last.
     limit_bytes

@@ -100,7 +100,6 @@ class BundleMinimum:
     """Where an adjustment ended."""
 
     state: BundleState
-    """The best found."""
     cost: float
     """Chi-square there, with the prior's."""
     iterations: int

@@ -20,9 +20,7 @@ class PointsExplained:
     """One way in which the points fit."""
 
     what: str
-    """A clause in words."""
     names: tuple[str, ...]
-    """Of the points it blames."""
 
 
 def explain_points(

@@ -43,7 +43,6 @@ class Minimum(Generic[S]):
     """Where a fit ended."""
 
     state: S
-    """The best state found."""
     residuals: Float
     jacobian: Float
     """`residuals`, `jacobian`: (m,) and (m, p) there."""

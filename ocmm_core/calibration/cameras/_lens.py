@@ -27,7 +27,6 @@ class LensCamera:
     """A camera model with the extra terms."""
 
     model: CameraModel
-    """The running model."""
     extra: Float = field(default_factory=lambda: np.zeros(len(EXTRA_TERMS)))
     """(3,), in the order of `EXTRA_TERMS`."""
 

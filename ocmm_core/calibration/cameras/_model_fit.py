@@ -67,7 +67,6 @@ class CameraFit:
     start: str
     """Name of the start that led there."""
     iterations: int
-    """Of the winning start."""
 
     @property
     def rms_px(self) -> float:

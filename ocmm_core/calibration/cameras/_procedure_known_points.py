@@ -103,8 +103,6 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
 
         Parameters
         ----------
-        folder
-            Of session files.
         rig
             Names, serials, sensors, nominal focal lengths and rough distances of the cameras.
         store

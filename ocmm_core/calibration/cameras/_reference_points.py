@@ -53,7 +53,6 @@ class KnownPoints:
     """Positions that are known."""
 
     names: tuple[str, ...]
-    """Of the points, each once."""
     positions_world: Points3
     """(n, 3), mm."""
     sigma: float
@@ -69,7 +68,6 @@ class SpotTable:
     """Averaged spots of every camera at the reference points."""
 
     serials: tuple[int, ...]
-    """Of the cameras."""
     uv: Pixels
     """(C, n, 2), px, in the order of the reference points; NaN where not seen."""
     sigma_px: float

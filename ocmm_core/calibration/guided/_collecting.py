@@ -213,8 +213,6 @@ class ProbeSpotAverager:
     ----------
     rig, body
         What is seen; the cameras need not stand where the rig says, see ``moved``.
-    frames
-        Of one average.
     resting
         The ball must have rested for `_REST_S`, and must have moved ``distance_mm`` since the last
         one that was taken.

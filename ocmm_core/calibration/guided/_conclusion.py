@@ -43,7 +43,6 @@ class CalibrationContext:
     """How a calibration came about."""
 
     method: Method
-    """Of the calibration."""
     made: datetime
     """When its last observation was taken."""
     valid_days: int
@@ -54,7 +53,6 @@ class CalibrationContext:
     sensor_temperatures_c: tuple[float, ...]
     """`who`, `software`, `temperature_c`, `sensor_temperatures_c`: As in `CameraRecord`."""
     data_sha256: str
-    """Of the observations, see `hash_of`."""
     artefacts: tuple[ArtefactUse, ...]
     """What lengths and positions rest on."""
     previous: str

@@ -17,7 +17,6 @@ class CameraResiduals:
     """What one camera's spots leave over: arrows on its picture."""
 
     name: str
-    """Of the camera."""
     uv: Pixels
     residuals_px: Pixels
     """`uv`, `residuals_px`: (n, 2), px: where, and observed minus predicted."""
@@ -30,7 +29,6 @@ class CameraChange:
     """How one camera differs from the running calibration, after the frames were matched."""
 
     name: str
-    """Of the camera."""
     shift_mm: float
     turn_rad: float
     """`shift_mm`, `turn_rad`: Distance of the centres, and angle between the attitudes, after the
@@ -67,7 +65,6 @@ class CalibrationOutcome:
     record: CameraRecord
     """What would be stored."""
     rig: Rig
-    """The rig with it."""
     residuals: tuple[CameraResiduals, ...]
     """One for each camera."""
     errors_at_world: Points3

@@ -90,7 +90,6 @@ class CameraLive:
     """What one camera sees now."""
 
     name: str
-    """Of the camera."""
     uv: Pixels
     """(k, 2), px: its spots in the latest frame."""
     labels: Int
@@ -121,7 +120,6 @@ class ProcedureView:
     kind: StrEnum
     """Which procedure: one of `ProcedureKind`, or of the enumeration of another room."""
     session: Path
-    """Its file."""
     rig: str
     """Name of the rig."""
     begun_utc: str

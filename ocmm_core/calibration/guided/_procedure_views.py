@@ -58,7 +58,6 @@ class KnownPoint:
     """One reference point of the list."""
 
     name: str
-    """As in the list."""
     position_world: Float
     """(3,), mm."""
     views: int | None
@@ -88,7 +87,6 @@ class RelocationView:
     poses: int
     """Of the waved probe that were taken."""
     coverage: VolumeCoverage
-    """Of the volume."""
     length_sigma_mm: float | None
     """Predicted standard uncertainty of a length of ``length_mm`` anywhere in the volume, from what
     was collected so far (`predict`); None before the first prediction."""

@@ -43,7 +43,6 @@ class Repeat:
     """One place, measured first and again."""
 
     place: str
-    """In words."""
     first: RestingPosition
     again: RestingPosition
     """`first`, `again`: In order of time."""

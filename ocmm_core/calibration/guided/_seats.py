@@ -59,8 +59,6 @@ def judge_visit_again(
 
     Parameters
     ----------
-    tip_world, known_world
-        See `judge_first_visit`.
     near_mm
         From so near it may be that seat.
     """

@@ -252,8 +252,6 @@ class GuidedProcedure(ABC, Generic[E, O]):
 
         Parameters
         ----------
-        now
-            The time of day.
         sensors_c
             Degrees Celsius, camera by camera; nothing is kept where one is not known.
         """

@@ -105,8 +105,6 @@ class SessionFormat(Generic[E, B]):
 
     Parameters
     ----------
-    kind
-        Of the procedure.
     lines
         Type of the lines.
     first
@@ -131,10 +129,6 @@ class SessionFormat(Generic[E, B]):
 
         Parameters
         ----------
-        folder
-            Of session files.
-        running, who, temperature_c
-            See `Begun`.
         own
             What only the first line of this procedure has.
 
@@ -190,8 +184,6 @@ def require_probe(path: Path, begun_with: str, body: ProbeBody) -> None:
 
     Parameters
     ----------
-    path
-        Of the session.
     begun_with
         Hash of the document of that probe.
 

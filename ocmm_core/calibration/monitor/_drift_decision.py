@@ -125,7 +125,6 @@ class MonitorOptions:
     sparse: int = 30
     """One look of so many is kept for the slow changes; ``looks`` of them are examined together."""
     floor_px: float = 0.0004
-    """See `score_changes`."""
     false_alarm: float = 1e-7
     """Probability of an alarm of one kind in one examination of a rig to which nothing happened."""
     good: float = 0.01

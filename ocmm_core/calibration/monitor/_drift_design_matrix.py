@@ -33,7 +33,6 @@ class Belief:
     """(14 C + 3 L + 3,): truth minus documents; parameters of all cameras, then the probe as in
     `ProbeBody.geometry_covariance`."""
     covariance: Float
-    """Of it."""
     _factor: Float | None = field(default=None, init=False, repr=False, compare=False)
 
     @classmethod

@@ -38,8 +38,6 @@ class CalibrationMonitor:
     baseline
         What was learnt of the sensors, with this probe; None where nothing was. It goes before
         ``maps``.
-    options
-        See `MonitorOptions`.
     """
 
     def __init__(

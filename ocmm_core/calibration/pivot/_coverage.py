@@ -61,11 +61,6 @@ def preview_pivot(
 
     The probe is taken as its document says; nothing is fitted but the poses, so that this is
     quick enough to be shown live.
-
-    Parameters
-    ----------
-    pattern
-        As in `_data.PivotOptions`.
     """
     sigma = float(np.median(sweep.sigma_px)) if len(sweep.uv) else 1.0
     poses = solve(sweep.uv, rig, body, sigma)

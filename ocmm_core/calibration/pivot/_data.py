@@ -77,14 +77,12 @@ class PivotOptions:
     slack_mm: float = 0.0
     """Standard deviation of the ball's place in its cone, mm per axis; 0 where it rests."""
     seed: int = 1
-    """Of the random choices."""
     resamples: int = 500
     """Draws of the bootstrap."""
     pattern: bool = False
     """The sensors have the fixed pattern that the rig says, and its part of the uncertainty is
     computed; without it, spots scatter by their sigma alone, as in simulations of it."""
     limits: PivotLimits = field(default_factory=PivotLimits)
-    """Of the guards."""
 
 
 @dataclass(frozen=True, slots=True)

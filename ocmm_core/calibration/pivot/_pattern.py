@@ -42,10 +42,6 @@ def pattern_covariance(
         (m, k): derivative of the result by centre and arms.
     inverse
         (k, k): covariance of centre and arms, see `_bundle.inverse_pinned`.
-    slack_mm
-        As in the adjustment.
-    waves, seed
-        Of the field.
     """
     rng = np.random.default_rng(seed)
     noise, cameras = rig.noise, len(rig.cameras)
@@ -78,8 +74,6 @@ def spot_influences(
     ----------
     gain
         (m, k): derivative of the result by the gradient of centre and arms, with its sign turned.
-    part
-        Of the frames.
     """
     rotations, weights = state.rotations[part], sweep.weights[part]
     arms = np.einsum("nij,lj->nli", rotations, state.arms)

@@ -156,8 +156,6 @@ def calibrate_probe(
     body
         The probe by its document: what its LEDs are compared with, and whose frame is kept.
         Its numbers are not used for the result.
-    sweep
-        The frames.
     options
         Slack of the ball, and limits of the guards.
     force

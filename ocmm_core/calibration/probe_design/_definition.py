@@ -31,7 +31,6 @@ class DefinitionCheck:
     """What can be said of a definition that may be used."""
 
     body: ProbeBody
-    """The probe."""
     labels: tuple[WrongLabels, ...]
     """The nearest wrong labelling with all LEDs, and with each of them hidden."""
 

@@ -28,8 +28,6 @@ def require_temperature(what: str, celsius: float) -> None:
     ----------
     what
         Whose it is.
-    celsius
-        As it was given.
 
     Raises
     ------
@@ -61,7 +59,6 @@ class Expansion:
     """Thermal expansion of a material."""
 
     name: str
-    """Of the material."""
     per_k: float
     """Relative growth of a length, 1/K."""
     sigma_per_k: float

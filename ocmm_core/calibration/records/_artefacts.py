@@ -36,7 +36,6 @@ class ArtefactCertificate(msgspec.Struct, frozen=True, kw_only=True, forbid_unkn
     """What vouches for an artefact."""
 
     number: str
-    """Of the certificate."""
     sha256: str
     """Of its file; empty where there is none."""
     due_utc: str
@@ -57,7 +56,6 @@ class ArtefactDocument(Document, frozen=True, kw_only=True):
     expansion_sigma: float
     """`expansion`, `expansion_sigma`: Thermal expansion and its standard uncertainty, 1/K."""
     certificate: ArtefactCertificate
-    """See `ArtefactCertificate`."""
     temperatures: tuple[float, float] = RATED_C
     """From and to, degrees Celsius: where the certificate holds, with the expansion."""
     certified: tuple[float, float] | None = None
@@ -92,7 +90,6 @@ class Artefact:
     """
 
     use: ArtefactUse
-    """As it goes into records."""
     expanded: float
     expanded_per_length: float
     expansion: float

@@ -83,8 +83,6 @@ def check_camera_temperature(
 
     Parameters
     ----------
-    record
-        The calibration.
     temperatures_c
         Of the sensors now, camera by camera; None where not known.
 

@@ -86,8 +86,6 @@ class EventFolder(ABC, Generic[T]):
     ----------
     folder
         Made at the first write.
-    kind
-        Of the events.
 
     Raises
     ------

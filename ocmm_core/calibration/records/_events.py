@@ -44,7 +44,6 @@ class Event(StoredEvent, frozen=True, kw_only=True):
     """One line of the chain; see also `StoredEvent`."""
 
     kind: EventKind
-    """An `EventKind`."""
     calibration: str
     """Hash of the record it is about."""
     evidence: str = ""
@@ -71,7 +70,6 @@ class TipEvent(StoredEvent, frozen=True, kw_only=True):
     """One line of the chain; see also `StoredEvent`."""
 
     kind: TipEventKind
-    """A `TipEventKind`."""
     tip: str
     """Name of the tip it is about."""
     record: str = ""

@@ -78,13 +78,7 @@ def session_files(folder: Path, session: Path | None) -> tuple[KeptFile, ...]:
 
 
 class EvidenceCheck:
-    """Looks at the files of a folder; may be asked from any thread.
-
-    Parameters
-    ----------
-    folder
-        Of the store.
-    """
+    """Looks at the files of a folder; may be asked from any thread."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder

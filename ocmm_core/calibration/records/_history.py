@@ -198,15 +198,7 @@ class CalibrationStore(RecordStore[Event]):
         return self.status_of(record, now, thorough=True)
 
     def status_of(self, record: CameraRecord, now: datetime, *, thorough: bool) -> RecordStatus:
-        """Return whether a calibration may be trusted, and whether what it rests on is whole.
-
-        Parameters
-        ----------
-        record
-            The one in force.
-        thorough
-            See `defect`.
-        """
+        """Return whether a calibration may be trusted, and whether what it rests on is whole."""
         return self._doubt(now, thorough=thorough) or self._judged(
             now, lambda at: status(record, self.events, at)
         )

@@ -37,7 +37,6 @@ class CalibrationView(ViewInUse):
     """What is to be said about the calibration at a moment; see also `ViewInUse`."""
 
     rig: str
-    """Its name."""
     record: CameraRecord | None = None
     """None where the rig comes from the rig document."""
 
@@ -185,8 +184,6 @@ def rig_in_force(record: CameraRecord, design: Rig) -> Rig:
 
     Parameters
     ----------
-    record
-        Of the cameras.
     design
         The rig as its document describes it.
 

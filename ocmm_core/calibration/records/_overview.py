@@ -64,7 +64,6 @@ class TipState:
     status: RecordStatus
     """Whether it may be trusted."""
     calibration: ProbeRecord
-    """In force."""
     qualification: TipRecord | None
     """In force; None where it was not qualified since."""
     check: TipCheckRecord | None

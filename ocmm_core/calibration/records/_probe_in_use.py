@@ -41,7 +41,6 @@ class ProbeText(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     schema: str
     """`TEXT_SCHEMA`."""
     document: str
-    """The probe document."""
     calibration: ProbeRecord
     qualification: TipRecord | None
     """`calibration`, `qualification`: Records of the tip."""
@@ -177,8 +176,6 @@ def open_probe(
 
     Parameters
     ----------
-    document
-        The probe document.
     folder
         Where records of probes are kept, see `default_probe_folder`.
     tip

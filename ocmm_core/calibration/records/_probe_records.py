@@ -44,7 +44,6 @@ class MadeRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     rig_identity: str
     """`rig`, `rig_identity`: Name of the rig, and hash of the record or document of its cameras."""
     data_sha256: str
-    """Of the observations."""
 
 
 class PivotCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -147,7 +146,6 @@ class TipRecord(MadeRecord, frozen=True, kw_only=True):
     artefacts: tuple[ArtefactUse, ...]
     """Sphere, and cone where it has a name."""
     passed: bool
-    """The verdict."""
     camera_doubts: tuple[str, ...] | msgspec.UnsetType = msgspec.UNSET
     """What the cameras cannot prove, in sentences; records of our own cameras keep their hash."""
 
@@ -164,7 +162,6 @@ class TipCheckRecord(MadeRecord, frozen=True, kw_only=True):
     artefacts: tuple[ArtefactUse, ...]
     """Sphere, and cone where it has a name."""
     passed: bool
-    """The verdict."""
 
 
 def probe_from_records(
@@ -176,8 +173,6 @@ def probe_from_records(
     ----------
     body
         By its document.
-    calibration
-        Of this probe.
     tip
         Its qualification; without one, diameter and its uncertainty are those of the document.
 

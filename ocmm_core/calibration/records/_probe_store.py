@@ -201,8 +201,6 @@ class ProbeStore(RecordStore[TipEvent]):
         ----------
         active
             What is in force for it.
-        thorough
-            See `defect`.
         """
         doubt = self._doubt(now, active.calibration.tip, thorough=thorough)
         return doubt or self._judged(now, lambda at: status_of_tip(active, self.events, at))

@@ -58,7 +58,6 @@ class RecordStatus:
     """The state of the calibration in force."""
 
     state: State
-    """See `State`."""
     reason: str = ""
     """Why it is not VALID; empty where it is."""
     remedy: str = ""
@@ -78,8 +77,6 @@ class RecordStore(EventFolder[T]):
     ----------
     folder
         Made at the first write.
-    kind
-        Of the events.
 
     Raises
     ------
@@ -246,8 +243,6 @@ class RecordStore(EventFolder[T]):
         ----------
         now
             By the clock of this computer.
-        about, thorough
-            See `defect`.
         """
         defect = self.defect(about, thorough=thorough)
         if defect is not None:

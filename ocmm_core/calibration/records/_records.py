@@ -93,7 +93,6 @@ class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     outliers: tuple[str, ...]
     """Names of those that were left out."""
     data_sha256: str
-    """Of the observations."""
     artefacts: tuple[ArtefactUse, ...]
     """What lengths and positions rest on."""
     previous: str
@@ -140,7 +139,6 @@ class RepeatedSeat(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """A seat that was visited at the beginning and again."""
 
     place: str
-    """In words."""
     first_utc: str
     again_utc: str
     """`first_utc`, `again_utc`: When, ISO 8601 text."""

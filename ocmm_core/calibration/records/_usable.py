@@ -53,7 +53,6 @@ class ViewInUse:
     """What is to be said at a moment about what a job is measured with."""
 
     word: CalibrationStatus
-    """In one word."""
     identity: str
     """Hash of what the geometry comes from."""
     blocker: Blocker | None = None

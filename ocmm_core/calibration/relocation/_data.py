@@ -54,7 +54,6 @@ class LengthBar:
     """A certified distance between two LEDs, or between two seats of the ball."""
 
     name: str
-    """As on its certificate."""
     length: float
     sigma: float
     """`length`, `sigma`: mm, at the temperature of the observations; standard uncertainty (k = 1).
@@ -66,7 +65,6 @@ class ShownBar:
     """A bar with an LED at each end, in several placements."""
 
     bar: LengthBar
-    """Its certified length."""
     uv: Pixels
     """(m, C, 2, 2), px: placement, camera, end; NaN where not seen."""
     sigma_px: Float
@@ -207,7 +205,6 @@ class RelocationResult:
     used: NDArray[np.bool_]
     """(n, C, L): False for what was not seen or left out."""
     wrong_spots: tuple[WrongSpot, ...]
-    """The worst first."""
     frames_used: NDArray[np.bool_]
     """(n,): frames that took part."""
     bars: tuple[BarResidual, ...]

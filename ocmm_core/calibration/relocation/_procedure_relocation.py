@@ -144,12 +144,8 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
 
         Parameters
         ----------
-        folder
-            Of session files.
         rig
             Where the cameras stood before, with the calibration in force if there is one.
-        body
-            The probe.
         store
             Calibrations of that rig.
         bar

@@ -127,8 +127,6 @@ def relocate(
     start
         Where the cameras stood before, to about 10 mm and half a degree, with lenses known to
         about 2 %; its `parameter_covariance` is what ``lens="prior"`` and ``"fixed"`` know.
-    body
-        The probe.
     observed
         Spots of probe and bars.
     options

@@ -119,8 +119,6 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
 
         Parameters
         ----------
-        folder
-            Of session files.
         rig
             With the calibration in force.
         body

@@ -123,8 +123,6 @@ def view_of(
 
     Parameters
     ----------
-    phase
-        As `_watch` sees it.
     gate
         Out of the sweep.
     may_end

@@ -56,8 +56,6 @@ def steps_of(
 
     Parameters
     ----------
-    poses, gates
-        Of both sweeps.
     again, visited
         Gate of the visit of the first cone at the end, and whether it was taken.
     """
@@ -147,7 +145,6 @@ class SweepingState:
     poses: dict[str, SweepPoses] = field(
         default_factory=lambda: {name: SweepPoses() for name in SWEEPS}
     )
-    """Of each sweep."""
     first_utc: str = ""
     last_utc: str = ""
     """`first_utc`, `last_utc`: When the first ones of the first sweep, and when the last ones of

@@ -88,7 +88,6 @@ class PivotChange:
     """How a calibration differs from the one in force for the same tip."""
 
     previous: ProbeRecord
-    """The record in force."""
     tip_difference: Float
     """(3,), mm, probe frame: new less old."""
     led_differences: Points3

@@ -114,8 +114,6 @@ def decide_check(
     ----------
     on_sphere, in_cone
         What was taken.
-    qualification
-        In force.
     rig, body
         What they were computed with.
     """

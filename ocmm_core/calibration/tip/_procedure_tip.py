@@ -87,8 +87,6 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
 
         Parameters
         ----------
-        folder
-            Of session files.
         rig
             With the calibration in force.
         body

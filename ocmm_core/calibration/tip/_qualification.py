@@ -27,11 +27,9 @@ class TipLimits:
     """Standard uncertainty of the diameter from which on the sphere was touched enough, mm: the
     difference from the nominal one is then as sure as that of a quick check."""
     points: int = 25
-    """On the sphere, at least."""
     places: int = 21
     """Of the layout, at least; a stem may hide some."""
     attitudes: int = 5
-    """In the cone, at least."""
 
 
 def qualification_checks(

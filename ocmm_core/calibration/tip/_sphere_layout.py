@@ -50,7 +50,6 @@ class Layout:
     """Wanted directions with their names."""
 
     names: tuple[str, ...]
-    """In words."""
     directions: Points3
     """(n, 3): unit vectors, world."""
 

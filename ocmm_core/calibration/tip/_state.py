@@ -64,7 +64,6 @@ class Wanted:
     artefact_limit: float
     """Permissible error of a diameter that the certificate of the sphere is held against, mm."""
     chance: float = ARTICULATION_CHANCE
-    """See `articulation.articulate`."""
 
 
 @dataclass(slots=True)

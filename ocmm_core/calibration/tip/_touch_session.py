@@ -84,8 +84,6 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
 
     Parameters
     ----------
-    records
-        In force for the tip.
     cameras
         Calibrations of the rig; None where nobody says.
     hold_s

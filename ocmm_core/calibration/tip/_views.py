@@ -31,7 +31,6 @@ class Countdown:
     """What is between now and the next observation."""
 
     phase: Phase
-    """See `Phase`."""
     seconds_left: float
     """Until it is ready, if the probe keeps resting; zero in other phases."""
     fraction: float
@@ -55,7 +54,6 @@ class SphereProgress:
     """The points on the sphere so far."""
 
     places: tuple[SpherePlace, ...]
-    """The wanted layout."""
     next_place: int | None
     """Index of the place to be touched next; None where all were."""
     also_world: Float | None
@@ -156,7 +154,6 @@ class TouchView:
     cone: ConeProgress
     """`sphere`, `cone`: What was taken."""
     countdown: Countdown
-    """To the next observation."""
 
 
 @dataclass(frozen=True, slots=True)

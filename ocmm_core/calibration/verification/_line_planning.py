@@ -48,7 +48,6 @@ class PlannedLine:
     """Where a bar should lie."""
 
     name: str
-    """In words."""
     ends_world: Float
     """(2, 3), mm: first and last nest."""
     corners: tuple[int, ...] = ()

@@ -119,12 +119,8 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
 
         Parameters
         ----------
-        folder
-            Of session files.
         rig
             With the calibration in force.
-        body
-            The probe.
         store
             Calibrations of that rig.
         two_places

@@ -43,10 +43,6 @@ def decode_capture(
 
     Parameters
     ----------
-    path
-        The file.
-    n_cameras
-        See `BusCapture`.
     recording
         New file for the frames, to be replayed; None: none.
     rig

@@ -1,4 +1,7 @@
-"""``ocmm camera``: the alias, the errors, the blinking and the firmware of one camera."""
+"""``ocmm camera``: the alias, the errors, the blinking and the firmware of one camera.
+
+``ocmm camera conform``: is a camera what its description says? Report, times, verdict.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +13,88 @@ import msgspec
 import typer
 
 from ocmm_core.cli.bus._camera import bar, interruptible
-from ocmm_core.cli.bus._conform import conform
-from ocmm_core.cli.bus._options import BusOption, CameraArgument
+from ocmm_core.cli.bus._options import BusOption, CameraArgument, write_bytes
 from ocmm_core.cli.terminal import ForceOption, RigOption, make_console, say
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import BusError
+
+_EXIT_RED, _EXIT_INCOMPLETE = 1, 3
+
+
+def conform(
+    interface: Annotated[
+        str,
+        typer.Argument(
+            metavar="IFACE",
+            help="Network interface with the camera, e.g. enp3s0; or ethercat:virtual.",
+        ),
+    ],
+    *,
+    serial: Annotated[
+        int, typer.Option("--serial", min=0, help="Its serial number, where there are several.")
+    ] = 0,
+    firmware: Annotated[
+        Path | None,
+        typer.Option("--firmware", help="Signed firmware of another version, to try an update."),
+    ] = None,
+    json: Annotated[Path | None, typer.Option("--json", help="New file for the report.")] = None,
+    page: Annotated[
+        Path | None, typer.Option("--page", help="New HTML page for the report.")
+    ] = None,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Test a camera against every rule of its description (docs/camera_objects.md).
+
+    Takes a minute or two on a bus that nobody uses. Drops the camera's black image, clears its
+    errors and, with --firmware, updates it for good. Exit code 0: GREEN; 1: RED; 3: INCOMPLETE.
+    """
+    from ocmm_core.acquisition.bus_process import ConformNews
+    from ocmm_core.cli.bus._session import conformance_of
+    from ocmm_core.documents import read_bytes
+    from ocmm_core.fieldbus.conform import Outcome, conformance_page, conformance_text
+    from ocmm_core.fieldbus.device import Firmware
+
+    if firmware is not None:
+        # What is no firmware is refused before anybody is disturbed.
+        Firmware.read(read_bytes(firmware))
+    image = "" if firmware is None else str(firmware.absolute())
+    source = interface if ":" in interface else f"ethercat:{interface}"
+    command, first_lines = conformance_of(source, rig, serial, image, force=force)
+    console = make_console()
+    report = None
+    with (
+        subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        ) as process,
+        interruptible(console),
+    ):
+        if process.stdin is None or process.stdout is None or process.stderr is None:
+            raise BusError("bus.conform", "The process does not start.", "Try again.")
+        process.stdin.write(first_lines)
+        process.stdin.flush()
+        with bar(console, "Testing") as told:
+            for line in process.stdout:
+                news = msgspec.json.decode(line, type=ConformNews)
+                report = news.report or report
+                if news.total:
+                    told(news.done, news.total)
+        complaint = process.stderr.read().decode("utf-8", errors="replace").strip()
+    if report is None:
+        lines = complaint.splitlines()
+        raise BusError(
+            "bus.conform",
+            lines[-1] if lines else f"The test ended without a report (code {process.returncode}).",
+            "Check cable and power of the camera, then repeat the test.",
+        )
+    console.print(conformance_text(report), highlight=False, markup=False, soft_wrap=True)
+    if json is not None:
+        write_bytes(json, report.to_json())
+    if page is not None:
+        write_bytes(page, conformance_page(report).encode())
+    codes = {Outcome.RED: _EXIT_RED, Outcome.INCOMPLETE: _EXIT_INCOMPLETE}
+    raise typer.Exit(codes.get(report.outcome, 0))
+
 
 camera_app = typer.Typer(
     no_args_is_help=True,

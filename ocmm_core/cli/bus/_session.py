@@ -52,11 +52,9 @@ class BusSession:
     """A bus in operation."""
 
     rig: Rig
-    """Its cameras."""
     feed: Feed
     """What runs it."""
     process: ChildProcess
-    """The bus process."""
 
     def objects(self, camera: str) -> RemoteObjects:
         """Return the objects of a camera; raise InputError where the rig has none so named."""
@@ -93,14 +91,10 @@ def open_bus(
 
     Parameters
     ----------
-    source, rig_path, force
-        As the commands take them.
     camera
         Who will be asked for; checked before anything is started.
     wait
         Without it the context begins when the bus process is started.
-    processor
-        As in `StationRequest`.
 
     Raises
     ------

@@ -21,8 +21,6 @@ def watch_bus(
 
     Parameters
     ----------
-    session
-        The bus.
     seconds
         How long it is watched, s.
     every

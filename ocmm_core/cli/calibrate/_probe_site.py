@@ -49,7 +49,6 @@ class TerminalProbeSite:
     body: ProbeBody
     """The probe by its document."""
     store: ProbeStore
-    """Its records."""
 
 
 def open_probe_site(

@@ -140,15 +140,7 @@ def _print_session(console: Console, record: VerificationRecord) -> None:
 
 
 def print_status(console: Console, document: Path, folder: Path, now: datetime) -> bool:
-    """Print of which rig the calibration in force is, and whether it may be used; return that.
-
-    Parameters
-    ----------
-    document
-        The rig document.
-    folder
-        Of calibrations, rig by rig.
-    """
+    """Print of which rig the calibration in force is, and whether it may be used; return that."""
     in_use = open_calibration(document, folder)
     design = load_rig(document)
     cameras = ", ".join(f"{one.name} (serial {one.serial})" for one in design.cameras)

@@ -64,11 +64,9 @@ class Site:
     rig: Rig
     """With the calibration in force; the design where there is none."""
     document: Path
-    """The rig document."""
     calibrations: Path
     """Folder of calibrations, rig by rig."""
     store: CalibrationStore
-    """Its calibrations."""
     sessions: Path
     """Folder of session files."""
 

@@ -33,13 +33,10 @@ class Group:
     """Kinds of files and the command that they are given to."""
 
     word: str
-    """Of the table."""
     kinds: Sequence[Kind]
     """What is made."""
     name: str
-    """Of the file."""
     command: Command
-    """The arguments."""
     good: Path
     """A good file of this kind."""
 

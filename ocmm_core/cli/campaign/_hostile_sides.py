@@ -179,7 +179,6 @@ class SidePair:
     """A hostile file at one name, and the command that meets it."""
 
     name: str
-    """In notes."""
     path: str
     """Of the hostile file, below the folder of the trial."""
     make: Make

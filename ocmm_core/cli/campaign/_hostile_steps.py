@@ -46,8 +46,6 @@ def step_kinds(good: str, seed: int) -> list[Kind]:
     ----------
     good
         The text of a good one, of one solid.
-    seed
-        Of the damaged ones.
     """
     head, data = good.split("DATA;", 1)
     body, end = data.rsplit("ENDSEC;", 1)

@@ -36,8 +36,6 @@ class PracticeHand(Hand):
     ----------
     make
         Returns a rig that shows what the step lacks; None where there is nothing to show.
-    procedure
-        The guided procedure.
     speed
         Times real time; zero is as fast as it is looked at.
     failed

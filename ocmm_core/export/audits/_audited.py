@@ -47,7 +47,6 @@ class Audit:
     kind: AuditedKind
     """`path`, `kind`: Of the file or folder."""
     signer: SealState
-    """Of the signature on it."""
     faults: tuple[str, ...]
     """Sentences; empty if it is intact."""
     rows: tuple[AuditRow, ...]

@@ -57,7 +57,6 @@ class Dcc:
     """A certificate as it was read."""
 
     number: str
-    """Its unique identifier."""
     title: str
     """As its statements have it, with SIMULATED or PRACTICE; empty if it states none."""
     laboratory: str
@@ -73,7 +72,6 @@ class Dcc:
     left_out: tuple[str, ...]
     """Names of quantities that are no real numbers or lists of them."""
     sha256: str
-    """Of the file."""
     signature: XmlSignature
     """State of the XML signature in it."""
     canonical: bytes

@@ -41,8 +41,6 @@ def add_characteristics(
     ----------
     characteristics, measurements
         Elements that hold them.
-    ids
-        Of the features.
     frames
         Ids of the frames of datums.
     device

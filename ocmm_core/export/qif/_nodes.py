@@ -74,8 +74,6 @@ class Node:
 
     Parameters
     ----------
-    element
-        The element.
     units
         DocumentUnits of the document.
     is_pmi

@@ -35,8 +35,6 @@ def characteristic_word(kind: str, shape: Shape | None, count: int) -> str:
         In the words of a plan.
     shape
         Of its first feature; None where it is not known.
-    count
-        Of its features.
     """
     words = spec_for(kind, shape).qif
     if count == 1 and words.of_one:

@@ -73,8 +73,6 @@ def units_of(root: etree._Element, prefix: str) -> DocumentUnits:
 
     Parameters
     ----------
-    root
-        The document.
     prefix
         Namespace of its elements, in braces.
 

@@ -19,9 +19,7 @@ class ReportFormat:
     """
 
     name: str
-    """As on the command line."""
     title: str
-    """In the window."""
     purpose: str
     """Whom the files are for."""
     suffixes: tuple[str, ...]

@@ -76,7 +76,6 @@ class Table:
     """A table with named columns."""
 
     title: str
-    """For people."""
     columns: tuple[str, ...]
     """In their order."""
     rows: tuple[tuple[Cell, ...], ...]

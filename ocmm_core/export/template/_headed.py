@@ -29,8 +29,6 @@ def use_head(settings: Settings, folder: Path) -> Path | None:
 
     Parameters
     ----------
-    settings
-        Their part ``report``.
     folder
         Where the template with its head is written, with the logo beside it.
 

@@ -138,7 +138,6 @@ class Paper:
     """A template with what it needs from elsewhere."""
 
     template: ReportTemplate
-    """As it was read."""
     logo: bytes = b""
     """Content of the picture; empty without one."""
     given: Particulars = field(default_factory=Particulars)

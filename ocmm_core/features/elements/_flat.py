@@ -158,7 +158,6 @@ class _Placed:
     """An outline in space."""
 
     outline: Outline
-    """In the plane."""
     geometry: Float
     """(12,)."""
     gain: Float

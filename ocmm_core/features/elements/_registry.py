@@ -224,8 +224,6 @@ def nominal_distances(shape: Shape, geometry: Float, points: Points3) -> tuple[F
 
     Parameters
     ----------
-    shape
-        Of the element.
     geometry
         (12,), see `features.shapes.element`.
     points

@@ -75,7 +75,6 @@ class FitThrough(_Construction, frozen=True, kw_only=True, tag="best fit"):
     """The least-squares element through the centres, or through all touched points, of features."""
 
     shape: Shape
-    """Of the element."""
     through: Literal["centres", "points"] = "centres"
     """``"centres"``: the points and centres of the features; ``"points"``: their touches, each
     compensated along the normal of its own feature."""

@@ -25,7 +25,6 @@ class Through:
     """An element through points that themselves move with the points of the job."""
 
     fit: Fit
-    """Of the element."""
     jacobian: Rows
     """(12,): d(geometry) / d(ball centres, tip radius)."""
     residual_jacobian: Rows

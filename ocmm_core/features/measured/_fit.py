@@ -77,8 +77,6 @@ def associate(start: Fit, points: Points3, criterion: Criterion, offset: float =
         (n, 3), mm.
     criterion
         Any but least squares.
-    offset
-        As for `fit_zone`.
 
     Raises
     ------

@@ -50,7 +50,6 @@ class PairResult:
     """How far one fit lies from its certified result."""
 
     name: str
-    """Of the pair."""
     shape: Shape
     """What was fitted."""
     points: int
@@ -91,7 +90,6 @@ class SetReport:
     """The worst errors of one folder's pairs."""
 
     name: str
-    """Of the folder."""
     results: tuple[PairResult, ...]
     """Of its pairs, in the order of their names."""
 

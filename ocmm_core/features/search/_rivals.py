@@ -70,8 +70,6 @@ def candidates(
 
     Parameters
     ----------
-    shape
-        Of the solutions.
     solutions
         Best first, at least one.
     n

@@ -123,8 +123,6 @@ def minima(
 
     Parameters
     ----------
-    kind
-        Of `axis_kernel` or `flat_kernel`.
     points
         (n, d), centred and scaled.
     families

@@ -65,7 +65,6 @@ class Size:
     word: str
     """In sentences; with underscores a property of `Fit`."""
     title: str
-    """As a table shows it."""
     place: int
     """Of its half in the geometry vector."""
     field: SizeField

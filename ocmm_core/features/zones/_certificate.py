@@ -214,8 +214,6 @@ def balance_of(task: ZoneTask, placed: Placed, noise: float) -> Balance:
     ----------
     task
         Points and family.
-    placed
-        The element.
     noise
         Rounding of the distances.
     """

@@ -144,8 +144,6 @@ def geometry_of(
     ----------
     task
         Where it belongs to.
-    placed
-        The element.
     step
         (8,): see `_surfaces`.
     offset

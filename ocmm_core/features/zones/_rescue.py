@@ -101,8 +101,6 @@ def slid(
 
     Parameters
     ----------
-    surface, points
-        As in `_solver.settle`.
     zone
         One whose contacts are in balance.
     slide

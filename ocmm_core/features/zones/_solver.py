@@ -116,8 +116,6 @@ def settle(
 
     Parameters
     ----------
-    surface
-        The family of elements.
     points
         (n, 3), centred and scaled.
     start
@@ -230,8 +228,6 @@ def best_zone(
 
     Parameters
     ----------
-    surface
-        The family of elements.
     points
         (n, 3), centred and scaled.
     start
@@ -272,10 +268,6 @@ def polished(
 
     Parameters
     ----------
-    surface, points
-        As in `settle`.
-    zone
-        A settled one.
     contacts
         (c,): coded as in `_kernel`.
     multipliers

@@ -150,8 +150,6 @@ def distances(
 
     Parameters
     ----------
-    surface
-        The family.
     local
         (n, 3): points in the frame of the element.
     sizes

@@ -54,8 +54,6 @@ class Bench:
 
     Parameters
     ----------
-    line
-        The wire.
     place
         Position of the camera, 0 first.
     firmware

@@ -94,7 +94,6 @@ class ConformanceReport(msgspec.Struct, frozen=True, kw_only=True):
     """A whole run."""
 
     format: Literal["ocmm.conformance/1"] = "ocmm.conformance/1"
-    """Of this document."""
     serial: int
     alias: int
     vendor: int

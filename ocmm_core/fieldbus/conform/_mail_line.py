@@ -29,8 +29,6 @@ class MailLine:
 
     Parameters
     ----------
-    line
-        The wire.
     get, put
         Read and write memory of the camera; see `Bench`.
     feed

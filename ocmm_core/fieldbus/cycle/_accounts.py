@@ -33,8 +33,6 @@ class BusAccounts:
 
     Parameters
     ----------
-    settings
-        Of the bus.
     notes
         What this computer does not allow the process.
 

@@ -170,8 +170,6 @@ def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> It
         What to open and what to find there.
     session
         Filled on the way; the caller closes it, whatever happens.
-    host_time
-        In which the bus lives.
 
     Yields
     ------

@@ -33,8 +33,6 @@ class CameraBus:
         What to open and what to find there.
     objects
         Requests to the cameras that are served beside the cycle.
-    host_time
-        In which the bus lives.
 
     Attributes
     ----------

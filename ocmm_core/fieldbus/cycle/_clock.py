@@ -120,8 +120,6 @@ class CyclePacer:
 
     Parameters
     ----------
-    period_ns
-        Of the bus cycle.
     now_ns
         Host time of the first cycle.
 

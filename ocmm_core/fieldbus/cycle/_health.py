@@ -58,9 +58,7 @@ class CycleFault:
     trouble: Trouble
     """What became of the cycle."""
     alarm: Alarm
-    """Its code."""
     reason: str
-    """In words for people."""
     camera: str = ""
     """Name of the camera at fault; empty for the whole bus."""
     deep: bool = False
@@ -83,7 +81,6 @@ class CameraPast(NamedTuple):
     """What is known about one camera from the cycles before."""
 
     name: str
-    """For messages."""
     next_frame: int = 0
     """Exposure number of the first frame that is still wanted."""
     cycle_counter: int | None = None

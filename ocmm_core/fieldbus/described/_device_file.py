@@ -81,21 +81,18 @@ class Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     slots: bool = False
     """Whether there is one for each slot, one behind the other."""
     value: int = 0
-    """Of a constant."""
 
 
 class ProcessObject(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One process data object."""
 
     index: int
-    """Of its mapping object."""
     entries: tuple[Entry, ...]
     """In the order of the wire."""
     exposures: bool = False
     """Whether there is one for each exposure of a cycle, one behind the other; indices of the
     mapping objects and of their entries then go up by ``step``."""
     step: int = 1
-    """See above."""
 
 
 class StartUp(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -118,7 +115,6 @@ class DeviceDescription(Document, frozen=True, kw_only=True):
     """A camera of another maker."""
 
     name: str
-    """For people."""
     vendor: int
     product: int
     revisions: tuple[int, int]

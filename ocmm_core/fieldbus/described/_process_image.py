@@ -47,7 +47,6 @@ class PlacedEntry:
     at: int
     """Where it begins, bytes."""
     value: int
-    """Of a constant."""
 
     @property
     def size(self) -> int:
@@ -67,11 +66,6 @@ class PlacedEntry:
 
 class ProcessImage:
     """Inputs and outputs of a described camera.
-
-    Parameters
-    ----------
-    device
-        Its description.
 
     Attributes
     ----------

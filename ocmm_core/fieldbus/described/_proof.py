@@ -136,8 +136,6 @@ def refuse_coarse(
         What the cameras are.
     white_px, pattern_px
         Noise of the rig: from frame to frame, and what stays at a place of the sensor.
-    pitch_mm
-        Of its sensors.
 
     Raises
     ------
@@ -197,8 +195,6 @@ def refuse_unproven(
     ----------
     device
         What the cameras are.
-    allowed
-        A document allows them.
     by
         Which document that would be.
 

@@ -60,10 +60,6 @@ class InputTranslator:
 
     Parameters
     ----------
-    device, image
-        Its description.
-    serial
-        Its serial number.
     lens
         What it corrects with; needed where it sends corrected millimetres.
     timing
@@ -100,8 +96,6 @@ class InputTranslator:
 
         Parameters
         ----------
-        content
-            As they came.
         clock_ns
             Bus clock of the cycle.
         next_frame

@@ -31,7 +31,6 @@ class Firmware:
     """Firmware that somebody signed."""
 
     version: str
-    """For people, ASCII."""
     product: int
     revisions: tuple[int, int]
     """`product`, `revisions`: For which devices; lowest and highest revision."""
@@ -54,8 +53,6 @@ class Firmware:
 
         Parameters
         ----------
-        image
-            The whole file.
         maker
             Whose signature it must carry; None: only its check sums are looked at.
 

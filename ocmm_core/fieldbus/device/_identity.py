@@ -42,7 +42,6 @@ class FoundDevice:
     serial: int | None
     """Its serial number, of object 0x1018 where it could be asked; None where it does not tell."""
     alias: int
-    """Its station alias."""
     stored_serial: int | None = None
     """The serial number in its EEPROM (SII word 0x0E); 0: none; None: not looked at."""
 
@@ -60,10 +59,6 @@ def assign(
 
     Parameters
     ----------
-    found
-        On the wire.
-    expected
-        Of the rig.
     described
         Name and kind of the cameras that a file describes; None: our own cameras.
 

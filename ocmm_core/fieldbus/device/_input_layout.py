@@ -49,7 +49,6 @@ class InputLayout:
     """How cameras of one revision lay out their input; its size is the same in all."""
 
     revision: int
-    """Of the cameras."""
     header_pdo: Pdo
     """What stands in front of the frames."""
     cycle_counters: int

@@ -39,9 +39,7 @@ class ObjectEntry:
     """One value of the dictionary."""
 
     name: str
-    """For people."""
     kind: DataType
-    """Its type."""
     value: bytes
     """What it holds at power-on, as on the wire."""
     writable: bool = False
@@ -92,7 +90,6 @@ class DictionaryObject:
     """One object: a single value (entry 0) or a record (entry 0 holds the number of the last)."""
 
     name: str
-    """For people."""
     entries: Mapping[int, ObjectEntry]
     """By number."""
     record: bool

@@ -137,8 +137,6 @@ def write_intrinsics(access: ObjectAccess, intrinsics: Intrinsics, note: str = "
 
     Parameters
     ----------
-    access
-        The camera.
     intrinsics
         What to store; the camera refuses those of another serial number.
     note

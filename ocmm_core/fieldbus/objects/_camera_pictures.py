@@ -37,7 +37,6 @@ class BlackImageState:
     """Which black images a camera has."""
 
     images: BlackImage
-    """In use, stored, the same."""
     sha256: str
     """Of the pixels in use, hexadecimal; empty where there is none."""
     mean: float
@@ -97,8 +96,6 @@ def take_snapshot(
 
     Parameters
     ----------
-    access
-        The camera.
     region
         Left, top, width and height, px; None for the whole sensor.
     progress

@@ -21,8 +21,6 @@ class FoeWrite:
     ----------
     name
         Of the file, as the camera knows it.
-    content
-        The whole file.
     mailbox_bytes
         Size of one mailbox, head included.
 

@@ -95,8 +95,6 @@ class MailboxLine:
 
         Parameters
         ----------
-        content
-            The whole mailbox.
         expect
             The camera answers it, so look for the answer in every cycle.
         """

@@ -125,12 +125,6 @@ def update_firmware(
 
     Parameters
     ----------
-    exchange
-        See `RawLine`.
-    serial
-        Of the camera.
-    image
-        The whole file.
     told
         Progress.
 

@@ -49,12 +49,6 @@ class CameraLine:
 
     Parameters
     ----------
-    name
-        Of the camera, for messages.
-    station
-        Its station address.
-    areas
-        Its mailboxes.
     on_emergency
         Gets the camera's emergency messages.
     """

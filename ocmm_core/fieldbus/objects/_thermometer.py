@@ -22,8 +22,6 @@ class Thermometer:
     ----------
     port
         Where the requests of others come from; None where nobody asks.
-    names
-        Of the cameras.
     now_ns
         Clock; monotonic.
 

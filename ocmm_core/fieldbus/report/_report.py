@@ -70,7 +70,6 @@ class BusEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     utc_ns: int
     """When it began, ns since 1970."""
     cycle: int
-    """In which bus cycle."""
     code: str
     """An `Alarm`, or ``"bus.operation"`` for the return to operation."""
     camera: str
@@ -90,7 +89,6 @@ class Histogram(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     counts: tuple[int, ...]
     """How many values are at most at the edge of the same place."""
     worst_us: float = 0.0
-    """The largest value."""
 
 
 class BusReport(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -37,8 +37,6 @@ def fuse(
     ----------
     timeouts
         Of the library; restored at the end.
-    sockets
-        Its sockets.
     stretched
         The time of the bus waits for this computer.
     ring

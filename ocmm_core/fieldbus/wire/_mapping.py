@@ -45,8 +45,6 @@ def check_mapping(
 
     Parameters
     ----------
-    name
-        Of the camera, for messages.
     read
         Returns a value of the camera's object dictionary, by index and entry.
     layout

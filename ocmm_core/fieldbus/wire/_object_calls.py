@@ -51,8 +51,6 @@ class ObjectCalls:
         ----------
         position, name
             Which camera, and what to call it in messages.
-        index
-            Of the object, for messages.
         action
             One transfer; raises one of the failures, or BusError where the camera refuses.
 

@@ -21,7 +21,6 @@ class BatchPart:
     """One part of a batch."""
 
     path: Path
-    """Its job file."""
     serial: str
     batch: str
     operator: str

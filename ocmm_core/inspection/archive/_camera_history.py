@@ -43,7 +43,6 @@ class CameraHistory:
     calibration: str = ""
     """Hash of the record that the job was measured with; empty where there is nothing to ask."""
     events: tuple[Event, ...] = ()
-    """Of its rig, oldest first."""
     recalled: frozenset[int] = frozenset()
     """Points that the last recall about the job has released."""
     absent: str = ""

@@ -39,7 +39,6 @@ class PartValue:
     uncertainty: float | None
     """`value`, `uncertainty`: Measured value and U (95 %); None where there is none."""
     verdict: Verdict
-    """Of the job."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +140,6 @@ class PartJob:
     plan_text: str
     """`path`, `uuid`, `serial`, `created_utc`, `plan`, `plan_text`: Of the job and its plan."""
     characteristics: tuple[Characteristic, ...]
-    """Of the plan."""
     values: tuple[tuple[tuple[float, float] | None, str, Verdict], ...]
     """For each of them value and U (95 %), or None; why it is not counted, or nothing; its verdict.
     Whether the job is simulated beside real ones is not looked at here."""

@@ -33,7 +33,6 @@ class KnownOfJob:
     held: tuple[str, ...] = ()
     """Why the archive of the shop holds the job back, a sentence each."""
     left_out: str = ""
-    """Of the file: `JobFile.left_out`."""
 
 
 def known_alone(job: JobFile, keys: KeyFolder | None = None) -> KnownOfJob:
@@ -63,10 +62,6 @@ def known_here(
     ----------
     job
         Own copy of the file.
-    path
-        Of the file itself.
-    probes, calibrations
-        As for `reopen_job`.
     store
         Of the rig of the job in ``calibrations``, where the caller has read it.
     keys

@@ -26,7 +26,6 @@ class LastJob:
     """One job as a list shows it."""
 
     path: Path
-    """Its file."""
     part: str = ""
     serial: str = ""
     operator: str = ""

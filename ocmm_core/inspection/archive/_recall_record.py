@@ -44,7 +44,6 @@ class RecalledCharacteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_u
     """What became of one characteristic."""
 
     name: str
-    """As in the plan."""
     before: RecalledValue
     after: RecalledValue | None
     """`before`, `after`: By the calibration of the job, and by what its spots speak for; ``after``
@@ -143,8 +142,6 @@ def points_released(store: CalibrationStore, calibration: str, job: JobFile) -> 
 
     Parameters
     ----------
-    store
-        Of the rig.
     calibration
         Hash of the record that the points were taken with.
 

@@ -47,7 +47,6 @@ class ReopenedJob:
     """A job as its own file says it is; the file is closed again."""
 
     path: Path
-    """The file."""
     head: JobHead
     """What the job says about itself, with all documents."""
     plan: Plan
@@ -136,8 +135,6 @@ def reopen_job(
 
     Parameters
     ----------
-    path
-        The job file.
     probes
         Where histories of probes are kept on this computer; None is the folder of this user.
     tell

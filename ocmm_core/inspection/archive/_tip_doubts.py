@@ -30,8 +30,6 @@ def points_in_doubt(events: Sequence[TipEvent], tip: str, taken: Mapping[int, da
 
     Parameters
     ----------
-    events
-        Of the probe, oldest first.
     tip
         That the points were taken with.
     taken

@@ -36,9 +36,7 @@ class TipHistory:
     tip: str = ""
     """Its name; empty where there is nothing to ask."""
     events: tuple[TipEvent, ...] = ()
-    """Of its probe, oldest first."""
     unread: tuple[str, ...] = ()
-    """As of `History`."""
 
 
 def settle_tip(
@@ -48,8 +46,6 @@ def settle_tip(
 
     Parameters
     ----------
-    events
-        Of the probe, oldest first.
     tip
         That the points were taken with.
 

@@ -44,8 +44,6 @@ def cause_of(inquiry: Inquiry, item: Characteristic, result: CharacteristicResul
 
     Parameters
     ----------
-    inquiry
-        Of the job.
     item, result
         What is asked about, NOT CONFORM or NOT PROVEN.
     """

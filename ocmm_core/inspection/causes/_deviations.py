@@ -35,7 +35,6 @@ class TouchedSurface:
     """The touches of one feature against its nominal surface."""
 
     name: str
-    """Of the feature."""
     nominal: NominalFeature
     """What the plan says; the direction of a line is the normal of its face."""
     geometry: Float

@@ -42,8 +42,6 @@ class Inquiry:
 
     Parameters
     ----------
-    job
-        As it was evaluated.
     view
         As it stands: verdicts, coverage, points that are held back.
     """

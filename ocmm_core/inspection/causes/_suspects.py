@@ -40,9 +40,7 @@ class Suspects:
     """Points that do not belong to what the others of their feature show."""
 
     feature: str
-    """Its name."""
     numbers: tuple[int, ...]
-    """Of the points."""
     off: tuple[float, ...]
     """mm, in the same order: how far each stands out of the material that the others show."""
     probability: float

@@ -39,7 +39,6 @@ class Cue:
     tone_hz: float
     """Pitch of the tone; three octaves higher at the place than far from it."""
     arrived: bool
-    """The ball is there."""
 
 
 def cue(distance_mm: float) -> Cue:
@@ -62,7 +61,6 @@ class Whereabouts:
     """Where the nominals of the plan are in the world."""
 
     T_nominal_from_world: RigidTransform
-    """The motion."""
     approximate: bool
     """From features that are not the datums of the plan, or fewer of them."""
 

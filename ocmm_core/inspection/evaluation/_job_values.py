@@ -37,8 +37,6 @@ class ValueGraph:
 
     Parameters
     ----------
-    graph
-        Of the features.
     rig, body
         What the points were taken with.
     """

@@ -147,8 +147,6 @@ def withdrawn(job: JobView, why: str) -> JobView:
 
     Parameters
     ----------
-    job
-        As it was told last.
     why
         What has failed, a sentence.
     """

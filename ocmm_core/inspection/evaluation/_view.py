@@ -152,7 +152,6 @@ class PlannedFeature:
     """Planned geometry of the active feature, shown until it is measured."""
 
     nominal: NominalFeature
-    """The feature."""
     T_world_from_nominal: RigidTransform
     """Where the nominals of the plan are, or may be."""
     supposed: bool

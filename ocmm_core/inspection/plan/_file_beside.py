@@ -21,9 +21,7 @@ class FileKind:
     code: str
     """Part of the codes of its errors, and the name of a file whose own name cannot be kept."""
     words: str
-    """For people."""
     endings: Sequence[str]
-    """Of its names."""
 
     def kept(self, source: Path, content: bytes, folder: Path) -> str:
         """Return the name of a file in the folder of a plan; it is copied where it is not there.

@@ -85,7 +85,6 @@ class Datum(_Item, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A datum: its name is its letter."""
 
     labels: tuple[str, ...] = ()
-    """Of its datum features."""
     faces: tuple[int, ...] = ()
     odd: tuple[str, ...] = ()
     """`faces`, `odd`: As of `Dimension`; of all its datum features."""

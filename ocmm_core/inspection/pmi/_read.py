@@ -1,16 +1,237 @@
-"""All that the text of a STEP file says of tolerances, and what its faces are."""
+"""All that the text of a STEP file says of tolerances, and what its faces are.
+
+Datums, their features, and the targets that they are touched at.
+
+The labels that a model shows, what each is the picture of, and the text of its notes.
+"""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
+import msgspec
+
 from ocmm_core.inspection.pmi._aspects import Aspects
-from ocmm_core.inspection.pmi._datums import Datums, letters_twice
 from ocmm_core.inspection.pmi._dimensions import DIMENSIONS, Dimensions
-from ocmm_core.inspection.pmi._items import Pmi
-from ocmm_core.inspection.pmi._labels import Labels
-from ocmm_core.inspection.pmi._part21 import BadEntityError, Part21, read_part21, refs
+from ocmm_core.inspection.pmi._items import Annotation, Datum, DatumTarget, Pmi
+from ocmm_core.inspection.pmi._part21 import BadEntityError, Part21, plain, read_part21, refs
 from ocmm_core.inspection.pmi._tolerances import KINDS, Tolerances
+
+_LINKS = ("DRAUGHTING_MODEL_ITEM_ASSOCIATION", "DRAUGHTING_MODEL_ITEM_ASSOCIATION_WITH_PLACEHOLDER")
+_SAYS = "PMI representation to presentation link"
+_HOLDS = "PROPERTY_DEFINITION_REPRESENTATION"
+_STANDARD = re.compile(r"ASME Y14\.5(?:\.1)?M?(?:-\d{4})?|ISO (?:1101|8015|5459|2768)\b(?::\d{4})?")
+_ITEMS = ("DIMENSION", "ANGULAR_SIZE", "ANGULAR_LOCATION", "DATUM", "PLACED_DATUM")
+_LONGEST = 300
+
+
+class Labels:
+    """What the callouts of a file are about."""
+
+    def __init__(self, file: Part21) -> None:
+        self._file = file
+        self._texts = file.users(_HOLDS, 0)
+        self._about: dict[int, list[int]] = {}
+        self._said: dict[int, list[int]] = {}
+        for word in _LINKS:
+            for number in file.all_of(word):
+                try:
+                    definition = file.reference(number, 2, word)
+                    is_link = plain(file.argument(number, 0, word)) == _SAYS
+                    shown = refs(file.argument(number, 4, word))
+                except BadEntityError:
+                    continue
+                for callout in shown:
+                    self._about.setdefault(callout, []).append(definition)
+                    if is_link:
+                        self._said.setdefault(callout, []).append(definition)
+        self.names = self._names()
+
+    def _names(self) -> dict[int, str]:
+        """Return the labels of items by their number."""
+        found: dict[int, str] = {}
+        for callout in self._about:
+            name = self._name(callout)
+            for number in self._shown(callout):
+                if name:
+                    found.setdefault(number, name)
+        return found
+
+    def annotations(self, aspects: Aspects, of_items: frozenset[int]) -> tuple[Annotation, ...]:
+        """Return all callouts in the order of the file.
+
+        Parameters
+        ----------
+        of_items
+            Numbers of the aspects that dimensions, tolerances and datum targets have.
+        """
+        found = []
+        for number in self._file.all_of("DRAUGHTING_CALLOUT", "LEADER_DIRECTED_CALLOUT"):
+            item = Annotation(entity=number, name=self._name(number) or f"annotation #{number}")
+            about = self._about.get(number, [])
+            try:
+                shows = self._shown(number)
+                on = [one for one in about if self._is_aspect(one)]
+                item = msgspec.structs.replace(
+                    item, shows=shows, own_aspect=any(one not in of_items for one in on)
+                )
+                if not shows:
+                    faces = {face for one in on for face in aspects.faces(one).numbers}
+                    item = msgspec.structs.replace(
+                        item, text=self._text(about), faces=tuple(sorted(faces))
+                    )
+            except BadEntityError as error:
+                item = msgspec.structs.replace(item, fault=str(error))
+            found.append(item)
+        return tuple(found)
+
+    def _shown(self, callout: int) -> tuple[int, ...]:
+        """Return the items that a callout is the picture of.
+
+        A file that says so has another link to the aspect that the leader ends at, which may be
+        that of a datum; then only the first one counts.
+        """
+        about = self._said.get(callout) or self._about.get(callout, [])
+        return tuple(dict.fromkeys(one for one in about if self._is_item(one)))
+
+    def standards(self) -> tuple[str, ...]:
+        """Return the standards of tolerancing that texts of the file name."""
+        found: dict[str, None] = {}
+        for number in self._file.all_of("DESCRIPTIVE_REPRESENTATION_ITEM", "PRODUCT", "DOCUMENT"):
+            found |= dict.fromkeys(_STANDARD.findall(self._file.bodies[number]))
+        return tuple(found)
+
+    def _name(self, number: int) -> str:
+        try:
+            return plain(self._file.argument(number, 0, "DRAUGHTING_CALLOUT"), 60)
+        except BadEntityError:
+            return ""
+
+    def _types(self, number: int) -> frozenset[str]:
+        try:
+            return self._file.types(number)
+        except BadEntityError:
+            return frozenset()
+
+    def _is_item(self, number: int) -> bool:
+        """Return whether an entity is a dimension, tolerance, datum feature or target."""
+        types = self._types(number)
+        return any(word.startswith(_ITEMS) or "_TOLERANCE" in word for word in types)
+
+    def _is_aspect(self, number: int) -> bool:
+        types = self._types(number)
+        return any("SHAPE_ASPECT" in word or word == "PRODUCT_DEFINITION_SHAPE" for word in types)
+
+    def _text(self, about: list[int]) -> str:
+        """Return the text of a note, where the file has it as text."""
+        for definition in about:
+            if "PROPERTY_DEFINITION" not in self._types(definition):
+                continue
+            for held in self._file.users("PROPERTY_DEFINITION_REPRESENTATION", 0).get(
+                definition, []
+            ):
+                shown = self._file.reference(held, 1, "PROPERTY_DEFINITION_REPRESENTATION")
+                for item in refs(self._file.argument(shown, 1, "REPRESENTATION")):
+                    if "DESCRIPTIVE_REPRESENTATION_ITEM" in self._types(item):
+                        said = self._file.argument(item, 1, "DESCRIPTIVE_REPRESENTATION_ITEM")
+                        return plain(said, _LONGEST)
+        return ""
+
+
+_TARGETS = ("PLACED_DATUM_TARGET_FEATURE", "DATUM_TARGET")
+
+
+class Datums:
+    """Reads datums; what is wrong with one is said in it."""
+
+    def __init__(self, file: Part21, aspects: Aspects, labels: dict[int, str]) -> None:
+        self._file, self._aspects, self._labels = file, aspects, labels
+        self._features = file.users("SHAPE_ASPECT_RELATIONSHIP", 3)
+        self._feet = file.users("FEATURE_FOR_DATUM_TARGET_RELATIONSHIP", 3)
+
+    def targets(self) -> tuple[DatumTarget, ...]:
+        """Return the datum targets of the file in its order."""
+        return tuple(self._target(number) for number in self._file.all_of(*_TARGETS))
+
+    def all(self) -> tuple[Datum, ...]:
+        """Return the datums of the file in its order."""
+        return tuple(self._datum(number) for number in self._file.all_of("DATUM"))
+
+    def _target(self, number: int) -> DatumTarget:
+        item = DatumTarget(
+            entity=number, name=self._labels.get(number, f"datum target #{number}"),
+            word="datum target", datum="",
+        )  # fmt: skip
+        try:
+            of = [one for one in self._aspects.related(number) if "DATUM" in self._file.types(one)]
+            letter = plain(self._file.argument(of[0], 4, "DATUM"), 20) if of else ""
+            which = plain(self._file.argument(number, 4, *_TARGETS), 20)
+            item = msgspec.structs.replace(
+                item, datum=letter, word=plain(self._file.argument(number, 1, *_TARGETS)),
+                name=self._labels.get(number) or f"{letter}{which}",
+            )  # fmt: skip
+            faces: list[int] = []
+            for relation in self._feet.get(number, []):
+                word = "FEATURE_FOR_DATUM_TARGET_RELATIONSHIP"
+                faces += self._aspects.faces(self._file.reference(relation, 2, word)).numbers
+            return msgspec.structs.replace(item, faces=tuple(faces))
+        except BadEntityError as error:
+            return msgspec.structs.replace(item, fault=str(error))
+
+    def _datum(self, number: int) -> Datum:
+        item = Datum(entity=number, name=f"datum #{number}")
+        try:
+            letter = plain(self._file.argument(number, 4, "DATUM"), 20)
+            if not letter:
+                msg = "it has no letter"
+                raise BadEntityError(msg)
+            item = msgspec.structs.replace(item, name=letter)
+            word = "SHAPE_ASPECT_RELATIONSHIP"
+            givers = [
+                self._file.reference(relation, 2, word)
+                for relation in self._features.get(number, [])
+            ]
+            return self._with_features(item, givers)
+        except BadEntityError as error:
+            return msgspec.structs.replace(item, fault=str(error))
+
+    def _with_features(self, item: Datum, givers: list[int]) -> Datum:
+        labels: list[str] = []
+        targets: list[str] = []
+        faces: dict[int, None] = {}
+        odd: dict[str, None] = {}
+        for giver in givers:
+            types = self._file.types(giver)
+            if types & set(_TARGETS):
+                targets.append(self._labels.get(giver, f"#{giver}"))
+            elif "DATUM_FEATURE" in types:
+                found = self._aspects.faces(giver)
+                labels.append(self._labels.get(giver, f"#{giver}"))
+                faces |= dict.fromkeys(found.numbers)
+                odd |= dict.fromkeys(found.others)
+                if found.derived:
+                    odd["a derived aspect"] = None
+        own = self._aspects.faces(item.entity).numbers
+        if own and faces and set(own) != set(faces):
+            msg = "the file names other faces for the datum than for its feature"
+            raise BadEntityError(msg)
+        return msgspec.structs.replace(
+            item, labels=tuple(labels), targets=tuple(targets), odd=tuple(odd),
+            faces=tuple(sorted(faces or own)),
+        )  # fmt: skip
+
+
+def letters_twice(datums: tuple[Datum, ...]) -> tuple[Datum, ...]:
+    """Return datums, those with a fault of which another one has the letter."""
+    names = [one.name for one in datums]
+    return tuple(
+        msgspec.structs.replace(one, fault=one.fault or "the file has its letter twice")
+        if names.count(one.name) > 1
+        else one
+        for one in datums
+    )
+
 
 _SURFACES = {
     "PLANE": "Plane", "CYLINDRICAL_SURFACE": "Cylinder", "CONICAL_SURFACE": "Cone",
@@ -24,7 +245,6 @@ class FaceText:
     """A face as the text has it."""
 
     number: int
-    """In the file."""
     shape: str
     """Word of its surface, as of a `Shape` where it is one of those that can be probed."""
     radius: float = 0.0
@@ -43,11 +263,6 @@ def read_pmi(text: str) -> tuple[Pmi, tuple[FaceText, ...]]:
     """Return what a file says of tolerances, and its faces in the order of the file.
 
     What is wrong with one item is said in it; nothing is raised for what a file says.
-
-    Parameters
-    ----------
-    text
-        The whole file.
     """
     try:
         file = read_part21(text)

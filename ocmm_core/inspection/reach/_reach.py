@@ -68,8 +68,6 @@ class Reach:
 
     Parameters
     ----------
-    obstacle
-        The part.
     ball_radius
         mm.
     setting

@@ -53,13 +53,11 @@ class Setting:
     """Probe, cameras and placement."""
 
     body: ProbeBody
-    """The probe."""
     design: ProbeDesign | None = None
     """How it is built; None where nobody wrote it down."""
     rig: Rig | None = None
     """The cameras; None where sight is not asked."""
     placement: Placement = Placement()
-    """Of the part."""
     ball_mm: float | None = None
     """Diameter of the ball; None for that of the probe."""
     tilt_deg: float = TILT_DEG

@@ -36,8 +36,6 @@ class Doubting:
 
     Parameters
     ----------
-    calibrations, probes
-        As of `KeptPlaces`.
     now
         The moment that it is asked for.
     """

@@ -52,8 +52,6 @@ def misfit_of(
     ----------
     points
         At least one, in the order in which they were taken.
-    body
-        As warm as it was.
     scale
         Of the noise of the spots, in standard deviations: what the calibration itself left over
         beyond the noise of the rig.

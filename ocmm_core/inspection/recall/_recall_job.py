@@ -102,7 +102,6 @@ class DoubtedJob:
     """A job with points in doubt and what it is computed with; can be sent to another computer."""
 
     path: Path
-    """Of its file, for sentences."""
     later: Later
     """What it is computed with anew."""
     in_doubt: Mapping[int, str]

@@ -29,7 +29,6 @@ class Accepted:
     """A touch that is good enough."""
 
     stable: StablePoint
-    """The ball at rest."""
     feature: str
     """What it belongs to."""
     side: Side
@@ -102,8 +101,6 @@ class Acceptance:
 
         Parameters
         ----------
-        stable
-            Its ball at rest.
         meant
             What it is meant for.
         """
@@ -138,8 +135,6 @@ def judge_touch(
 
     Parameters
     ----------
-    stable
-        Its ball at rest.
     meant
         What it is meant for.
     """

@@ -30,7 +30,6 @@ class NominalPlace:
     points: Sequence[MeasuredPoint]
     """That count by now."""
     options: SessionOptions
-    """Of the session."""
     cache: EvaluationCache = field(default_factory=EvaluationCache)
     """What was computed of the points before."""
 
@@ -48,10 +47,6 @@ class TouchAssigner:
         Says what is touched next.
     radius
         Of the ball, mm.
-    options
-        Of the session.
-    acceptance
-        The step that follows.
     """
 
     def __init__(
@@ -67,8 +62,6 @@ class TouchAssigner:
 
         Parameters
         ----------
-        stable
-            Its ball at rest.
         ways
             Each (3,), unit, world: how the ball came and how it was pulled off, where known.
         wanted
@@ -101,8 +94,6 @@ def assign_touch(
 
     Parameters
     ----------
-    contact
-        The ball at rest.
     nominals
         Where the nominals lie: only found where that matters.
     wanted

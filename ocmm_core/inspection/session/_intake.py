@@ -26,12 +26,8 @@ class TouchIntake:
     ----------
     ledger
         Keeps why a touch gave no point.
-    rig
-        The cameras.
     options
         What a touch is.
-    assignment
-        The step that follows.
     """
 
     def __init__(
@@ -45,8 +41,6 @@ class TouchIntake:
 
         Parameters
         ----------
-        touch
-            The frames.
         feature
             Feature that the touch is meant for; None for the active one.
 

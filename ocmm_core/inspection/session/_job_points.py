@@ -38,11 +38,6 @@ class Change:
 class JobPoints:
     """Keep the points of a job and of its file the same.
 
-    Parameters
-    ----------
-    job
-        The job file.
-
     Attributes
     ----------
     counting

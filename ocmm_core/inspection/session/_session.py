@@ -2,29 +2,38 @@
 
 The session has no threads and no clock of its own. Its methods may be called from any thread; one
 lock guards them, and every change makes a new frozen `JobView`.
+
+The part frame that the points of a job show.
+
+Points that do not count while what they were taken with is in doubt.
 """
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from ocmm_core.alignment import simulated_frame
 from ocmm_core.camera import Rig
 from ocmm_core.errors import MeasuringError
+from ocmm_core.geometry import RigidTransform
 from ocmm_core.inspection.causes import Explanation, explanations
-from ocmm_core.inspection.evaluation import SIMULATED, JobView, SessionOptions
+from ocmm_core.inspection.evaluation import (
+    SIMULATED,
+    HoldReason,
+    JobView,
+    SessionOptions,
+    measured_frame,
+)
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._acceptance import Acceptance
 from ocmm_core.inspection.session._assignment import TouchAssigner
 from ocmm_core.inspection.session._conditions import Conditions
 from ocmm_core.inspection.session._header import header_of
-from ocmm_core.inspection.session._held_points import HeldPoints
 from ocmm_core.inspection.session._intake import TouchIntake
 from ocmm_core.inspection.session._job_view import JobState, view_of
 from ocmm_core.inspection.session._ledger import JobLedger, UnderWay
-from ocmm_core.inspection.session._measured_frame import MeasuredFrame
 from ocmm_core.inspection.session._placed_part import JobPart
 from ocmm_core.inspection.session._point_steps import PointSteps
 from ocmm_core.inspection.session._reference_use import ReferenceUse
@@ -33,6 +42,95 @@ from ocmm_core.inspection.session._steps import JobSteps, Pausing
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobFile
 from ocmm_core.tracking import ProbeBody, ReferenceHome, TipSensitivity
+
+
+class HeldPoints:
+    """Hold points back, and release them.
+
+    Parameters
+    ----------
+    ledger
+        What they change.
+    """
+
+    def __init__(self, ledger: JobLedger) -> None:
+        self._ledger = ledger
+
+    def hold_back(self, since_s: float | None, reason: str) -> list[int]:
+        """Hold back the points that were taken since a moment of this run, and return them.
+
+        Parameters
+        ----------
+        since_s
+            Bus time, s; None for all points of this run.
+
+        Raises
+        ------
+        StorageError
+            It could not be made durable; the points are held back until the program ends.
+        """
+        with self._ledger.lock:
+            numbers = self._ledger.points.taken_since(since_s)
+            return self.hold_back_points(numbers, reason, HoldReason.CAMERAS)
+
+    def hold_back_points(
+        self, numbers: Iterable[int], reason: str, hold_reason: HoldReason
+    ) -> list[int]:
+        """Hold back points, and return those that were not yet; StorageError as `hold_back`."""
+        with self._ledger.lock:
+            self._ledger.view = None
+            return self._ledger.points.hold_back(numbers, reason, hold_reason)
+
+    def held_for(self, hold_reason: HoldReason) -> dict[int, str]:
+        """Return the points that count and are held back for a ward, and why."""
+        with self._ledger.lock:
+            held = self._ledger.points.held[hold_reason]
+            return {
+                p.number: held[p.number] for p in self._ledger.points.counting if p.number in held
+            }
+
+    def release(self, reason: str, hold_reason: HoldReason = HoldReason.CAMERAS) -> list[int]:
+        """Let points count again that were held back, and return them.
+
+        What was held back for the cameras in an earlier run stays so.
+
+        Raises
+        ------
+        StorageError
+            It could not be made durable; they stay held back.
+        """
+        with self._ledger.lock:
+            self._ledger.view = None
+            return self._ledger.points.release(reason, hold_reason)
+
+    def release_points(
+        self, numbers: Iterable[int], reason: str, hold_reason: HoldReason
+    ) -> list[int]:
+        """Let points count again, and return those that were held; StorageError as `release`."""
+        with self._ledger.lock:
+            self._ledger.view = None
+            return self._ledger.points.release_points(numbers, reason, hold_reason)
+
+
+class MeasuredFrame:
+    """Compute the part frame whenever somebody asks.
+
+    Parameters
+    ----------
+    ledger
+        Holds the points.
+    """
+
+    def __init__(self, ledger: JobLedger, options: SessionOptions) -> None:
+        self._ledger, self._options = ledger, options
+
+    @property
+    def T_part_from_world(self) -> RigidTransform | None:
+        """Return the part frame, or None while its datums are not measured."""
+        ledger = self._ledger
+        with ledger.lock:
+            points = list(ledger.points.counting)
+        return measured_frame(ledger.plan, points, self._options, ledger.cache)
 
 
 class InspectionSession:

@@ -124,8 +124,6 @@ def deeds_from(
         All features, in the order of the plan.
     counting
         Numbers of the points that count.
-    next_number
-        Of the next point.
 
     Returns
     -------

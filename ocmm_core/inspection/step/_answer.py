@@ -34,7 +34,6 @@ class StepFreeForm(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """A free-form face with the places on it where a ball can touch."""
 
     number: int
-    """See `ModelFace`."""
     name: str = ""
     """What the file calls it."""
     face: NominalFace | None = None

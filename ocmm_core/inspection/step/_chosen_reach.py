@@ -72,8 +72,6 @@ def ask_for_chosen(
     ----------
     taken
         What is chosen of the offers of the model.
-    given_up, progress
-        As `read_model` has them.
     limit_s
         After so much work of this thread the rest is not asked.
 

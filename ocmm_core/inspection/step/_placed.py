@@ -41,7 +41,6 @@ class Wish:
     """A surface that wants targets."""
 
     face: StepFace
-    """The surface."""
     order: Float
     """(n, 3), mm: where a ball has room, see `in_order`; n > 0."""
     wanted: int

@@ -43,8 +43,6 @@ class FaultCommands:
 
     Parameters
     ----------
-    chain
-        The cameras.
     seed
         Which bits of a spoiled answer are wrong.
     """

@@ -56,8 +56,6 @@ class FaultRig:
         Cameras that are made; by default those that are expected.
     unplugged
         Numbers of cameras that are not on the wire at the start.
-    seed
-        Of the proxy.
 
     Attributes
     ----------

@@ -198,11 +198,6 @@ class LineTricks:
 class Proxy:
     """The proxy on its two interfaces.
 
-    Parameters
-    ----------
-    config
-        See `ProxyConfig`.
-
     Raises
     ------
     BusError

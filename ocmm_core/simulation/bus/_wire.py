@@ -103,8 +103,6 @@ class Wire:
     ----------
     interface, second_interface
         Where frames enter at the first and at the second port; empty: no second port.
-    chain
-        The cameras.
     faults
         Which answers get lost.
     control

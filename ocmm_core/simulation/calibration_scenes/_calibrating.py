@@ -70,8 +70,6 @@ class CalibrationScenesRig:
         What the documents say.
     scenes
         In order.
-    seed, options
-        As in `rig.VirtualRig`.
     moved
         What happened to the frame since the cameras were where the documents say.
     """
@@ -205,7 +203,6 @@ class CalibratingScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """A rig that is calibrated, in words: what a process needs to build the same one."""
 
     calibrating: tuple[Scene, ...]
-    """The scenes."""
     rig: str
     probe: str
     """`rig`, `probe`: Paths of the documents."""

@@ -33,7 +33,6 @@ class SweepProbe(msgspec.Struct, frozen=True, kw_only=True, tag=True):
     cone: Vector3
     """Where the ball rests, mm, world."""
     seconds: float
-    """Of sweeping."""
     seed: int
     """Of the ways of the hand."""
     reach_deg: Vector3 = (27.0, 27.0, 12.0)

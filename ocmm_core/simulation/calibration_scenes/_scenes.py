@@ -21,7 +21,6 @@ class FrameMove(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Somebody moved the frame with its cameras, and knocked these a little."""
 
     seed: int
-    """Of what is drawn."""
     shift_mm: float = 8.0
     turn_rad: float = 8e-3
     """`shift_mm`, `turn_rad`: Standard deviations of the motion of the frame, per axis."""

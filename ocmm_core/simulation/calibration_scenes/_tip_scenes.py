@@ -40,9 +40,7 @@ class TouchWithTip(msgspec.Struct, frozen=True, kw_only=True, tag=True):
     handles: tuple[Vector3, ...]
     """Directions from the ball to the handle, world, one for each attitude."""
     seed: int
-    """Of the hand."""
     fault: TipFault = TipFault()
-    """Of the tip."""
 
 
 _WORN_RAD = np.radians(35.0)

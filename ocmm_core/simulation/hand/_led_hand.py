@@ -143,8 +143,6 @@ class MouseHand:
         ----------
         origin_world, toward_world
             (3,), mm and unit: the ray of the eye.
-        clear_mm, turn
-            See `Wish`.
         """
         inverse = self._pose.inverse()
         start = inverse.apply(origin_world)

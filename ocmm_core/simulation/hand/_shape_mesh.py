@@ -74,8 +74,6 @@ def part_mesh(name: str, solids: Solids) -> PartModel:
 
     Parameters
     ----------
-    name
-        Of the part.
     solids
         What it is made of.
     """

@@ -89,7 +89,6 @@ class TrueFeature:
     """What a surface truly is, in one frame."""
 
     name: str
-    """As in the plan."""
     kind: str
     """``"plane"``, ``"sphere"``, ``"bore"``, ``"cylinder"``, ``"cone"``, ``"line"``, ``"point"``,
     ``"slot"``, ``"ellipse"``, ``"torus"`` or ``"touched"``; a bore is what a plan calls a circle.

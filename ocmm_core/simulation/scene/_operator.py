@@ -121,8 +121,6 @@ class Operator:
         True radius of the ball, mm.
     touches
         What to touch, in order.
-    seed
-        Of places, attitudes and tremor.
     """
 
     def __init__(self, part: Part, tip_radius: float, touches: Touches, seed: int) -> None:

@@ -49,9 +49,7 @@ class ProbeStudy:
     sigma: Float
     """(3,), mm: noise of a position, world; unused by "bundle"."""
     poses: int
-    """In each run."""
     estimator: Estimator = "thesis"
-    """Of the tip."""
     with_leds: bool = True
     """Also average the LEDs and compare them (figure 15); the tip alone is much quicker."""
     rig: Rig | None = None

@@ -52,7 +52,6 @@ class SensorOptions:
     bits: int = 14
     """`electrons_per_count`, `bits`: The converter."""
     temperature_c: float = 35.0
-    """Of the sensor."""
     factory_black: bool = True
     """The camera starts with a black image of its own: the thesis keeps it in flash memory."""
 

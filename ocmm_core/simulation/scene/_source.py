@@ -48,8 +48,6 @@ class SimulatedSource:
 
     Parameters
     ----------
-    rig
-        The virtual rig.
     speed
         Time of the rig over time on the clock; zero is as fast as the reader takes the frames.
     hover

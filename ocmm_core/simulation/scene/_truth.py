@@ -33,7 +33,6 @@ class Truth:
     """Everything that is truly there; the measuring side never sees it."""
 
     cameras: tuple[CameraModel, ...]
-    """As they are."""
     leds_probe: Float
     tip_probe: Float
     """`leds_probe`, `tip_probe`: (L, 3) and (3,), mm, probe frame."""

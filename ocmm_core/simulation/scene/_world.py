@@ -112,7 +112,6 @@ class World:
     """The truth about cameras and probe."""
 
     cameras: tuple[CameraModel, ...]
-    """As they are."""
     leds_probe: Float
     """(L, 3), mm, probe frame."""
     tip_probe: Float

@@ -33,8 +33,6 @@ class BackgroundJob(Generic[T]):
 
     Parameters
     ----------
-    name
-        Of the thread.
     work
         What to do.
 

@@ -51,8 +51,6 @@ class Electronics:
         What it keeps without power.
     diagnosis
         Where errors go.
-    darken
-        See `BlackImages`.
     sensor
         Serial number and size of the sensor, px, as object 0x9000 tells them.
 

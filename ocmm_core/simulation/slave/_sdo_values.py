@@ -13,13 +13,7 @@ _COUNT_BYTES = 2
 
 
 class SdoValues:
-    """What the entries hold.
-
-    Parameters
-    ----------
-    objects, live, written, configurable
-        See `CoeServer`.
-    """
+    """What the entries hold."""
 
     def __init__(
         self,

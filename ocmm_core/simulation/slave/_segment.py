@@ -83,8 +83,6 @@ class Segment:
 
         Parameters
         ----------
-        frame
-            From the destination address on.
         now_ns
             When it arrived, ns.
         """

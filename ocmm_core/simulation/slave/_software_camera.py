@@ -90,8 +90,6 @@ class SoftwareCamera:
     ----------
     index
         Its number for the provider.
-    serial, alias
-        Its identity.
     provider
         What it sees; `SensorControl` is used where the provider has it.
     boot_counter

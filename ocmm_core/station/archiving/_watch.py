@@ -27,8 +27,6 @@ class ArchiveWatch:
     ----------
     station
         Whose jobs.
-    folder
-        Of the outbox.
     """
 
     def __init__(self, station: MeasuringStation, folder: Path) -> None:

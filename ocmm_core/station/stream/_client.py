@@ -22,7 +22,6 @@ class StreamClient:
     """A connection, never waited for."""
 
     address: str
-    """Of its computer."""
     since_s: float
     moved_s: float
     """`since_s`, `moved_s`: When it came, and when it last took something or had nothing to take

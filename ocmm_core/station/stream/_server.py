@@ -59,8 +59,6 @@ class StreamServer:
     ----------
     source
         What is streamed.
-    options
-        See `StreamOptions`.
     failed
         Told what ended the stream or a client of it, where something nobody foresaw did.
 

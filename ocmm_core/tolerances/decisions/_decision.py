@@ -59,7 +59,6 @@ class Decision:
     """The verdict, the ratio that it rests on, which way it leans, and why it is not better."""
 
     verdict: Verdict
-    """The decision."""
     tur: float
     """Tolerance, with what a modifier has added to it, divided by twice U."""
     leaning: Literal["", "in", "out"] = ""

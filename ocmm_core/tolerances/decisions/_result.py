@@ -48,7 +48,6 @@ class CharacteristicResult:
     is known from few points only, or the value cannot be negative, so that value ± U still holds
     the truth in 95 of 100 cases."""
     verdict: Verdict
-    """The decision."""
     note: str = ""
     """Why there is no value, or what to know about it; may be empty."""
     rule: str = ""
@@ -70,7 +69,6 @@ class CharacteristicResult:
     bonus: float = 0.0
     """What a modifier of material has added to the tolerance."""
     unit: Literal["mm", "deg"] = "mm"
-    """Of all numbers here."""
     seen: Seen | None = field(default=None, compare=False, repr=False)
     """The deviations of the touched places that the value is made of, for pictures; None without a
     value, and for kinds that have none."""

@@ -43,8 +43,6 @@ def evaluate_all(
 
     Parameters
     ----------
-    characteristics, alignment, rule
-        As the plan says.
     actual
         Features as measured, or why they are not (`features.actual.actual_features`).
     factors
@@ -135,8 +133,6 @@ def evaluate_one(
 
     Parameters
     ----------
-    characteristic, alignment, rule
-        As the plan says.
     frames
         Of the same features and that alignment.
     """

@@ -112,7 +112,6 @@ class PartVerdict:
     word: PartWord
     """What leads."""
     summary: VerdictSummary
-    """Of all characteristics."""
     failing: tuple[str, ...]
     unproven: tuple[str, ...]
     """`failing`, `unproven`: Names of the characteristics that are NOT CONFORM, and NOT PROVEN."""

@@ -151,8 +151,6 @@ def geometry_value(
     ----------
     geometries
         Geometry vectors (12,) by name (`features.shapes.element`), in one frame.
-    shapes
-        Of the same features.
     alignment
         Rule of the part frame; what has an axis needs it, and an angle near a right one may.
 

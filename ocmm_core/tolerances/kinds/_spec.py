@@ -36,7 +36,6 @@ class Asked:
     """A characteristic with the plan that it stands in."""
 
     item: Characteristic
-    """The characteristic."""
     shapes: Mapping[str, Shape]
     """Of all features of the plan, probed and constructed, by name."""
     nominals: Mapping[str, Float]
@@ -121,7 +120,6 @@ class KindSpec:
     words: str
     """What the screen calls it."""
     unit: Literal["mm", "deg"]
-    """Of nominal, limits and value."""
     one_sided: bool
     """The value is the width of a zone: never negative, with an upper limit only."""
     evaluate: Evaluate
@@ -131,7 +129,6 @@ class KindSpec:
     monte_carlo: MonteCarlo
     """The way in which trials may be computed quickly."""
     qif: QifWords
-    """Its words in QIF."""
     symbol: Symbol | None
     """On drawings; None where it is written as a word."""
     shapes: tuple[Shape, ...]

@@ -55,7 +55,6 @@ class BatchSource:
     size: int
     """Trials of a batch."""
     seed: int
-    """Of the simulation."""
 
     def maker(self, given_up: Callable[[], bool] = lambda: False) -> Callable[[int], Batch]:
         """Return what makes a batch by its index."""

@@ -55,9 +55,7 @@ class Refit:
     """One probed feature, ready to be fitted again."""
 
     name: str
-    """Of the feature."""
     kind: int
-    """Of `_refit_kernel`."""
     centroid: Float
     base: Float
     size: float

@@ -81,7 +81,6 @@ class MonteCarloValue:
     """`off_low`, `off_high`: Distance of the ends of value ± 2 standard from those of
     ``symmetric``."""
     settled: bool
-    """The tolerance was met."""
 
     @property
     def validated(self) -> bool:

@@ -79,7 +79,6 @@ class Vector:
     """Length of a vector whose components follow the geometry of features to first order."""
 
     names: tuple[str, ...]
-    """Of the features."""
     at: Float
     """(12 n,): their geometry as measured."""
     components: Float

@@ -46,7 +46,6 @@ class Budget:
     """Where the uncertainty of one value comes from."""
 
     characteristic: str
-    """Its name."""
     value: float
     unit: str
     """`value`, `unit`: As measured."""
@@ -78,8 +77,6 @@ def budget_of(
         Features that it rests on.
     parts
         Parts of the joint uncertainty (`measuring.contributions`).
-    factors
-        Their sum.
     samples
         What the features show of their form (`sampling.form_samples`).
 

@@ -31,7 +31,6 @@ class Extent:
     """A range of deviations with normal errors: form, run-out, profile."""
 
     value: float
-    """The range."""
     sigma: float
     """Standard uncertainty of the difference of the deviations that make it."""
     deviations: Float

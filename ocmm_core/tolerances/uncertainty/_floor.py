@@ -33,8 +33,6 @@ def noise_floor(noise: FormNoise, errors: Float, seed: int = SEED) -> float:
         Of the evaluation; where the zone was made smallest, that of the noise is, too.
     errors
         (m, m), mm^2: covariance of the deviations.
-    seed
-        Of the draws.
     """
     rows = len(errors) // 2 if noise.mirrored else len(errors)
     errors = errors[:rows, :rows]

@@ -43,13 +43,6 @@ from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
 def of_residuals(slopes: ResidualSlopes, factors: PointFactors) -> tuple[float, Float]:
     """Return the sum of the variances of n residuals, mm^2, and how each answers to its own point.
 
-    Parameters
-    ----------
-    slopes
-        Of the residuals.
-    factors
-        Of the points.
-
     Returns
     -------
     The sum of the variances, and (n, 3).
@@ -85,7 +78,6 @@ class FormSample:
     """What the points of one probed feature say about the form of its surface."""
 
     feature: str
-    """Its name."""
     places: Int
     """(n,): of its points among all N of the job."""
     normals: Float

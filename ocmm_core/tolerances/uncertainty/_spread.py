@@ -51,8 +51,6 @@ def spreads_of(
 
     Parameters
     ----------
-    factors
-        Of all but form.
     samples
         What the features show of their form (`sampling.form_samples`).
     """

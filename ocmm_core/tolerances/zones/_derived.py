@@ -89,8 +89,6 @@ def sections(name: str, places: Float) -> tuple[Section, ...]:
 
     Parameters
     ----------
-    name
-        Of the feature, for errors.
     places
         (n,), mm: heights along the axis, or radii.
 

@@ -86,7 +86,6 @@ class Surface:
     """A surface and what it should be."""
 
     measured: SurfacePoints
-    """Its contact points."""
     shape: Shape
     nominal: Float
     """`shape`, `nominal`: Shape and geometry vector (12,) in the frame of the zone."""
@@ -265,8 +264,6 @@ def derived_zone(
 
     Parameters
     ----------
-    points
-        Of which the farthest counts.
     true_point
         (3,), mm, frame: the true centre, or a point of the true axis or plane.
     rows

@@ -84,8 +84,6 @@ def identify_frames(
         Orientation rules (B, 4, 3), (B, 4, 3), (B,).
     usable, coded
         (B, C S): LED by strobe code, -1 where a slot may be any, -2 where none; (B,).
-    sigma, rival_px, limits
-        See `_grow_kernel.grow`.
     status, labels
         Outputs (n, B) and (n, B, C, L): slot of each LED, -1 where none.
     """

@@ -82,8 +82,6 @@ def triangulate_pairs(
         As `undistort_rays` makes them, by slot.
     seeds, there
         (C, S): spots that count in the first camera, and in the second.
-    first, second
-        The cameras.
     sigma
         Of one spot, px.
     bounds

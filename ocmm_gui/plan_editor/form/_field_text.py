@@ -70,11 +70,6 @@ def text_of(line: FormLine, value: Any, *, angle: bool = False) -> str:
 def value_of(line: FormLine, text: str, *, angle: bool = False) -> Any:
     """Return what the text of a field means, as plain data; lengths in mm, whatever was typed.
 
-    Parameters
-    ----------
-    angle
-        See `text_of`.
-
     Raises
     ------
     InputError

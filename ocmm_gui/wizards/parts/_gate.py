@@ -12,8 +12,6 @@ def gate_words(seen: Seen, accepted: str, *, going_on: bool) -> tuple[str, Mark]
 
     Parameters
     ----------
-    seen
-        The snapshot.
     accepted
         What is so after the result was accepted.
     going_on

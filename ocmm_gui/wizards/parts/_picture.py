@@ -138,13 +138,11 @@ class BarPlace:
     """A bar in the volume."""
 
     name: str
-    """In words."""
     ends_world: Float
     """(2, 3), mm."""
     nests: int
     """Marks along it."""
     done: int
-    """Of them."""
     shares: tuple[float, ...] = ()
     """Where they are along it, from 0 to 1; evenly where nothing is said."""
 

@@ -68,7 +68,6 @@ class Seen:
     """What the window shows."""
 
     view: ShownView
-    """The snapshot."""
     automatic: bool
     """What is ready is taken without a key."""
     calculating_s: float | None

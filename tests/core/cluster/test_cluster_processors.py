@@ -12,10 +12,9 @@ import pytest
 
 from benchmarks.cluster_processes import ROOT, ShopCluster
 from ocmm_core.cluster import run_tasks
-from ocmm_core.cluster._arithmetic import Arithmetic
-from ocmm_core.cluster._scheduler import refusal
+from ocmm_core.cluster._open_tasks import refusal
 from ocmm_core.cluster._sentences import other_processor
-from ocmm_core.cluster._worker import Asked, Refused, do, this_computer
+from ocmm_core.cluster._worker import Arithmetic, Asked, Refused, do, this_computer
 from ocmm_core.errors import InputError
 from tests.core.cluster.cluster_work import drawn, some_seeds
 from tests.host import HANG_S, not_run

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ocmm_core.fieldbus.wire import Command, Datagram, encode_frame
-from ocmm_core.fieldbus.wire._ring_cable import RingCable
+from ocmm_core.fieldbus.wire._port import RingCable
 
 STATUS = 0x0130
 FIRST, SECOND = 0, 1

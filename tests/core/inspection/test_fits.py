@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from ocmm_core.inspection.drawing._account import RefusedError
-from ocmm_core.inspection.drawing._fits import fit_limits
+from ocmm_core.inspection.drawing._sizes import fit_limits
 
 
 @pytest.mark.parametrize(

@@ -29,8 +29,6 @@ def tolerances_of(
 
     Parameters
     ----------
-    text
-        The file.
     reader
         That has read it.
     with_surface

@@ -38,8 +38,6 @@ class MeshAside:
 
     Parameters
     ----------
-    document
-        The model.
     faces
         Its faces with a surface.
     source

@@ -50,8 +50,6 @@ def make_mesh(shape: Any, faces: Sequence[Any]) -> float:
 
     Parameters
     ----------
-    shape
-        The model.
     faces
         Its faces with a surface.
     """

@@ -35,7 +35,6 @@ class StepFace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     width: float = 0.0
     """mm: extent of a plane square to ``across``."""
     inner: bool = False
-    """The material is outside."""
     deviation_mm: float | None = None
     """Largest distance of a spline in the file from this surface; None for a surface of its own."""
 
