@@ -107,17 +107,13 @@ class ThreadNet:
     ----------
     tell
         Gets what to tell, on the thread that failed.
-
-    Attributes
-    ----------
-    caught
-        Everything that was told.
     """
 
     def __init__(self, tell: Callable[[OcmmError], None]) -> None:
         self._tell = tell
         self._previous = threading.excepthook
         self.caught: list[OcmmError] = []
+        """Everything that was told."""
 
     def __enter__(self) -> ThreadNet:
         """Begin to catch."""

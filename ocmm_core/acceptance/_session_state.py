@@ -46,8 +46,6 @@ class SessionState:
     ----------
     begun, stage, plan
         What was fixed before the first point; retests are added to the plan.
-    taken
-        Observations of every position of the plan.
     refusals, climate, retests
         What was refused, temperatures, and how many retests were begun.
     finished, abandoned
@@ -59,6 +57,7 @@ class SessionState:
         self.stage = Stage(begun.procedure, begun.instrument, begun.artefacts, begun.seed)
         self.plan = list(begun.plan)
         self.taken: list[list[Observation]] = [[] for _ in self.plan]
+        """Observations of every position of the plan."""
         self.refusals: list[Refusal] = []
         self.climate: list[Climate] = []
         self.retests = 0

@@ -55,8 +55,6 @@ class SpotFinder:
 
     Attributes
     ----------
-    state
-        May be replaced by an earlier `copy` to go back in time.
     regions, anywhere, packed
         As the compiled loops take them.
     """
@@ -74,6 +72,7 @@ class SpotFinder:
         self.anywhere = not start
         self.regions = _regions(start or (Window(0, 0, width, height),), width, height)
         self.state = FinderState.fresh()
+        """May be replaced by an earlier `copy` to go back in time."""
 
     def windows(self) -> tuple[Window | None, ...]:
         """Return the windows of the next frame by slot; None of a free slot."""

@@ -65,16 +65,12 @@ class TouchCollector:
         Time between two exposures, s.
     options
         Length of the window.
-
-    Attributes
-    ----------
-    pulled
-        Follow the ball after the window until it is pulled away: the touch is complete only then,
-        or after a second and a half. Counts for the windows that end from now on.
     """
 
     def __init__(self, frame_period_s: float, options: PointOptions) -> None:
         self.pulled = False
+        """Follow the ball after the window until it is pulled away: the touch is complete only
+        then, or after a second and a half. Counts for the windows that end from now on."""
         self._pull_mm = _APPROACH_REACH * options.approach_mm
         self._pull_frames = round(_PULL_WAIT_S / frame_period_s)
         self._held: Touch | None = None

@@ -67,16 +67,6 @@ class ReferenceTracker:
         What to track with.
     home
         Where it stood when the job began; None to take the first place where it rests.
-
-    Attributes
-    ----------
-    tracker
-        Follows its LEDs.
-    home
-        See above.
-    motion
-        How far the middle of its LEDs is from home, mm, and how far it is turned, rad; None while
-        that is not known. It waits until the mean of the pose has settled.
     """
 
     def __init__(
@@ -87,8 +77,12 @@ class ReferenceTracker:
         home: ReferenceHome | None = None,
     ) -> None:
         self.tracker = BodyTracker(rig, reference.leds, reference.middle, options)
+        """Follows its LEDs."""
         self.home = home
+        """See above."""
         self.motion: tuple[float, float] | None = None
+        """How far the middle of its LEDs is from home, mm, and how far it is turned, rad; None
+        while that is not known. It waits until the mean of the pose has settled."""
         self._rig = rig
         self._reference = reference
         self._taker = HomeTaker(rig, reference)

@@ -36,11 +36,6 @@ class ReferenceFilter:
     """Average poses of a reference body that rests; used by one thread.
 
     What comes out does not depend on how the stream is cut into blocks.
-
-    Attributes
-    ----------
-    n_frames
-        How many frames the mean holds after the latest one; 0 where the body is not tracked.
     """
 
     def __init__(self) -> None:
@@ -48,6 +43,7 @@ class ReferenceFilter:
         self._rotation, self._origin = np.eye(3), np.zeros(3)
         self._state = np.zeros(_SIZE)
         self.n_frames = 0
+        """How many frames the mean holds after the latest one; 0 where the body is not tracked."""
 
     def feed(self, body: TrackBlock, covariance: Float) -> tuple[Float, Float, Float]:
         """Return rotation (n, 3, 3), origin (n, 3), mm, and covariance (n, 6, 6) of every frame.

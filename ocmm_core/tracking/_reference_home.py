@@ -29,15 +29,11 @@ class HomeTaker:
     ----------
     rig, reference
         What is tracked with.
-
-    Attributes
-    ----------
-    reason
-        Why there is no home yet, in words.
     """
 
     def __init__(self, rig: Rig, reference: ReferenceBody) -> None:
         self.reason = "its position is being taken"
+        """Why there is no home yet, in words."""
         self._rig = rig
         self._reference = reference
         self._spots: list[Float] = []

@@ -184,11 +184,6 @@ class ScenePainter:
         What hides lines and dots; None hides nothing.
     ghost
         How much of the colour is left of what is hidden, 0 to 1.
-
-    Attributes
-    ----------
-    words
-        Where the words that were painted stand, with what they say.
     """
 
     def __init__(
@@ -209,6 +204,7 @@ class ScenePainter:
         self._depth, self._ghost = depth, ghost
         self._marks: list[Float] = []
         self.words: list[tuple[str, QRectF]] = []
+        """Where the words that were painted stand, with what they say."""
         items = tuple(items)
         faces = [item for item in items if isinstance(item, Face)]
         heights = [float(self._picture.apply(item.corners)[:, 2].mean()) for item in faces]

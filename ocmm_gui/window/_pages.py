@@ -34,11 +34,6 @@ class Pages(QObject):
         Those of the window, by their keys in the table.
     banner
         As large as the page under it wants it.
-
-    Attributes
-    ----------
-    stack
-        The pages that were made.
     """
 
     mode_wanted = Signal()
@@ -58,6 +53,7 @@ class Pages(QObject):
     ) -> None:
         super().__init__()
         self.stack = PageStack()
+        """The pages that were made."""
         self._desk, self._far = desk, far
         self._inspect: QWidget = desk
         self._sheets, self._maintenance, self._tests = sheets, maintenance, tests

@@ -47,19 +47,14 @@ def read_first_line(descriptor: int) -> bytes:
 
 
 class LineBuffer:
-    """Cuts a stream into lines; a line that is too long is left out and counted.
-
-    Attributes
-    ----------
-    too_long
-        How many lines were left out.
-    """
+    """Cuts a stream into lines; a line that is too long is left out and counted."""
 
     def __init__(self, longest: int = MAX_LINE_BYTES) -> None:
         self._longest = longest
         self._rest = bytearray()
         self._skipping = False
         self.too_long = 0
+        """How many lines were left out."""
 
     def push(self, content: bytes) -> list[bytes]:
         """Take what came and return the lines that are complete now, without their ends."""
@@ -94,13 +89,6 @@ class CommandPort:
         Called, once and in another thread, when the input ends: whoever asked is gone.
     on_failure
         Called before that with what ended the thread, where something nobody foresaw did.
-
-    Attributes
-    ----------
-    refused
-        Requests that could not be read or had no room.
-    dropped
-        Answers that had no room.
     """
 
     def __init__(
@@ -121,7 +109,9 @@ class CommandPort:
         self._deaf = self._mute = False
         self._closing = False
         self.refused = 0
+        """Requests that could not be read or had no room."""
         self.dropped = 0
+        """Answers that had no room."""
         self._bell_out, self._bell_in = os.pipe()
         os.set_blocking(self._bell_in, False)
         # A daemon: a process that fails must end without asking this thread.

@@ -82,11 +82,6 @@ class EthercatSource:
     ------
     BusError
         A time that waits was given for an interface that is not virtual.
-
-    Attributes
-    ----------
-    lateness_ns
-        How late the last cycle began.
     """
 
     def __init__(
@@ -119,6 +114,7 @@ class EthercatSource:
         self._published: tuple[BusPhase, str, str] | None = None
         self._published_ns = self._foreign = self._foreign_until_ns = 0
         self.lateness_ns = 0
+        """How late the last cycle began."""
 
     @property
     def description(self) -> SourceDescription:

@@ -40,13 +40,7 @@ class Sender(Protocol):
 
 
 class ObjectLine:
-    """Requests under way, by number.
-
-    Attributes
-    ----------
-    garbled
-        Lines that came and were no answers.
-    """
+    """Requests under way, by number."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -54,6 +48,7 @@ class ObjectLine:
         self._waiting: dict[int, queue.SimpleQueue[ObjectReply | BusError]] = {}
         self._ended: BusError | None = None
         self.garbled = 0
+        """Lines that came and were no answers."""
 
     def ask(
         self,

@@ -128,11 +128,6 @@ class BusCapture:
     n_cameras
         How many cameras there are, where the recording does not begin with their bring-up; 0:
         the recording tells.
-
-    Attributes
-    ----------
-    account
-        What was found so far.
     """
 
     def __init__(self, path: Path, n_cameras: int = 0) -> None:
@@ -147,6 +142,7 @@ class BusCapture:
         self._sent: Counter[int] = Counter()
         self._answered: Counter[int] = Counter()
         self.account = CaptureAccount()
+        """What was found so far."""
 
     @property
     def serials(self) -> tuple[int | None, ...]:

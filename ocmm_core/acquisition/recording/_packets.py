@@ -47,17 +47,12 @@ class Packet:
 
 
 class PacketFile:
-    """A recording, read from its beginning to its end.
-
-    Attributes
-    ----------
-    cut_off
-        The file ends in the middle of a packet; known at the end.
-    """
+    """A recording, read from its beginning to its end."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self.cut_off = False
+        """The file ends in the middle of a packet; known at the end."""
 
     def packets(self) -> Iterator[Packet]:
         """Yield the packets.

@@ -248,11 +248,6 @@ class ReplaySource:
     ------
     AcquisitionError
         The file is no good recording.
-
-    Attributes
-    ----------
-    recording
-        What is replayed; its ``warning`` says whether its end was left out.
     """
 
     def __init__(self, path: Path | str, speed: float = 0.0) -> None:
@@ -260,6 +255,7 @@ class ReplaySource:
             msg = f"a replay at speed {speed}"
             raise ValueError(msg)
         self.recording = Recording(path)
+        """What is replayed; its ``warning`` says whether its end was left out."""
         head = self.recording.head
         self._description = SourceDescription(
             name=f"replay ({self.recording.path.name})",

@@ -107,13 +107,12 @@ class Recording:
     ----------
     path, head
         Where it is and what it says about itself.
-    warning
-        Why the end of the file was left out; empty for a recording that was closed.
     """
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self.warning = ""
+        """Why the end of the file was left out; empty for a recording that was closed."""
         try:
             with os.fdopen(open_guarded(self.path), "rb") as stream:
                 line = stream.readline(_LONGEST_HEAD)

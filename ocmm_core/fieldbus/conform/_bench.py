@@ -58,13 +58,6 @@ class Bench:
         Position of the camera, 0 first.
     firmware
         A firmware file that the maker signed, for the whole update; empty: none.
-
-    Attributes
-    ----------
-    mail
-        Its mailboxes.
-    feeding
-        Exchange process data whenever something is waited for.
     """
 
     def __init__(self, line: ConformLine, place: int, firmware: bytes = b"") -> None:
@@ -77,9 +70,11 @@ class Bench:
         self._eeprom = b""
         self._target = -place & 0xFFFF
         self.feeding = False
+        """Exchange process data whenever something is waited for."""
         self._seen: int | None = None
         self._heartbeat = 0
         self.mail = MailLine(line, self.get, self.put, self.feed, self._timed)
+        """Its mailboxes."""
 
     def _timed(self, name: str, time_ns: int, limit_ns: int) -> None:
         self.findings.timed(name, time_ns, limit_ns)

@@ -35,13 +35,6 @@ class MailLine:
         Called while an answer is waited for, so that a camera in operation stays there.
     timed
         Told how long things took, and how long they may.
-
-    Attributes
-    ----------
-    emergencies
-        Code, error register and data of each that came.
-    reply_counters
-        Mailbox counters of all that was fetched.
     """
 
     def __init__(
@@ -55,7 +48,9 @@ class MailLine:
         self._line = line
         self._get, self._put, self._feed, self._timed = get, put, feed, timed
         self.emergencies: list[tuple[int, int, bytes]] = []
+        """Code, error register and data of each that came."""
         self.reply_counters: list[int] = []
+        """Mailbox counters of all that was fetched."""
         self._counter = 0
 
     def _number(self, register: int, size: int) -> int:

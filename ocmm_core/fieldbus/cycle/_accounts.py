@@ -38,22 +38,19 @@ class BusAccounts:
 
     Attributes
     ----------
-    journal
-        Events.
     lateness, round_trip
         Of the cycles.
-    cycles
-        Verdicts by name; they add up to ``elapsed``.
-    elapsed
-        Cycles so far.
     """
 
     def __init__(self, settings: BusSettings, notes: Sequence[str]) -> None:
         self.journal = Journal()
+        """Events."""
         self.lateness = Durations()
         self.round_trip = Durations()
         self.cycles: Counter[str] = Counter()
+        """Verdicts by name; they add up to ``elapsed``."""
         self.elapsed = 0
+        """Cycles so far."""
         self._settings = settings
         self._notes = tuple(notes)
         self._cameras = {camera.name: _CameraAccount() for camera in settings.cameras}

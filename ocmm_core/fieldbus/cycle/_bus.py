@@ -33,13 +33,6 @@ class CameraBus:
         What to open and what to find there.
     objects
         Requests to the cameras that are served beside the cycle.
-
-    Attributes
-    ----------
-    clock
-        The bus clock as seen from this computer.
-    passage
-        How the last cycle went over the wire; None before the first one.
     """
 
     def __init__(
@@ -56,7 +49,9 @@ class CameraBus:
         self._service = ServiceChannel()
         self._watch = StateWatch(())
         self.clock = BusClock(settings.cycle_period_ns)
+        """The bus clock as seen from this computer."""
         self.passage: Passage | None = None
+        """How the last cycle went over the wire; None before the first one."""
         self._cycles = 0
         self._silent = 0
         self._late_at = -_LATE_CYCLES

@@ -122,19 +122,14 @@ class CyclePacer:
     ----------
     now_ns
         Host time of the first cycle.
-
-    Attributes
-    ----------
-    deadline_ns
-        Host time at which the next cycle begins.
-    phase_ns
-        Where on the bus clock the cycles begin, against where they should; smoothed.
     """
 
     def __init__(self, period_ns: int, now_ns: int) -> None:
         self._period_ns = period_ns
         self.deadline_ns = now_ns
+        """Host time at which the next cycle begins."""
         self.phase_ns = 0.0
+        """Where on the bus clock the cycles begin, against where they should; smoothed."""
 
     def begin(self, now_ns: int) -> int:
         """Begin the cycle that is due; return how many it stands for, 1 where none was missed."""

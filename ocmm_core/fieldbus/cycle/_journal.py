@@ -31,16 +31,11 @@ class _Entry:
 
 
 class Journal:
-    """The newest events.
-
-    Attributes
-    ----------
-    dropped
-        Older ones that are gone.
-    """
+    """The newest events."""
 
     def __init__(self) -> None:
         self.dropped = 0
+        """Older ones that are gone."""
         self._entries: deque[_Entry] = deque()
         self._open: dict[tuple[str, str], _Entry] = {}
         self._number = 0

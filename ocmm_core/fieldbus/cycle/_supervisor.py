@@ -61,20 +61,18 @@ class Supervisor:
 
     Attributes
     ----------
-    phase
-        Where the bus is.
     alarm, message, camera
         What disturbs it now; empty in good order.
-    recoveries
-        How often operation was reached again.
     """
 
     def __init__(self, now_ns: int) -> None:
         self.phase = BusPhase.CLOSED
+        """Where the bus is."""
         self.alarm = ""
         self.message = ""
         self.camera = ""
         self.recoveries = 0
+        """How often operation was reached again."""
         self._next = Next.RESTART
         self._alarm_ns = now_ns
         self._good_ns = now_ns

@@ -66,16 +66,12 @@ class StateWatch:
         Station addresses, in the order of the rig.
     before
         Who watched the same cameras until now.
-
-    Attributes
-    ----------
-    news
-        What ports counted and nobody has taken yet: place of the camera, and what.
     """
 
     def __init__(self, stations: Sequence[int], before: StateWatch | None = None) -> None:
         self._stations = tuple(stations)
         self.news: deque[tuple[int, PortTrouble]] = deque(maxlen=_MOST_NEWS)
+        """What ports counted and nobody has taken yet: place of the camera, and what."""
         self._counted: dict[int, bytes] = {} if before is None else before.counters
         self._counted_at: dict[int, int] = {}
         self._hurried = False

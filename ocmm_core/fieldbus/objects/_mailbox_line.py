@@ -58,16 +58,12 @@ class MailboxLine:
         Where its mailboxes are.
     deliver
         Gets every mailbox that came, once.
-
-    Attributes
-    ----------
-    repeats
-        How often a lost mailbox was asked for again.
     """
 
     def __init__(self, station: int, areas: MailboxAreas, deliver: Callable[[bytes], None]) -> None:
         self.areas = areas
         self.repeats = 0
+        """How often a lost mailbox was asked for again."""
         self._station = station
         self._deliver = deliver
         # The same each time, so that the frame with it is known.

@@ -193,10 +193,6 @@ class ObjectService:
     done, failed
         Transfers that went well, and those that did not; without our own questions, which have
         negative numbers.
-    emergencies
-        Messages that came and were not yet taken: camera and message.
-    failures
-        Requests that failed and were not yet taken: camera and last answer.
     """
 
     def __init__(self, port: RequestPort | None, names: tuple[str, ...]) -> None:
@@ -206,7 +202,9 @@ class ObjectService:
         self._turn = 0
         self.done = self.failed = 0
         self.emergencies: deque[tuple[str, Emergency]] = deque(maxlen=64)
+        """Messages that came and were not yet taken: camera and message."""
         self.failures: deque[tuple[str, ObjectReply]] = deque(maxlen=64)
+        """Requests that failed and were not yet taken: camera and last answer."""
 
     def attach(self, stations: Mapping[str, tuple[int, MailboxAreas]]) -> None:
         """Begin to talk to the cameras at these stations; what was under way begins anew."""

@@ -24,11 +24,6 @@ class Thermometer:
         Where the requests of others come from; None where nobody asks.
     now_ns
         Clock; monotonic.
-
-    Attributes
-    ----------
-    celsius
-        Last answers by camera; a camera that does not answer is not in it.
     """
 
     def __init__(
@@ -38,6 +33,7 @@ class Thermometer:
         now_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         self.celsius: dict[str, float] = {}
+        """Last answers by camera; a camera that does not answer is not in it."""
         self._port = port
         self._names = names
         self._now_ns = now_ns

@@ -32,19 +32,13 @@ _KEPT = 64
 
 
 class RingCable:
-    """Where frames came out, and whether the ring is whole.
-
-    Attributes
-    ----------
-    is_open
-        The redundancy cable, or another cable of the ring, is broken.
-    reached
-        Where the ring is in two parts: how many cameras are reached from the first end.
-    """
+    """Where frames came out, and whether the ring is whole."""
 
     def __init__(self) -> None:
         self.is_open = False
+        """The redundancy cable, or another cable of the ring, is broken."""
         self.reached: int | None = None
+        """Where the ring is in two parts: how many cameras are reached from the first end."""
         self._entered: dict[int, int] = {}
         self._row = 0
 
@@ -128,12 +122,6 @@ class Port:
 
     Attributes
     ----------
-    tally
-        Answers to the process data.
-    links
-        State of the link of each interface.
-    ring
-        What a redundancy cable makes of the answers; None without one.
     foreign
         Frames that another master sent. On a ring our own pass no camera, too, and nothing is
         counted.
@@ -147,8 +135,11 @@ class Port:
     ) -> None:
         self._time = host_time or HostTime()
         self.tally = AnswerTally(token)
+        """Answers to the process data."""
         self.links = [LinkWatch(name) for name in interfaces]
+        """State of the link of each interface."""
         self.ring = RingCable() if len(interfaces) > 1 else None
+        """What a redundancy cable makes of the answers; None without one."""
         self._channels: list[socket.socket] = []
         self._questions = ServiceChannel()
         self._service_came = False

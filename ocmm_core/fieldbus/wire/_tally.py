@@ -28,26 +28,19 @@ class AnswerTally:
     token
         Where in the outputs of the first camera the number of the cycle is, and its bytes; no
         bytes where these cameras have no such output. Then the index alone tells answers apart.
-
-    Attributes
-    ----------
-    frames
-        Into how many Ethernet frames a cycle is split; learnt with `learn`.
-    stray
-        Answers that were late, came twice or out of order.
-    late
-        Those of them that belong to the cycle before, or came after one of a later frame.
-    working_counter
-        What the answers that were waited for count in this cycle, in their first datagrams.
     """
 
     def __init__(self, token: tuple[int, int] = OWN_TOKEN) -> None:
         begin, self._token_bytes = token
         self._token_place = slice(_DATA_AT + begin, _DATA_AT + begin + self._token_bytes)
         self.frames = 0
+        """Into how many Ethernet frames a cycle is split; learnt with `learn`."""
         self.stray = 0
+        """Answers that were late, came twice or out of order."""
         self.late = 0
+        """Those of them that belong to the cycle before, or came after one of a later frame."""
         self.working_counter = 0
+        """What the answers that were waited for count in this cycle, in their first datagrams."""
         self._next = 0
         self._expected: list[int] = []
         self._before: list[int] = []

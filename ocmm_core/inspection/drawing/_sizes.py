@@ -136,17 +136,12 @@ class SizeLimits:
 
 
 class Sizes:
-    """Takes dimensions into a plan, and knows the limits of the sizes that it took.
-
-    Attributes
-    ----------
-    limits
-        Of diameters, by the name of the feature; of a feature with several sizes all.
-    """
+    """Takes dimensions into a plan, and knows the limits of the sizes that it took."""
 
     def __init__(self, context: Context, general: General | None) -> None:
         self._context, self._general = context, general
         self.limits: dict[str, list[SizeLimits]] = {}
+        """Of diameters, by the name of the feature; of a feature with several sizes all."""
 
     def take(self, item: Dimension) -> AccountItem:
         """Take a dimension, and return what became of it."""

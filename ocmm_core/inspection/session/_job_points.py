@@ -36,19 +36,12 @@ class Change:
 
 
 class JobPoints:
-    """Keep the points of a job and of its file the same.
-
-    Attributes
-    ----------
-    counting
-        Points that are not annulled, oldest first.
-    held
-        Those that are held back, and why.
-    """
+    """Keep the points of a job and of its file the same."""
 
     def __init__(self, job: JobFile) -> None:
         self._job = job
         self.counting: list[MeasuredPoint] = job.points()
+        """Points that are not annulled, oldest first."""
         self._out = {point.number: DeletedPoint(point, why) for point, why in job.annulled()}
         events = job.events()
         self._successor: dict[int, int] = {}
@@ -60,6 +53,7 @@ class JobPoints:
                     raise bad_event(RESTORED, f"{shortened(event.text)} names no two points")
                 self._successor[int(found[1])] = int(found[2])
         self.held = {hold_reason: held_back(events, hold_reason) for hold_reason in HoldReason}
+        """Those that are held back, and why."""
         self._own: set[int] = set()
         self._sensitivities: dict[int, TipSensitivity] = {}
 

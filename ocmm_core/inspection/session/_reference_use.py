@@ -39,11 +39,6 @@ class ReferenceUse:
     begun
         The job has points already.
 
-    Attributes
-    ----------
-    home
-        Where the reference body stood when the job began; None before that is known.
-
     Raises
     ------
     MeasuringError
@@ -61,6 +56,7 @@ class ReferenceUse:
         begun: bool,
     ) -> None:
         self.home: ReferenceHome | None = None
+        """Where the reference body stood when the job began; None before that is known."""
         self._rig, self._body, self._reference = rig, body, reference
         self._job = job
         stored = job.reference()

@@ -34,19 +34,14 @@ class StepLog:
         What is measured.
     job
         Holds what was done before.
-
-    Attributes
-    ----------
-    points
-        The points of the job.
-    progress
-        Where it stands.
     """
 
     def __init__(self, plan: Plan, job: JobFile) -> None:
         events = job.events()
         self.points = JobPoints(job)
+        """The points of the job."""
         self.progress = progress_of(plan, self.points.counts(), events)
+        """Where it stands."""
         self._deeds = deeds_from(
             events,
             self.progress.names,

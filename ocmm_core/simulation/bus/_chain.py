@@ -57,12 +57,6 @@ class Unit:
 
     Attributes
     ----------
-    boots
-        How often it was switched on, this time included.
-    camera
-        The camera as it was last switched on.
-    described
-        The same where a description made it; the other one then is not on the wire.
     powered, plugged, muted
         Whether it has current, is on the wire, and only lets frames pass.
     broken_behind
@@ -84,12 +78,15 @@ class Unit:
         self.identity = identity
         self._provider = provider
         self.boots = boots
+        """How often it was switched on, this time included."""
         self._store = CameraStore()
         self._banks = FirmwareBanks()
         self.powered = self.plugged = True
         self.muted = self.broken_behind = False
         self.described: DescribedCamera | None = None
+        """The same where a description made it; the other one then is not on the wire."""
         self.camera = self.switch_on(0)
+        """The camera as it was last switched on."""
 
     @property
     def slave(self) -> SoftwareCamera | DescribedCamera:
@@ -143,17 +140,13 @@ class Chain:
         In the order in which a frame from the first port passes them.
     ends
         How many ends of the wire lead to the master, 1 or 2.
-
-    Attributes
-    ----------
-    links
-        Whether there is a link at each end; a frame turns round where there is none.
     """
 
     def __init__(self, units: Sequence[Unit], ends: int = 1) -> None:
         self.units = tuple(units)
         self.order = list(range(len(self.units)))
         self.links = [True] * ends
+        """Whether there is a link at each end; a frame turns round where there is none."""
         self.ways: tuple[FramePath, ...] = ()
         self.lay()
 

@@ -66,13 +66,6 @@ class FrameWatch:
     ----------
     ring
         The ring; nobody else reads it.
-
-    Attributes
-    ----------
-    last_sign_ns
-        When an event with this code last appeared or grew.
-    report
-        The last report.
     """
 
     def __init__(self, ring: FrameRing) -> None:
@@ -84,7 +77,9 @@ class FrameWatch:
         self._cycles: dict[int, int] = {}
         self._lost = ring.books.frames_lost
         self.last_sign_ns: dict[str, int] = {}
+        """When an event with this code last appeared or grew."""
         self.report: BusReport | None = None
+        """The last report."""
 
     def look(self, seen: Watched) -> int:
         """Take in what is new; return how many frames that was."""

@@ -169,8 +169,6 @@ class DescribedCamera:
         Fault: its program stands still while its controller goes on answering.
     mailbox_hangs
         Fault: mailboxes are taken and never answered.
-    renewals
-        How often the inputs were renewed: its counter.
     start_ns, period_ns
         Exposure k happens at ``start_ns + k * period_ns`` of its clock; 0: none are made.
     """
@@ -198,6 +196,7 @@ class DescribedCamera:
         self.frozen = self.mailbox_hangs = False
         self.start_ns = self.period_ns = 0
         self.renewals = 0
+        """How often the inputs were renewed: its counter."""
         self._block: int | None = None
         self._pieces: dict[int, Frames] = {}
         self.esc = Esc(

@@ -47,11 +47,6 @@ class FirmwareBanks:
     written
         Called before each piece; raises `PowerLossError` to play a loss of power in the middle of
         it.
-
-    Attributes
-    ----------
-    version
-        Of the firmware that runs; known after `start`.
     """
 
     def __init__(self, written: Callable[[], object] = lambda: None) -> None:
@@ -64,6 +59,7 @@ class FirmwareBanks:
         self._running = 0
         self._at = 0
         self.version = ""
+        """Of the firmware that runs; known after `start`."""
         self.start()
 
     def start(self) -> None:

@@ -55,13 +55,6 @@ class SimulatedSource:
     rest_speed
         The speed while it rests, where ``speed`` is zero: there is nothing to hurry for, and a
         window that stays open would keep a core busy. Zero hurries there as well.
-
-    Attributes
-    ----------
-    ask
-        Asked at the end of the script what is still missing, as the operator would look at the
-        screen; what it returns is touched next, at the places where it was touched before. The
-        reader must then be no more than half a second behind. None asks nobody.
     """
 
     def __init__(
@@ -74,6 +67,9 @@ class SimulatedSource:
                 f"Give {SLOWEST:g} to 1000 times real time, or 0 for as fast as possible.",
             )
         self.ask: Callable[[], Missing] | None = None
+        """Asked at the end of the script what is still missing, as the operator would look at the
+        screen; what it returns is touched next, at the places where it was touched before. The
+        reader must then be no more than half a second behind. None asks nobody."""
         self._asked = 0
         self._rig = rig
         self._speed = speed

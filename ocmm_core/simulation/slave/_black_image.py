@@ -35,18 +35,13 @@ class BackgroundJob(Generic[T]):
     ----------
     work
         What to do.
-
-    Attributes
-    ----------
-    result
-        What it returned, once it is done.
-    error
-        Why it failed.
     """
 
     def __init__(self, name: str, work: Callable[[], T]) -> None:
         self.result: T | None = None
+        """What it returned, once it is done."""
         self.error: OcmmError | None = None
+        """Why it failed."""
         self._work = work
         self._thread = threading.Thread(target=self._run, name=name)
         self._thread.start()

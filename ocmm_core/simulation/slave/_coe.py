@@ -146,11 +146,6 @@ class CoeServer:
         What to do with a value before it is kept, by (index, entry); may raise `AbortError`.
     configurable
         Whether entries for PREOP may be written now.
-
-    Attributes
-    ----------
-    bad_mailboxes
-        Mailboxes that were answered with an error reply, or not at all.
     """
 
     def __init__(
@@ -167,6 +162,7 @@ class CoeServer:
         self._transfer: _Upload | _Download | None = None
         self._counter = 0
         self.bad_mailboxes = 0
+        """Mailboxes that were answered with an error reply, or not at all."""
 
     def value(self, index: int, sub: int) -> bytes:
         """Return what the dictionary holds."""

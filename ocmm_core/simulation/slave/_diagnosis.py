@@ -29,20 +29,15 @@ class Diagnosis:
         Returns the bus time, ns.
     send
         Sends an emergency message: code, error register, five bytes.
-
-    Attributes
-    ----------
-    register
-        Error register.
-    count
-        Emergencies so far.
     """
 
     def __init__(self, clock: Callable[[], int], send: Callable[[int, int, bytes], object]) -> None:
         self._clock = clock
         self._send = send
         self.register = 0
+        """Error register."""
         self.count = 0
+        """Emergencies so far."""
         self._messages: dict[int, bytes] = {}
         self._newest = self._acknowledged = 0
         self._flags = _SEND

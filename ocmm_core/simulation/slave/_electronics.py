@@ -53,13 +53,6 @@ class Electronics:
         Where errors go.
     sensor
         Serial number and size of the sensor, px, as object 0x9000 tells them.
-
-    Attributes
-    ----------
-    warmer_c
-        Fault: the sensor is so much warmer.
-    sensor_fails
-        Fault: the sensor does not work; no spot is valid.
     """
 
     def __init__(
@@ -74,7 +67,9 @@ class Electronics:
     ) -> None:
         self._told_sensor = sensor
         self.warmer_c = 0.0
+        """Fault: the sensor is so much warmer."""
         self.sensor_fails = False
+        """Fault: the sensor does not work; no spot is valid."""
         self._camera = camera
         self._serial = serial
         self._store = store

@@ -112,23 +112,6 @@ class Esc:
         What sits behind it.
     sync_managers
         Start, length, control, status, activation and type of each; the master may set no others.
-
-    Attributes
-    ----------
-    memory
-        Registers and process memory.
-    now_ns
-        Host time at which the frame being handled arrived; set by the segment.
-    clock
-        The free-running clock.
-    mapping_changed
-        Called whenever logical addresses may reach other memory than before.
-    can_boot
-        It has the state BOOT.
-    eeprom_written
-        Called with the whole EEPROM after a word of it was written.
-    spoil
-        Fault: called with the memory after the application renewed its inputs.
     """
 
     def __init__(
@@ -140,13 +123,20 @@ class Esc:
     ) -> None:
         self.sync_managers = tuple(sync_managers)
         self.memory = bytearray(_MEMORY_BYTES)
+        """Registers and process memory."""
         self.now_ns = 0
+        """Host time at which the frame being handled arrived; set by the segment."""
         self.can_boot = False
+        """It has the state BOOT."""
         self.mapping_changed: Callable[[], object] = lambda: None
+        """Called whenever logical addresses may reach other memory than before."""
         self.eeprom_written: Callable[[bytes], object] = lambda _content: None
+        """Called with the whole EEPROM after a word of it was written."""
         self.spoil: Callable[[bytearray], object] | None = None
+        """Fault: called with the memory after the application renewed its inputs."""
         self._sii = bytearray(sii)
         self.clock = SlaveClock(clock_offset_ns)
+        """The free-running clock."""
         self._application = application
         self._replies: deque[bytes] = deque(maxlen=_MAX_REPLIES)
         self._last_reply = b""

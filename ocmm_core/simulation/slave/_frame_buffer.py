@@ -47,10 +47,6 @@ class FrameBuffer:
         Frames dropped because the buffer was full, and how often that began.
     late
         How often frames were asked for that were not made in time.
-    lens
-        Corrects the spots, and they are sent in mm; None sends them raw.
-    blind
-        No spot is valid.
     """
 
     def __init__(self, provider: CameraFrames, camera: int) -> None:
@@ -62,7 +58,9 @@ class FrameBuffer:
         self.period_ns = 0
         self.lost = self.overruns = self.late = 0
         self.lens: CameraModel | None = None
+        """Corrects the spots, and they are sent in mm; None sends them raw."""
         self.blind = False
+        """No spot is valid."""
         self._generated = self._tail = 0
         self._overrun_at = -1
         self._dark = range(0)

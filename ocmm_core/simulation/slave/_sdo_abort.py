@@ -31,13 +31,7 @@ class Abort(IntEnum):
 
 
 class AbortError(BusError):
-    """A transfer is refused; the master is told why.
-
-    Attributes
-    ----------
-    reason
-        The abort code.
-    """
+    """A transfer is refused; the master is told why."""
 
     def __init__(self, reason: Abort) -> None:
         super().__init__(
@@ -46,6 +40,7 @@ class AbortError(BusError):
             "Check the object and its value.",
         )
         self.reason = reason
+        """The abort code."""
 
     def __reduce__(self) -> tuple[type[AbortError], tuple[Abort]]:  # type: ignore[override]  # made from its reason alone
         return (type(self), (self.reason,))

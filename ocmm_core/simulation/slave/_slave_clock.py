@@ -16,15 +16,11 @@ class SlaveClock:
     ----------
     offset_ns
         What it shows more than the host's clock.
-
-    Attributes
-    ----------
-    rate_ppb
-        How much too fast it runs, 1e-9.
     """
 
     def __init__(self, offset_ns: int) -> None:
         self.rate_ppb = 0
+        """How much too fast it runs, 1e-9."""
         self._shown_ns = offset_ns
         self._since_ns = 0
         self._compared_ns: int | None = None

@@ -109,8 +109,6 @@ class SoftwareCamera:
         Fault: the camera's application stands still while its controller goes on answering.
     mailbox_hangs
         Fault: mailboxes are taken and never answered.
-    electronics
-        Sensor and memory, with their faults.
     """
 
     def __init__(
@@ -145,6 +143,7 @@ class SoftwareCamera:
         self.electronics = Electronics(
             index, serial, provider, store or CameraStore(), self._diagnosis, self._darken, sensor
         )
+        """Sensor and memory, with their faults."""
         self.coe = CoeServer(
             object_dictionary(serial, layout),
             MAILBOX_BYTES,
