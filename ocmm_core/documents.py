@@ -62,8 +62,6 @@ def load_document(path: Path | str, kind: type[T], schema: str) -> T:
 
     Parameters
     ----------
-    kind
-        The structure that it must have.
     schema
         The ``schema`` line that it must carry.
 

@@ -110,7 +110,6 @@ class GuidedAcceptanceView:
     hint: str
     """Why that position is measured again, or what was refused last; empty where nothing was."""
     temperature_c: float
-    """Of the room, as it is noted."""
     outcome: AcceptanceOutcome | None
     """None before it was computed."""
 

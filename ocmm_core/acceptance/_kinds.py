@@ -40,7 +40,6 @@ class TestKind:
     __test__ = False
 
     roles: tuple[str, ...]
-    """Of the artefacts that it needs."""
     quantities: tuple[str, ...]
     """That its procedure must state limits of."""
     plan: Callable[[Stage, Any], plan.Planned]

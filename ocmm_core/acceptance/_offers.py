@@ -50,7 +50,6 @@ class ProcedureOffer:
     sha256: str
     """`procedure`, `file`, `sha256`: Its document."""
     roles: tuple[str, ...]
-    """Of the artefacts that it needs."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,7 +31,6 @@ class PartTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     dimension: float
     """mm."""
     angle_deg: float = 0.0
-    """Of the characteristic in the volume."""
     points: int
     strategy: str
     stylus: str

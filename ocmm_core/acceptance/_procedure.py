@@ -235,7 +235,6 @@ class Procedure(Document, frozen=True, kw_only=True):
     fixing: float = 0.0
     """U (k = 2) of how the artefact is held, mm."""
     limits: dict[str, Mpe]
-    """Of every quantity of the test."""
     climate: ClimateRule
     test: TestNumbers
     """`climate`, `test`: See there."""

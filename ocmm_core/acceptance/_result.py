@@ -146,7 +146,6 @@ class Instrument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """`rig`, `calibration`: Name of the rig, and hash of the calibration in force; empty without a
     record."""
     calibration_status: str
-    """In one word, when the test began."""
     probe: str
     tip: str
     tip_record: str
@@ -279,7 +278,6 @@ class AcceptanceRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     wording: str
     """`verdict`, `wording`: Of the whole test, and what may be said about the standard."""
     chain_head: str
-    """Of the session file with every step."""
     air: RoomAir | msgspec.UnsetType = msgspec.UNSET
     """Humidity and pressure, where somebody read them off; a record from before it was asked for
     has none, and keeps its hash."""

@@ -240,11 +240,6 @@ class AcceptanceSession:
     def finish(self, now: datetime, temperature_c: float, remark: str = "") -> AcceptanceRecord:
         """Give the verdict and return the record.
 
-        Parameters
-        ----------
-        remark
-            Of who finishes it, for the record.
-
         Raises
         ------
         CalibrationError

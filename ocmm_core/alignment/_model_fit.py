@@ -31,7 +31,6 @@ class ModelFit:
     """Where the part lies by faces of its model, and how well they are met."""
 
     T_part_from_world: RigidTransform
-    """The frame of the model."""
     residuals: Float
     """(n,), mm: distance of each ball from its face, positive outside."""
     faces: tuple[int, ...]

@@ -27,8 +27,6 @@ class Host(ABC):
 
         Parameters
         ----------
-        descriptor
-            Of a file, or from `open_to_lock`.
         shared
             Others may have it shared, too; Windows locks for one alone instead.
         wait

@@ -54,7 +54,6 @@ class Chapter:
     part: Part
     """Whom it is for."""
     markdown: str
-    """As it is shown, without comments."""
     sections: tuple[ManualSection, ...]
     """In their order; the first one has the title."""
     language: str = ENGLISH
@@ -118,8 +117,6 @@ def translated(english: Chapter, original: str, language: str, text: str) -> Cha
     ----------
     english
         The document as it is in English.
-    original
-        The text of its file.
     language
         That of the translation.
     text

@@ -126,7 +126,6 @@ class FrameDoubt:
     """How well the place of a frame is known that this job has not measured."""
 
     T_frame_from_world: RigidTransform
-    """The frame as it was saved."""
     covariance: Float
     """(6, 6): of a small turn, rad, about the axes of the frame through its origin, and a shift,
     mm, along them."""

@@ -49,7 +49,6 @@ class Examination:
     """Noise of a spot, as it is averaged."""
     poses: int = 4000
     cells: int = 25
-    """Of each side of a map."""
     everything_seen: bool = False
     """LEDs that face away are taken to be seen all the same."""
     seed: int = 1

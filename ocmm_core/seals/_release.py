@@ -27,7 +27,6 @@ class Release(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     schema: str = "ocmm.release/1"
     kind: Signed
     name: str
-    """Of the file, at its release."""
     sha256: str
     who: str
     utc: str

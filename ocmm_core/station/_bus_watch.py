@@ -57,13 +57,7 @@ class BusView:
 
 
 class BusWatch:
-    """Read what the process on the wire says about itself, without disturbing it.
-
-    Parameters
-    ----------
-    ring
-        The ring that it fills.
-    """
+    """Read what the process on the wire says about itself, without disturbing it."""
 
     def __init__(self, ring: FrameRing) -> None:
         self._ring = ring

@@ -55,7 +55,6 @@ class Tracked:
     touches: Sequence[Touch]
     """That ended in them."""
     collecting: bool
-    """A touch is being collected."""
     pipeline: TrackingPipeline
     """What tracked them; for the labels and the reference body."""
 

@@ -18,8 +18,6 @@ class JobWatch:
 
     Parameters
     ----------
-    current
-        The job that is measured.
     faults
         Keeps and tells the loss.
     """

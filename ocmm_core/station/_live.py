@@ -57,8 +57,6 @@ class LiveState:
     ----------
     rig, body
         What is measured with.
-    options
-        For the limit of the uncertainty.
     bus
         Where the frames come by themselves, so that silence means a fault; None elsewhere.
     reference

@@ -79,7 +79,6 @@ class OpenJob:
     probe: ProbeWatch
     """`changes`, `probe`: Hold back its points if cameras or tip are suspect."""
     release: ReleaseState = NO_RELEASE
-    """Of its plan, when it was started."""
 
 
 def open_job(file: JobFile, use: PlanInUse, gear: Gear) -> OpenJob:

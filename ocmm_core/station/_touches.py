@@ -29,8 +29,6 @@ class TouchTaker:
         Gets the points.
     live
         Keeps what the latest frames say.
-    instruments
-        See the frames, and may forbid points.
     maintenance
         Its procedures see the frames instead of the job.
     faults, events

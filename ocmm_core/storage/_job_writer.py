@@ -15,13 +15,7 @@ _STEPS_A_CHECKPOINT = 256
 
 
 class JobWriter:
-    """What writes one connection; its owner sees to it that one thread at a time does.
-
-    Parameters
-    ----------
-    path
-        Of the job, for what is told.
-    """
+    """What writes one connection; its owner sees to it that one thread at a time does."""
 
     def __init__(self, path: Path) -> None:
         self._path = path

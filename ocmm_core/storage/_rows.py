@@ -29,7 +29,6 @@ class JobHead:
     created_utc: str
     """ISO 8601 text."""
     software_version: str
-    """The program that made the file."""
     operator: str
     part: str
     serial: str

@@ -25,7 +25,6 @@ class LinearityReport:
     biases: tuple[Float, ...]
     """`references`, `biases`: Certified values, and the bias of every result of each, mm."""
     study: LinearityStudy
-    """The line with its band."""
     left_out: tuple[str, ...]
     """Why results do not count, a sentence each."""
 

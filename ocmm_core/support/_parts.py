@@ -48,7 +48,6 @@ class SupportSite:
     doctor: Callable[[], str] = lambda: doctor_text()
     """Gives the report of the doctor as text."""
     environment: dict[str, str] = field(default_factory=lambda: dict(os.environ))
-    """Its secrets are taken out."""
     people: tuple[str, ...] = ()
     """Names that whoever packs knows besides: who measures now."""
 

@@ -108,8 +108,6 @@ class ReferenceTracker:
         ----------
         probe
             Tracked frames.
-        seen
-            Of the same frames, from `process`.
         left
             The same frames without the spots of the probe.
         """

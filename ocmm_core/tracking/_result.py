@@ -39,7 +39,6 @@ class ReferenceHome:
     n_frames: int
     """Frames that were averaged."""
     T_rig_from_reference: RigidTransform
-    """The pose that follows from them."""
 
 
 @dataclass(frozen=True, slots=True)

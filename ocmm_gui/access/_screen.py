@@ -25,7 +25,6 @@ class ScreenSize:
     """Size of a screen."""
 
     mm_per_px: float
-    """Of a pixel as layouts count them."""
     known: bool
     """It was measured, or the screen says something that can be so."""
 

@@ -90,8 +90,6 @@ class Zoom(QObject):
 
         Parameters
         ----------
-        percent
-            Of the size that fits the screen.
         screen
             For which; None for the first one.
         """

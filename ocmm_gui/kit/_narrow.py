@@ -62,8 +62,6 @@ def fit_words(text: str, font: QFont, width: float, height: float, *, wraps: boo
     ----------
     text
         May have line breaks of its own.
-    font
-        The largest that is tried.
     width, height
         Of the room, px.
     wraps

@@ -207,8 +207,6 @@ class HandControl(QObject):
     ----------
     hand
         None where the probe is real.
-    view
-        In which the ball is led.
     actions
         By key.
     notices

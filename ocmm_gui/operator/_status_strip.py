@@ -49,13 +49,7 @@ _NEEDED = 3
 
 
 class StatusStrip(QFrame):
-    """Word and reason on the left, counters on the right.
-
-    Parameters
-    ----------
-    n_cameras, n_leds
-        Of the rig and of the probe.
-    """
+    """Word and reason on the left, counters on the right."""
 
     def __init__(self, n_cameras: int, n_leds: int) -> None:
         super().__init__()

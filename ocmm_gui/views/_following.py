@@ -36,7 +36,6 @@ class Work:
     target: Target | None = None
     """Where the next point is wanted; None where nobody knows."""
     active: Float = field(default_factory=_none)
-    """The feature that is measured."""
     whole: Float = field(default_factory=_none)
     """The part, or what of it is known."""
 

@@ -26,8 +26,6 @@ class Pages(QObject):
 
     Parameters
     ----------
-    desk, far
-        The two densities of Inspect.
     sheets, maintenance, tests
         What makes the other pages, each when it is wanted first.
     actions

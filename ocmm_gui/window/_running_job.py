@@ -49,8 +49,6 @@ class RunningJob(QObject):
         Where news, and where sounds go.
     pages
         Which page is shown; it gets what is known as soon as it is.
-    desk, far, sheets, maintenance
-        The pages that show it.
     choice, hand
         The chosen point, and the hand that holds a virtual probe.
     """

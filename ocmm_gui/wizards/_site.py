@@ -30,7 +30,6 @@ class ProbeSite:
     """What wizards about the probe work on."""
 
     design: ProbeBody
-    """The probe by its document."""
     store: Path | None
     """Folder of its records; None where none are kept."""
     tip: str = "1"

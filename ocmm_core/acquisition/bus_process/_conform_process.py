@@ -44,7 +44,6 @@ class ConformNews(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     total: int = 0
     """`done`, `total`: Rules."""
     title: str = ""
-    """Of the rule that is tried."""
     report: ConformanceReport | None = None
     """At the end; None before."""
 

@@ -98,8 +98,6 @@ class FrameRing:
 
     Parameters
     ----------
-    path
-        The file that is mapped.
     owner
         The owner removes the file on `close`.
     """

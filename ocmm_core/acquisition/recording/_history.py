@@ -34,8 +34,6 @@ class FrameHistory:
 
     Parameters
     ----------
-    description, rig
-        Of the source, and of the cameras.
     seconds, most_bytes
         Whichever is reached first.
     """

@@ -54,8 +54,6 @@ class FrameRecorder:
     ----------
     path
         A file that does not exist yet.
-    description
-        Of the source that is recorded.
 
     Raises
     ------

@@ -24,7 +24,6 @@ class RobustMinimum:
     """What is left when the wrong spots are left out."""
 
     minimum: BundleMinimum
-    """Of what was not left out."""
     data: BundleData
     """With the weights of what was left out set to zero."""
     distances: Float

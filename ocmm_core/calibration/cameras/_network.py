@@ -150,7 +150,6 @@ class RigCalibration:
     """(14 C, 14 C), with what the common reference points and their common length do to all
     cameras."""
     warnings: tuple[Finding, ...]
-    """Of all cameras and of the rig."""
     hull_world: Points3
     """(h, 3), mm: corners of the convex hull of the points that at least two cameras used."""
     forced: bool

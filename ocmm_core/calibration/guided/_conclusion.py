@@ -46,7 +46,6 @@ class CalibrationContext:
     made: datetime
     """When its last observation was taken."""
     valid_days: int
-    """For how long it may be used."""
     who: str
     software: str
     temperature_c: float | None

@@ -85,7 +85,6 @@ class RelocationView:
     base: ProcedureView
     """What all procedures show."""
     poses: int
-    """Of the waved probe that were taken."""
     coverage: VolumeCoverage
     length_sigma_mm: float | None
     """Predicted standard uncertainty of a length of ``length_mm`` anywhere in the volume, from what

@@ -87,7 +87,6 @@ class PatternFit:
     poses: Float
     """(K, m, 6): orthonormal base of what the pose of a look can do to its weighted residuals."""
     grids: tuple[tuple[BellGrid, BellGrid], ...]
-    """Of u and v of each camera."""
 
     @classmethod
     def of(cls, looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -> PatternFit:

@@ -147,7 +147,6 @@ class PivotCalibration:
     block: int
     """Frames that the bootstrap takes as one."""
     coverage: SweepCoverage
-    """Of the frames that took part."""
     thesis: ThesisPivot
     """The thesis's method on the same frames."""
     thesis_tip_probe: Float

@@ -69,8 +69,6 @@ def accuse_in_sweep(
         The frames that took part, and their numbers (n,) in the whole sweep.
     leds, tip, centre, rotations
         The result: (L, 3) and (3,), mm, probe; (3,), mm, and (n, 3, 3), world.
-    slack_mm
-        Of the ball in its cone.
     dof
         Degrees of freedom of the adjustment.
     """

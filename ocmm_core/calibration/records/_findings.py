@@ -17,7 +17,6 @@ class Finding:
     remedy: str
     """`code`, `what`, `remedy`: As in `OcmmError`."""
     refuses: bool
-    """The calibration may not be used."""
     forcible: bool = False
     """A person may use it nevertheless."""
 

@@ -54,7 +54,6 @@ class ProbeView(ViewInUse):
     tip: str
     """`probe`, `tip`: Names; that of the tip is empty where no record names it."""
     diameter_mm: float
-    """Of the ball, as it is compensated."""
     records: TipRecords | None = None
     """None where the geometry comes from the document."""
 

@@ -52,13 +52,7 @@ from ocmm_core.tracking import ProbeBody, solve, triangulate
 def judge_bars(
     rig: Rig, body: ProbeBody, observed: Observations, placements_used: NDArray[np.bool_]
 ) -> tuple[BarResidual, ...]:
-    """Return what the cameras of ``rig`` make of every placement by itself.
-
-    Parameters
-    ----------
-    placements_used
-        Of the shown bars, bar after bar.
-    """
+    """Return what the cameras of ``rig`` make of every placement by itself."""
     found = []
     used = iter(placements_used)
     for shown in observed.shown_bars:

@@ -121,8 +121,6 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         ----------
         rig
             With the calibration in force.
-        body
-            The probe by its document.
         store
             Records of this probe.
         tip

@@ -55,7 +55,6 @@ class Judged:
     """One quantity of a check."""
 
     check: Check
-    """As it goes into the record."""
     sigma_wanted_mm: float
     """Standard uncertainty from which on it is conclusive; infinite where it always is."""
     finding: Finding

@@ -89,14 +89,10 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
         ----------
         rig
             With the calibration in force.
-        body
-            The probe by its document.
         store
             Records of this probe.
         tip
             Name of the tip that is mounted.
-        sphere
-            On which the ball is measured.
         cone
             Where it has a name.
         nominal_mm

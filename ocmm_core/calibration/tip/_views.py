@@ -80,7 +80,6 @@ class SphereProgress:
     diameter_sigma_end_mm: float
     """The same when the rest of the layout is taken as well; NaN before the first point."""
     diameter_sigma_limit_mm: float
-    """From where on it is good enough."""
     centre_sigma_mm: Float
     """(3,): predicted standard uncertainties of the sphere's centre; infinite before they are."""
     form_mm: float

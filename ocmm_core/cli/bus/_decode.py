@@ -45,8 +45,6 @@ def decode_capture(
     ----------
     recording
         New file for the frames, to be replayed; None: none.
-    rig
-        The cameras of that recording.
     """
     capture = BusCapture(path, n_cameras)
     with ExitStack() as stack:

@@ -47,7 +47,6 @@ class TerminalProbeSite:
     cameras: CalibrationInUse
     """What is known of their calibration."""
     body: ProbeBody
-    """The probe by its document."""
     store: ProbeStore
 
 

@@ -60,7 +60,6 @@ class Site:
     """Where calibrations of a rig are kept."""
 
     design: Rig
-    """The rig as its document says."""
     rig: Rig
     """With the calibration in force; the design where there is none."""
     document: Path

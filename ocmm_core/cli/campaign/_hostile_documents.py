@@ -35,8 +35,6 @@ def document_kinds(what: str, good: str, n: int, seed: int) -> list[Kind]:
     ----------
     what
         Word of the document, for the names.
-    good
-        The text of a good one.
     """
     return [*_as_text(what, good), *leaf_kinds(what, good, n, seed)]
 

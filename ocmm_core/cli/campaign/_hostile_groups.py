@@ -38,7 +38,6 @@ class Group:
     name: str
     command: Command
     good: Path
-    """A good file of this kind."""
 
 
 def good_files(folder: Path) -> dict[str, Path]:

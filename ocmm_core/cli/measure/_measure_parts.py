@@ -19,8 +19,6 @@ def await_part(console: Console, number: int, parts: int, serial: str, *, replay
         Says what is waited for. The answer is a line of the standard input.
     number, parts, serial
         Of the part that comes next, of how many, and its serial number.
-    replayed
-        The frames come from a recording.
 
     Raises
     ------

@@ -27,7 +27,6 @@ class FitRow:
     """What is known of its uncertainty, in ``stated_unit``; None where nothing is."""
     stated_unit: str
     factor: float = 1.0
-    """From the numbers of ``stated`` to ``stated_unit``."""
 
     @property
     def expanded(self) -> float | None:

@@ -66,8 +66,6 @@ def scenes_of_step(site: VirtualSite, rig: Rig, procedure: Any) -> Scenes:
 
     Parameters
     ----------
-    rig
-        The calibration that is worked with.
     procedure
         One of those that the table knows.
     """

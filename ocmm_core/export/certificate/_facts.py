@@ -39,8 +39,6 @@ def certificate_facts(
     ----------
     speech
         The language of the values; names of facts stay as they are.
-    lengths
-        The unit of tables and plots.
     """
     return tuple(
         PaperFact("laboratory", clause, name, one_line(value) or NOT_STATED)

@@ -35,8 +35,6 @@ def characteristics_of(
 
     Parameters
     ----------
-    name
-        Of the characteristic in the plan.
     features
         Features of the plan by name.
 

@@ -31,8 +31,6 @@ def characteristic_word(kind: str, shape: Shape | None, count: int) -> str:
 
     Parameters
     ----------
-    kind
-        In the words of a plan.
     shape
         Of its first feature; None where it is not known.
     """

@@ -79,7 +79,6 @@ class Table:
     columns: tuple[str, ...]
     """In their order."""
     rows: tuple[tuple[Cell, ...], ...]
-    """As many cells as columns each."""
 
     def chosen(self, columns: Sequence[str], when_needed: Sequence[str] = ()) -> Table:
         """Return the table with these columns; those in ``when_needed`` unless they are empty."""

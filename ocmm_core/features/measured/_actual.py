@@ -82,7 +82,6 @@ class ActualFeature:
     """Compensated geometry, world frame; its jacobian is by the feature's own points, its residuals
     are those of the ball centres."""
     numbers: tuple[int, ...]
-    """Of the points that it rests on."""
     jacobian: Rows
     """(12,): d(geometry) / d(ball centres of the job, tip radius), of the points that it rests on.
     """

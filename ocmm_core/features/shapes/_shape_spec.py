@@ -66,7 +66,6 @@ class Size:
     """In sentences; with underscores a property of `Fit`."""
     title: str
     place: int
-    """Of its half in the geometry vector."""
     field: SizeField
     """Of `NominalFeature`, which holds the whole of it."""
     grows: bool = True
@@ -113,7 +112,6 @@ class ShapeSpec:
     recommended_points: int
     """Points from which on form is evaluated without a note (BS 7172, NPL guide 41)."""
     located: Located
-    """In which directions it has a place."""
     centred: bool
     """Its point is a centre, and not any point of the element or of its axis."""
     point_word: str
@@ -156,7 +154,6 @@ class ShapeSpec:
     form_kind: str
     """The kind of characteristic that its form is, or whose symbol stands for it."""
     qif: QifShape
-    """Its words in a QIF file."""
 
     @property
     def has_direction(self) -> bool:

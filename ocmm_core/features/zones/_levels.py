@@ -41,7 +41,6 @@ class ZoneLevel:
     weights: Float
     """(c,): with which force, with the sign of the side."""
     half: float
-    """Their distance from the outline."""
 
 
 def levels_of(task: ZoneTask, placed: Placed, balance: Balance) -> tuple[Placed, list[ZoneLevel]]:
@@ -51,8 +50,6 @@ def levels_of(task: ZoneTask, placed: Placed, balance: Balance) -> tuple[Placed,
     ----------
     task
         Points and family, one with an even zone.
-    placed
-        An element with the smallest zone.
     balance
         What holds that.
     """

@@ -272,8 +272,6 @@ def polished(
         (c,): coded as in `_kernel`.
     multipliers
         (c,): their forces.
-    longest
-        Of a step that is taken.
     """
     placed = zone.placed
     steps = natural_steps(surface, points, placed)

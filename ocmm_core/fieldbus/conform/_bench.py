@@ -172,8 +172,6 @@ class Bench:
 
         Parameters
         ----------
-        state
-            The one that comes next.
         sync0_ns
             Period of SYNC0; 0 leaves it off.
         without

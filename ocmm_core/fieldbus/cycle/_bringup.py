@@ -120,7 +120,6 @@ class Session:
     places: tuple[int, ...] = ()
     """For each camera of the rig, its position on the wire, 0 first."""
     layouts: tuple[InputLayout, ...] = ()
-    """Of their inputs, by their revisions."""
     image: ProcessImage | None = None
     translators: tuple[InputTranslator, ...] = ()
     """`image`, `translators`: Of cameras that a file describes; None and empty for our own."""

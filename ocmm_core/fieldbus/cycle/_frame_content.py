@@ -22,11 +22,6 @@ def all_sound(inputs: Sequence[bytes]) -> bool:
 
     It also looks at what stands behind the valid frames. Where it says no, `frames_complaint`
     looks at each camera alone.
-
-    Parameters
-    ----------
-    inputs
-        The whole input of each camera.
     """
     together = b"".join(inputs)
     if not together or len(together) != len(inputs) * INPUT_DTYPE.itemsize:

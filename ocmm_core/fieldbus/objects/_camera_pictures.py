@@ -40,7 +40,6 @@ class BlackImageState:
     sha256: str
     """Of the pixels in use, hexadecimal; empty where there is none."""
     mean: float
-    """Of the pixels in use, grey levels."""
 
 
 def measure_black_image(

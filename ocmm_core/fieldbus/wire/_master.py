@@ -74,12 +74,8 @@ class Master:
 
     Parameters
     ----------
-    interface
-        A network interface that `check_interface` accepted.
     redundant
         A second one, at the other end of the ring; empty without a redundancy cable.
-    host_time
-        In which answers are waited for.
     sizes
         Bytes of the inputs and of the outputs of each camera.
     token

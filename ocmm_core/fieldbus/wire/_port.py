@@ -117,8 +117,6 @@ class Port:
     ----------
     interfaces
         One network interface, or two.
-    host_time
-        In which the answers are waited for.
 
     Attributes
     ----------

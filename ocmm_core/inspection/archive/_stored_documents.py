@@ -85,8 +85,6 @@ class StoredDocuments:
         ----------
         events
             Of the job file, oldest first.
-        stored
-            The reference body of the job.
         """
         body = self.probe()
         recorded = [event.text for event in events if event.kind == CLIMATE_EVENT]

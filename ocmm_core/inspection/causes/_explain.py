@@ -35,8 +35,6 @@ def explanations(
 
     Parameters
     ----------
-    view
-        The job as it stands.
     points, sensitivities, rig, body, options
         As `evaluation.evaluate_job`: the points that count, as they are stored.
     """

@@ -30,7 +30,6 @@ class AccountItem(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     kind: str
     """`group`, `name`, `kind`: What it is, its label in the model, and what it says."""
     entity: int
-    """Its number in the file."""
     status: Status
     """``taken``, ``partly`` (for some of its surfaces), or ``refused``."""
     became: tuple[str, ...] = ()

@@ -44,11 +44,9 @@ class JobResults:
     """What the points of a job say."""
 
     points: Mapping[str, Sequence[MeasuredPoint]]
-    """As they are reported, by feature."""
     actual: Mapping[str, ActualFeature | FitError]
     """Every feature of the plan as it is, or why it is not known."""
     results: tuple[CharacteristicResult, ...]
-    """Of all characteristics, whatever is in doubt."""
     rests_on: Mapping[str, Sequence[str]]
     """The probed features that each characteristic rests on, by its name."""
 

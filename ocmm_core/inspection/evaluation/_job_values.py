@@ -25,7 +25,6 @@ class Record:
     """What is known of one feature."""
 
     feature: ActualFeature | FitError
-    """As measured, or why it is not."""
     factors: PointFactors | None
     """Uncertainty of its own points; None without any."""
     sample: FormSample | None

@@ -30,8 +30,6 @@ def with_picture(plan: Plan, plan_file: Path | None, feature: str, source: Path)
         Where the plan is; None where it was never saved.
     feature
         Name of the feature.
-    source
-        A PNG or JPEG file.
 
     Raises
     ------

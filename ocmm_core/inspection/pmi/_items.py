@@ -48,7 +48,6 @@ class DatumReference(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     labels: tuple[str, ...]
     """One, or those of a common datum (A-B)."""
     modifiers: tuple[str, ...] = ()
-    """In the words of the file."""
 
 
 class Tolerance(_Item, frozen=True, kw_only=True, forbid_unknown_fields=True):

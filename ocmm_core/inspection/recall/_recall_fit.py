@@ -26,7 +26,6 @@ class Misfit:
     """What one calibration leaves over of n points, in their order."""
 
     poses: PoseBatch
-    """Of the probe, by this calibration."""
     first: Float
     last: Float
     """`first`, `last`: (n + 1,): chi-square of the points before, and of those from, each place on.

@@ -38,8 +38,6 @@ class Conditions:
         The job; what is said of it changes its view.
     options
         What is measured with now.
-    begun
-        The job has points already.
 
     Raises
     ------

@@ -36,8 +36,6 @@ class ReferenceUse:
         The reference body; None without one.
     job
         Holds the first place of the reference body, as soon as it is known.
-    begun
-        The job has points already.
 
     Raises
     ------

@@ -58,17 +58,10 @@ class ProxyConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     control: str
     """Path of its control socket, which takes `LineOrder` and answers with `LineLog`."""
     seed: int = 0
-    """Of all that is drawn at random."""
 
 
 class LineTricks:
-    """Decides what becomes of each frame, and keeps the log; knows no sockets.
-
-    Parameters
-    ----------
-    seed
-        Of all that is drawn at random.
-    """
+    """Decides what becomes of each frame, and keeps the log; knows no sockets."""
 
     def __init__(self, seed: int) -> None:
         self._random = np.random.default_rng(seed)

@@ -17,8 +17,6 @@ class CalibratingSource:
 
     Parameters
     ----------
-    rig
-        The rig with its scenes.
     speed
         Time of the rig over time on the clock; zero is as fast as the reader takes the frames.
     """

@@ -22,7 +22,6 @@ class ScriptedJump(msgspec.Struct, frozen=True, kw_only=True):
     """The cone is pushed."""
 
     at_s: float
-    """From the beginning of the scene."""
     shift_mm: Vector3
     """Where to, world."""
 
@@ -34,7 +33,6 @@ class SweepProbe(msgspec.Struct, frozen=True, kw_only=True, tag=True):
     """Where the ball rests, mm, world."""
     seconds: float
     seed: int
-    """Of the ways of the hand."""
     reach_deg: Vector3 = (27.0, 27.0, 12.0)
     """How far it leans to either side about X and Y, and turns about the handle (Z)."""
     lean_deg: Vector3 = (0.0, 0.0, 0.0)

@@ -13,7 +13,6 @@ class TipFault(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """What is the matter with the tip that is on the probe; nothing by default."""
 
     diameter_mm: float = 0.0
-    """The ball is so much larger."""
     length_mm: float = 0.0
     """It is so much farther from the handle (probe frame, against z)."""
     sideways_mm: float = 0.0

@@ -154,8 +154,6 @@ class DescribedCamera:
 
     Parameters
     ----------
-    index
-        Its number for the provider.
     provider
         What it sees.
     device

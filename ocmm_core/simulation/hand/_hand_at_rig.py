@@ -40,11 +40,6 @@ class HandAtRig:
     """Take the probe over from the robot hand, lead it, and hand it back; for any thread.
 
     What comes of it is frames of the cameras, as of any other motion.
-
-    Parameters
-    ----------
-    source, rig
-        The virtual rig of this process.
     """
 
     def __init__(self, source: SimulatedSource, rig: VirtualRig) -> None:

@@ -70,7 +70,6 @@ class HandView:
     busy: bool = False
     """It makes a touch that was asked for."""
     touches: bool = False
-    """The ball is on the part."""
     aim_world: Float | None = None
     normal_world: Float | None = None
     """`aim_world`, `normal_world`: (3,), mm and unit: the place that is meant on the part, and the

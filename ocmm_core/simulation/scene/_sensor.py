@@ -105,8 +105,6 @@ class Sensor:
 
     Parameters
     ----------
-    seed, camera
-        Of which its pixels are drawn.
     width, height
         px.
     options

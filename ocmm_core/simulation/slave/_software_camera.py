@@ -88,8 +88,6 @@ class SoftwareCamera:
 
     Parameters
     ----------
-    index
-        Its number for the provider.
     provider
         What it sees; `SensorControl` is used where the provider has it.
     boot_counter

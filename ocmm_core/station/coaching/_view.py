@@ -33,7 +33,6 @@ class ProbeNow:
     """The probe as it was seen last."""
 
     good: bool
-    """The latest frame has a pose."""
     lost: bool
     """It has none, because too few LEDs are seen or they cannot be told apart."""
     named: bool

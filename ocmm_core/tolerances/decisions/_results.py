@@ -129,13 +129,7 @@ def evaluate_one(
     frames: Frames,
     rule: Rule,
 ) -> CharacteristicResult:
-    """Return the result of one characteristic; it asks ``known`` for what it rests on only.
-
-    Parameters
-    ----------
-    frames
-        Of the same features and that alignment.
-    """
+    """Return the result of one characteristic; it asks ``known`` for what it rests on only."""
     missing = _missing(characteristic, alignment, known.actual)
     if missing:
         return not_measured(characteristic, missing)

@@ -35,8 +35,6 @@ def characteristic_fault(
         Geometry vectors (12,) of those of which they are known, part frame.
     probed
         Names of the features that are probed.
-    aligned
-        The plan has an alignment.
     """
     spec = KINDS.get(item.kind)
     if spec is None:

@@ -43,7 +43,6 @@ class Asked:
     probed: Collection[str]
     """Names of the features that are probed."""
     aligned: bool
-    """The plan has an alignment."""
 
     @property
     def first(self) -> Shape:
@@ -79,7 +78,6 @@ class QifWords:
     of_one: str = ""
     """Where it names one feature alone; empty if that makes no difference."""
     has_modifier: bool = False
-    """Its material condition must be told."""
     planes: str = "NonDiametricalZone"
     """Word for a zone of two planes."""
 
@@ -116,7 +114,6 @@ class KindSpec:
     """One kind of characteristic."""
 
     name: str
-    """The word of a plan."""
     words: str
     """What the screen calls it."""
     unit: Literal["mm", "deg"]

@@ -41,7 +41,6 @@ class MonteCarloOptions:
     max_trials: int = 1_000_000
     """Of what is quick; the memory needed grows with it, 4 bytes a trial and value."""
     max_slow_trials: int = 2_000
-    """Of what is evaluated the ordinary way."""
     digits: int = 2
     """Significant digits of u that are wanted, 1 or 2: the numerical tolerance."""
     seed: int = 1

@@ -103,13 +103,7 @@ def of_own_form(characteristic: Characteristic, actual: Mapping[str, ActualFeatu
 
 
 def gradients_of(evaluation: Evaluation, *, bonus: bool) -> Rows:
-    """Return how the components of a value answer to the points, k rows; k is often one.
-
-    Parameters
-    ----------
-    bonus
-        Of the value less its bonus.
-    """
+    """Return how the components of a value answer to the points, k rows; k is often one."""
     less = evaluation.bonus_gradient if bonus else None
     components, gradients = evaluation.components, evaluation.component_gradients
     if components is None or gradients is None:

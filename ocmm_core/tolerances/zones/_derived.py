@@ -79,7 +79,6 @@ class Section:
     """Points of a surface of revolution in one plane across an axis, or at one radius."""
 
     rows: Int
-    """Of the touches of the feature."""
     at: float
     """mm: where it is."""
 

@@ -78,8 +78,6 @@ def triangulate_pairs(
 
     Parameters
     ----------
-    ideal, jacobian
-        As `undistort_rays` makes them, by slot.
     seeds, there
         (C, S): spots that count in the first camera, and in the second.
     sigma

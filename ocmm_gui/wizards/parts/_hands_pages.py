@@ -27,8 +27,6 @@ class ProbePreparePage(StepPage):
 
     Parameters
     ----------
-    design
-        The probe by its document.
     facts
         What the session is about.
     """

@@ -199,8 +199,6 @@ class SeatsPage(CollectPage):
     ----------
     rig
         What the session starts from.
-    view
-        Of the procedure whose seats they are.
     again
         They are visited for the second time.
     """

@@ -38,8 +38,6 @@ class MeshAside:
 
     Parameters
     ----------
-    faces
-        Its faces with a surface.
     source
         Name and hash of the file; None where no part is wanted.
     limit_s

@@ -46,13 +46,7 @@ class RawMesh:
 
 
 def make_mesh(shape: Any, faces: Sequence[Any]) -> float:
-    """Give all faces of a model a mesh to find targets by; return its deflection, mm.
-
-    Parameters
-    ----------
-    faces
-        Its faces with a surface.
-    """
+    """Give all faces of a model a mesh to find targets by; return its deflection, mm."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
