@@ -18,33 +18,19 @@ from ocmm_core.inspection.plan import NAME_PATTERN
 
 Q = f"{{{NAMESPACE}}}"
 
-HARMLESS = {
-    "Attributes": "data of the writing program, without meaning in the standard",
-    "Balloon": "place of a label on a drawing",
-    "Bottom": "end of a hole; the ball does not touch it",
-    "CharacteristicDesignator": "label on a drawing",
-    "Depth": "extent across the section that is probed",
-    "Description": "prose",
-    "EntityExternalIds": "link to a model",
-    "EntityInternalIds": "link to a model",
-    "LocationOnDrawing": "place of a label on a drawing",
-    "MeasurementDeviceIds": "equipment of an earlier measurement",
-    "Name": "label",
-    "NotableEventIds": "events of an earlier measurement",
-    "ParentFeatureItemId": "grouping of features in a list",
-    "ParentFeatureNominalId": "grouping of features in a list",
-    "PointList": "points of an earlier measurement",
-    "PolyLine": "outline of a face; imported planes have no targets",
-    "Rectangle": "outline of a face; imported planes have no targets",
-    "Circle": "outline of a face; imported planes have no targets",
-    "SurfaceFeatureNominalId": "surface that carries a curve or point",
-    "ToleranceDualValue": "the same value in a second unit, for display",
-    "TargetDualValue": "the same value in a second unit, for display",
-    "MaxDualValue": "the same value in a second unit, for display",
-    "MinDualValue": "the same value in a second unit, for display",
-    "UUID": "identity",
-}
-"""Children that change neither geometry nor tolerance, with the reason."""
+HARMLESS = frozenset({
+    # Data of the writing program, prose, labels, identity, places on a drawing, links to a model.
+    "Attributes", "Balloon", "CharacteristicDesignator", "Description", "LocationOnDrawing", "Name",
+    "UUID", "EntityExternalIds", "EntityInternalIds", "ParentFeatureItemId",
+    "ParentFeatureNominalId", "SurfaceFeatureNominalId",
+    # An earlier measurement.
+    "MeasurementDeviceIds", "NotableEventIds", "PointList",
+    # Extents that the ball does not touch, and outlines: imported planes have no targets.
+    "Bottom", "Depth", "PolyLine", "Rectangle", "Circle",
+    # The same value in a second unit, for display.
+    "ToleranceDualValue", "TargetDualValue", "MaxDualValue", "MinDualValue",
+})  # fmt: skip
+"""Children that change neither geometry nor tolerance."""
 
 FLAGS = frozenset({
     "FreeState", "StatisticalCharacteristic", "CommonZone", "CommonTolerance", "MedianFeature",
