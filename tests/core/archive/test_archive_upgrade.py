@@ -48,7 +48,7 @@ def rows_of(delivery: Delivery, station: str, word: str) -> list[tuple[str, Sequ
     values = [getattr(job, name) for name in OLD_FIELDS]
     values[OLD_FIELDS.index("seal")] = word
     values = [int(one) if isinstance(one, bool) else one for one in values]
-    given = [
+    given: list[tuple[str, Sequence[object]]] = [
         ("INSERT INTO station (name, machine, host) VALUES (?, ?, ?)",
          (station, sender.machine, sender.host)),
         ("INSERT INTO sender (outbox, station, machine, username) VALUES (?, ?, ?, ?)",
