@@ -151,7 +151,7 @@ def test_nobody_types_a_number_of_a_digital_certificate(
     assert sheet.form.fields["sizes"].text() == "24.9987"
     assert float(sheet.form.fields["expanded"].text()) == 0.0003
     assert sheet.form.fields["certificate"].text() == "L-2026-1"
-    assert sheet.form.texts()["source"] == "DCC L-2026-1"
+    assert sheet.form.texts()["source"] == "DCC L-2026-1, XML signature NONE"
     assert len(sheet.form.texts()["certificate_sha256"]) == 64
     # What somebody changes is not what the certificate says.
     sheet.form.fields["expanded"].setText("0.0001")
