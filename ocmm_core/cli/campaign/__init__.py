@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from ocmm_core.cli.campaign._hostile_jobs import damaged_kinds, job_kinds
     from ocmm_core.cli.campaign._hostile_runs import REFUSED
     from ocmm_core.cli.campaign._hostile_sides import MAKERS, Make
-    from ocmm_core.cli.campaign._lost_names import LOSSES, lose_name
+    from ocmm_core.cli.campaign._lost_names import lose_name, possible_losses
     from ocmm_core.cli.campaign._reliability import reliability, selftest_app
     from ocmm_core.cli.campaign._stores import other_station
 else:
@@ -46,13 +46,12 @@ else:
         _hostile_jobs="damaged_kinds job_kinds",
         _hostile_runs="REFUSED",
         _hostile_sides="MAKERS Make",
-        _lost_names="LOSSES lose_name",
+        _lost_names="lose_name possible_losses",
         _reliability="reliability selftest_app",
         _stores="other_station",
     )
 
 __all__ = [
-    "LOSSES",
     "MAKERS",
     "REFUSED",
     "Kind",
@@ -68,6 +67,7 @@ __all__ = [
     "lose_name",
     "other_station",
     "points_kinds",
+    "possible_losses",
     "recording_kinds",
     "reliability",
     "selftest_app",

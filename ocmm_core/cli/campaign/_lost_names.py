@@ -1,10 +1,11 @@
-"""Files of running jobs that are removed, moved, replaced, overwritten or unmounted at any moment.
+"""Files of running jobs that are removed, moved, replaced or unmounted, or whose disk fills up.
 
 The job runs as a user starts it, and what is left is read as a user reads it.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
 import random
 import re
@@ -24,6 +25,10 @@ from ocmm_core.inspection.archive import reopen_job
 
 _TOLD_S = 1.0
 _PATIENCE_S = 120.0
+_LAST_POINT = 8
+"""Point of the job after which its name is lost at the latest; the plan has more."""
+_BETWEEN_S = 0.05
+"""Time in which the virtual rig takes about one point."""
 _AT_CLOSE = 0.25
 """Share of the jobs that are closed at once."""
 _SAVED = re.compile(r"All points taken are saved in (.*\.ocmm)\.")
@@ -67,6 +72,14 @@ def _unmount(job: Path) -> None:
     subprocess.run(["umount", "-l", job.parent], check=True, capture_output=True)  # noqa: S603, S607
 
 
+def _fill(job: Path) -> None:
+    with contextlib.suppress(OSError), job.with_name("other").open("wb", buffering=0) as other:
+        while other.write(bytes(4096)):
+            pass
+
+
+FULL = "disk filled"
+"""The only kind that leaves the job where it is."""
 LOSSES: dict[str, Callable[[Path], None]] = {
     "file removed": _remove_file,
     "folder removed": _remove_folder,
@@ -77,36 +90,40 @@ LOSSES: dict[str, Callable[[Path], None]] = {
     "file overwritten": _overwrite,
     "log removed": _remove_log,
     "unmounted": _unmount,
+    FULL: _fill,
 }
 """What is done to a job, by its name in the notes."""
 
 
 def lost_names(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
     """Give what each loss of a name left behind; see `FINDINGS`."""
-    kinds = [kind for kind in LOSSES if kind != "unmounted" or os.geteuid() == 0]
+    kinds = possible_losses()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        # Once here, so that every copy of this program is warm, and once to know how long it takes.
+        # Once here, so that every copy of this program is warm.
         measure_job(folder / "warm", None)
-        begin = time.monotonic()
-        measure_job(folder / "whole", None)
-        longest = time.monotonic() - begin
         for number in range(runs):
             if number not in done:
                 kind = kinds[number % len(kinds)]
-                yield lose_name(folder / f"{number}", seed, number, kind, longest)
+                yield lose_name(folder / f"{number}", seed, number, kind)
 
 
-def lose_name(out: Path, seed: int, number: int, kind: str, longest: float) -> Trial:
-    """Lose the name of a running job at a moment before ``longest``, s, and look for its points.
+def possible_losses() -> list[str]:
+    """Return the kinds that this user can try."""
+    return [kind for kind in LOSSES if kind not in ("unmounted", FULL) or os.geteuid() == 0]
+
+
+def lose_name(out: Path, seed: int, number: int, kind: str) -> Trial:
+    """Lose the name of a running job at a random moment after a random point, and count its points.
 
     A quarter of the jobs are closed at once, before a timer could notice.
     """
     rng = random.Random(f"{seed} {number}")  # noqa: S311 - moments, no secret
     jobs = out / "jobs"
     jobs.mkdir(parents=True)
-    if kind == "unmounted":
-        mount = ["mount", "-t", "tmpfs", "-o", "size=64m", "none", str(jobs)]
+    if kind in ("unmounted", FULL):
+        size = "size=64m" if kind == "unmounted" else "size=3m"
+        mount = ["mount", "-t", "tmpfs", "-o", size, "none", str(jobs)]
         subprocess.run(mount, check=True, capture_output=True)  # noqa: S603
     stopping, stop = os.pipe()
     child, pipe = forked(lambda to: _measure(jobs, to, stopping, stop))
@@ -114,7 +131,8 @@ def lose_name(out: Path, seed: int, number: int, kind: str, longest: float) -> T
     with os.fdopen(pipe, "r", encoding="utf-8") as said, os.fdopen(stop, "wb") as stopper:
         lines: list[str] = []
         first = said.readline()
-        time.sleep(rng.uniform(0.0, longest))
+        lines += [said.readline().rstrip("\n") for _ in range(rng.randint(0, _LAST_POINT))]
+        time.sleep(rng.uniform(0.0, _BETWEEN_S))
         begin = time.monotonic()
         LOSSES[kind](next(jobs.glob("*.ocmm")))
         at_close = rng.random() < _AT_CLOSE
@@ -126,7 +144,11 @@ def lose_name(out: Path, seed: int, number: int, kind: str, longest: float) -> T
                 lines[-1] = f"failed {time.monotonic() - begin:.2f}"
                 stopper.close()
         _, status = os.waitpid(child, 0)
-    found, note = _judge(lines, os.waitstatus_to_exitcode(status), at_close=at_close)
+    if kind == FULL:
+        found, note = _judge_full(jobs, lines)
+        _unmount(jobs / "-")
+    else:
+        found, note = _judge(lines, os.waitstatus_to_exitcode(status), at_close=at_close)
     shutil.rmtree(out, ignore_errors=True)
     acknowledged = sum(line.startswith("point ") for line in lines)
     note = f"{kind}: {note} {first.strip()} {lines}" if found else ""
@@ -157,6 +179,26 @@ def _measure(jobs: Path, pipe: int, stopping: int, stop: int) -> None:
     if lost is not None:
         say(f"lost {lost.what}")
     os._exit(0 if lost is None else 2)
+
+
+def _judge_full(jobs: Path, lines: list[str]) -> tuple[dict[str, int], str]:
+    """Read the job on the full disk, and once more with room again; see `_judge`."""
+    acknowledged = {int(line.split()[1]) for line in lines if line.startswith("point ")}
+    for line in lines:
+        if saved := _SAVED.search(line):
+            # Points that were acknowledged after the disk filled up are in the second folder.
+            rescued = reopen_job(Path(saved[1]), alone=True)
+            acknowledged -= {point.number for point in rescued.points}
+            Path(saved[1]).unlink()
+    for _ in range(2):
+        try:
+            job = reopen_job(next(jobs.glob("*.ocmm")), alone=True)
+        except OcmmError as error:
+            return {"jobs called damaged": 1}, str(error)
+        if lost := acknowledged - {point.number for point in job.points}:
+            return {"acknowledged points lost": len(lost)}, ""
+        (jobs / "other").unlink(missing_ok=True)
+    return {}, ""
 
 
 def _judge(lines: list[str], code: int, *, at_close: bool) -> tuple[dict[str, int], str]:

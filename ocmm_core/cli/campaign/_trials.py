@@ -24,7 +24,7 @@ FINDINGS = {
     ),
     "names": (
         "acknowledged points lost", "losses not told", "told after 1 s", "exit code 0",
-        "audit faults",
+        "audit faults", "jobs called damaged",
     ),
     "writers": (
         "acknowledged items lost", "items twice", "audit faults", "writers that gave up",

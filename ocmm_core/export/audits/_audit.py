@@ -80,7 +80,7 @@ def files_to_audit(path: Path) -> tuple[Path, ...]:
 def _of_job(path: Path, line: str) -> Audit:
     with JobFile.read(path) as job:
         seal, faults = job.seal(), job.verify()
-        proofs = [seal.forgotten] if seal.forgotten else []
+        proofs = [told for told in (seal.forgotten, job.left_out) if told]
         if line:
             try:
                 proofs.append(job.check_line(line))

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import pytest
 
-from ocmm_core.cli.campaign import LOSSES, lose_name
+from ocmm_core.cli.campaign import lose_name, possible_losses
 from tests.host import amount
 
 
 def test_no_loss_of_a_name_loses_a_point(tmp_path: Path) -> None:
-    kinds = [kind for kind in LOSSES if kind != "unmounted" or os.geteuid() == 0]
-    runs = amount(len(kinds), 1000)
+    kinds = possible_losses()
+    runs = amount(5, 1000)
     acknowledged = 0
     for number in range(runs):
-        trial = lose_name(tmp_path / str(number), 1, number, kinds[number % len(kinds)], 1.0)
+        trial = lose_name(tmp_path / str(number), 1, number, kinds[3 * number % len(kinds)])
         # How fast it was told is no matter of a test beside others: the campaign judges it.
         found = {finding: n for finding, n in trial.found.items() if finding != "told after 1 s"}
         assert not found, trial.note
