@@ -125,7 +125,7 @@ class TableAccount:
         if rest:
             count = sum(one.last - one.first + 1 for one in rest)
             reasons = Counter(one.why for one in rest)
-            found.append(f"{count} more lines left out: {', '.join(reasons)}.")
+            found.append(f"Also left out, {count} in number: {', '.join(reasons)}.")
         return tuple(found)
 
     def as_json(self) -> dict[str, object]:

@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from benchmarks.recall_scenes import DIAMETER, TruePart, World, base_points
-from ocmm_core.calibration.records import State, canonical, load, record_hash
+from ocmm_core.calibration.records import State, canonical, load_signed, record_hash
 from ocmm_core.cli import app
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.archive import Outcome, RecalledJob, RecallRecord, reopen_job
@@ -27,6 +27,7 @@ from ocmm_core.inspection.recall import (
     recall,
 )
 from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.seals import Signed
 from ocmm_core.tolerances.decisions import Verdict
 from tests.core.inspection.conftest import Bench
 from tests.core.inspection.recorded_jobs import BAR, Cameras
@@ -217,7 +218,7 @@ def test_the_command_writes_the_sealed_recall_and_its_pages(world: World, tmp_pa
     assert shown.exit_code == 1, shown.output
     assert "0 CANNOT BE KNOWN   1 CHANGES   1 HOLDS" in shown.output
     assert "Not decided" in shown.output
-    record = load(sealed, RecallRecord)
+    record = load_signed(sealed, RecallRecord, Signed.RECALL).record
     assert record.count(Outcome.CHANGES) == 1
     assert pages.read_bytes().startswith(b"%PDF")
     assert record_hash(record)
