@@ -480,6 +480,9 @@ class JobFile:
     def close(self) -> None:
         """Close the file; may be called twice. Afterwards `given_up` is set if it was lost."""
         self.check_name()
+        with contextlib.suppress(StorageError):
+            # The name of a closed job can still be asked for.
+            _ = self.name
         keeper = self._keeper
         self._closing = True
         with self._lock:
