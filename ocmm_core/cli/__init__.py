@@ -2,7 +2,7 @@
 
 In: arguments. Out: files, tables on the terminal, and an exit code.
 
-Read `_app` (which commands there are), `_measuring` with `_parts`, `_speed` and `_window` (those of
+Read `_app` (which commands there are), `_measuring` with `_parts` and `_window` (those of
 no room), and `_entry` (every fault becomes a sentence and an exit code). The commands stand in
 `measure` (jobs, plans, reports, recall), `calibrate` (cameras, probes and tips), `bus` (cameras on
 the wire) and `study` (fits, speeds, simulations); `terminal` is what they share. `calibrate` and

@@ -5,10 +5,9 @@ thing, in their order, the same digits however many workers there are.
 
 Read `_site` (where the work is done, and what may not be), `_tasks` (the one function, and which
 way it takes), `_over_dask` (a scheduler and its workers), `_open_tasks` (what is given out; lost
-workers are made up for), `_contents` (bytes that go there), `_scheduler` (who is there),
-`_worker` (what runs there), `no_page` (a preload: no HTTP server), `_arithmetic` (with which
-instructions), `_sentences`. It must not know what is computed; a seed belongs to the task, never
-to a worker.
+workers are made up for), `_contents` (bytes that go there), `_worker` (what runs there), `no_page`
+(a preload: no HTTP server), `_sentences`. It must not know what is computed; a seed belongs to the
+task, never to a worker.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ Read `_job_file` (the file and its promises), `_tables` and `_rows` (what stands
 bit), `_job_steps` (points and annulments in order), `_audit` (the hash-linked chain),
 `_job_seal` (who signed it), `_job_writer` (until the disk fails), `_job_keeper` (until its name is
 lost: then it is rescued), `_event_text`, `_connection` and `_faults` (faults as sentences),
-`_job_content` with `_write_ahead_log` (the one door for readers), `_guard`, `_schema` and `_checks`
+`_job_content` with `_write_ahead_log` (the one door for readers), `_guard` and `_checks`
 (what a file
 from elsewhere may cost and hold), `_migrations` (versions),
 `_glance` (a summary without opening it to write), `_held_jobs` (what an archive holds back).

@@ -2,10 +2,9 @@
 
 In: an archive and an outbox by the settings. Out: answers as a table and a chart, exported files.
 
-Read `_archive_sheet` (the page), `_asking` (what the process beside the window does),
-`_answer_table` (a table of any columns); then `_recall_panel`, `_recalling` (a recall of all
-archived jobs), `_recall_result` and `_recall_table` (what any recall found), `_labelled` and
-`_sheet_texts` (fields and words). The window computes nothing: questions are those of
+Read `_archive_sheet` (the page), `_asking` (what the process next to the window does);
+then `_recall_panel` (a recall of all archived jobs), `_recall_result` (its findings), `_labelled`
+and `_sheet_texts` (fields and words). The window computes nothing: questions are those of
 `ocmm_core.archive`, recalls those of `ocmm_core.recalls`. It must not know results, operator or
 Maintain.
 """

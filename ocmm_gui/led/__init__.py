@@ -3,7 +3,7 @@
 In: mouse and keys over the 3-D view, and a hand of the core that can be led. Out: who holds the
 probe, where it is to go, and what to try with it.
 
-Read `_hand_control` (joins all), `_ball_lead` (mouse and keys lead the ball), `_hand_strip` (says
+Read `_hand_control` (joins all), `_hand_strip` (says
 who holds the probe), `_tour` (two minutes, one thing to do after another).
 It must not know how a hand moves, nor what becomes of its frames.
 """

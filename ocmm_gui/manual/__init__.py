@@ -3,7 +3,7 @@
 In: documents of `ocmm_core.manual`, and the page from which somebody asks. Out: a sheet.
 
 Read `_places` (page to section), `_manual_sheet` (contents, search, text), `_reading` (one
-document, painted by Qt) and `_search_field`.
+document, painted by Qt).
 It must not know the pages that it explains; they are named by their classes.
 """
 

@@ -4,9 +4,9 @@ In: a plan, keys, tables, STEP files, a job to teach from. Out: a plan that is c
 
 Read `_plan_sheet` (the editor), `_draft` (the plan that is written, with its past), `_plan_items`
 (the list); the form of one item is the room `form`.
-`_plan_keys`, `_plan_changes` and `_plan_parts` are its keys, what they do, and its parts.
-`_from_models` is all that comes from a model or a table: `_importing` reads, `_model_choice` and
-`_face_choice` are chosen in (both a `_part_choice`), `_tolerance_account` is agreed to.
+`_plan_changes` and `_plan_parts` are what its keys do, and its parts.
+`_from_models` is all that comes from a model or a table: `_importing` reads,
+`_model_choice` chooses (a `_part_choice`), `_tolerance_account` is agreed to.
 `_plan_checks`, `_proposals`, `_teaching` and `_drawn` do what their names say.
 Rules of plans are in `inspection.plan`. It must not know the other sheets.
 """

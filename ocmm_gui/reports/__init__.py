@@ -3,8 +3,8 @@
 In: the frozen data of a report, or of a recall. Out: a PDF, read back before it counts, or a
 preview.
 
-Read `_pdf` (the report), `_paper_head`, `_sections`, `_plots`, `_part_picture` and `_paper_end`
-(its parts), `_canvas` (pages that fill) and `_drawing` (without a window), `_symbols`, `_messages`,
+Read `_pdf` (the report), `_paper_head`, `_sections`, `_part_picture` and `_paper_end`
+(its parts), `_canvas` (pages that fill) and `_drawing` (without a window), `_messages`,
 `_pdf_writer` (the file with other files in it), `_recall`, `_certificate` (papers about the
 machine), `_batch`, `_preview`. `_side` writes in a process of its own.
 Numbers come from `export.report`, none is computed here. It must not know sheets or the station.

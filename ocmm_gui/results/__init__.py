@@ -4,7 +4,7 @@ In: the running job, or a job file opened read-only. Out: tables, budgets, trial
 reports.
 
 Read `_results_sheet` with `_job_source` and `_opening`, `_result_table`, `_result_detail` with
-`_budget_view`, `_drill` and `_driving_points`, then the other sheets: `_alignment_sheet`,
+`_budget_view` and `_drill`, then the other sheets: `_alignment_sheet`,
 `_compare_sheet`, `_report_sheet` with `_report_writer`.
 What takes long is computed in a process of its own. It must not know operator, plan editor,
 Maintain or wizards.

@@ -3,7 +3,7 @@
 In: items in mm, and the part. Out: a picture of them from where one looks; no graphics card is
 needed.
 
-Read `_scene` (what there is in it, and how it is projected), `_labels` (where its words stand),
+Read `_scene` (what there is in it, and how it is projected),
 `_scene_painter` (QPainter draws it), `_part_scene` (the part), `_scene_layer` (what stands still,
 kept as a picture), `_orbit_view` (turned by mouse and keys) and `_easing` (calmly).
 It must not know a job: what is shown of one is in `views`.

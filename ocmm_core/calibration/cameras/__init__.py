@@ -4,7 +4,7 @@ In: a list of known points, and the averaged spots that each camera saw there.
 Out: cameras with full covariance, what speaks against them, and a record to accept.
 
 Read `_reference_points` (the files), `_dlt` (start values), `_problem` and `_least_squares` with
-`_kernel`, `_model_fit` (one camera), `_network` (all of them) with `_network_covariance`. Then
+`_kernel`, `_model_fit` (one camera), `_network` (all of them). Then
 the judgement: `_evaluation`, `_guards`, `_lens` and `_lens_terms` (is the lens model enough),
 `_mix_up`. `_procedure_known_points` guides somebody through it.
 It must not know bundles, relocation or the probe's calibration; they come later.

@@ -4,8 +4,8 @@ In: a network interface or a source, a camera, an object. Out: tables, pictures 
 
 Read `_bus` (who is there, what they hold) with `_session` (the bus brought up, asked, given back)
 and `_options`. `_watch` shows the report of a running bus, `_camera` makes snapshots and black
-images, `_record` makes a recording for Wireshark and `_decode` accounts for one of tcpdump.
-`_maintenance` and `_conform` are the commands for one camera. `_rig` makes software cameras on
+images, `_bus` makes a recording for Wireshark, and `_decode` accounts for one of tcpdump.
+`_maintenance` has the commands for one camera. `_rig` makes software cameras on
 named interfaces.
 It holds no protocol: that is `fieldbus`, run by `acquisition.bus_process`.
 """

@@ -3,8 +3,7 @@
 In: what a station was built from, and a procedure that somebody practises. Out: frames of a hand
 that does what the step asks for.
 
-Read `_practice` (its folders, and what its hand of the room `hands` shows), then
-`_practice_scenes` (one entry a procedure).
+Read `_practice` (folders, frames of the hand, one entry per procedure).
 It must not know a window or a command.
 """
 

@@ -5,7 +5,7 @@ In: bytes of an interface. Out: answers told apart, words of EEPROM, who is on t
 Read `_datagrams` (bytes of EtherCAT), `_sockets` and `_port` (our own raw sockets), `_interface`
 (may it be used), `_host_time` (which clock waits for whom), `_master` (the only file that imports
 pysoem) with `_fuse`, `_service` (one frame of our own per cycle), `_tally` (which answers came),
-`_scan`, `_mapping`, `_eeprom`, `_ring_cable`, `_other_masters`; `_tap` and `_pcapng` (frames for
+`_scan`, `_mapping`, `_eeprom`, `_other_masters`; `_tap` and `_pcapng` (frames for
 Wireshark).
 It must not know objects or alarms; it decides nothing about a fault.
 """

@@ -4,8 +4,8 @@ In: a plan with features of a STEP model, and what the model says of tolerances.
 characteristics and an alignment, and for every item of the model what became of it, or why nothing.
 
 Read `_account` (what comes out), `_surfaces` (faces to features), `_context` (the plan that grows,
-and what each characteristic is checked against), then `_sizes`, `_frames`, `_zones`, `_general`,
-`_fits` (their limits), and `_plan_of_model`, which joins them. It must not know files:
+and what each characteristic is checked against), then `_sizes` with their limits, `_frames`,
+`_zones`, `_general`, and `_plan_of_model`, which joins them. It must not know files:
 `inspection.step` reads them.
 """
 

@@ -6,7 +6,7 @@ Out: a checked plan, and TOML that reads back to the same plan.
 Read `_plan` (features and characteristics), `_file` (the document), `_step_checks` and `_doubts`
 (what speaks against a plan), `_environment` (the room that it demands, and what was noted of it),
 `_edit` (changes: a plan in, another one out), `_shelf` (plans of a folder), `_file_beside` (files
-that it names), `_picture`, `_cad_model` with `_part_cache` (the part that is shown).
+that it names), `_picture`, `_cad_model` (the part that is shown).
 It is filled by `_csv`, `_teach` and `_surface_profile` (of faces of the model). `_stored_plan`
 reads the plan of a job file; `_plan_release` releases a plan by name.
 It must not know points or sessions.

@@ -4,7 +4,7 @@ In: the text of a STEP file. Out: dimensions, tolerances, datums and notes, each
 its faces and, where it cannot be believed, why.
 
 Read `_items` (what comes out), `_part21` (entities of the text), `_measures` (values with units),
-`_aspects` (faces of an aspect), then `_dimensions`, `_tolerances`, `_datums`, `_labels`, and
+`_aspects` (faces of an aspect), then `_dimensions`, `_tolerances`, and
 `_read`, which joins them; `_picked` reads units and other single entities. It must not know
 features or plans: what an item becomes is `inspection.drawing`.
 """

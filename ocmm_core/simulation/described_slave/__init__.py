@@ -3,7 +3,7 @@
 In: the description, what the sensor sees, and the lens that it corrects with. Out: an EtherCAT
 slave whose bytes are those of the description.
 
-Read `_described_objects` (EEPROM and object dictionary), then `_described_camera`.
+Read `_described_camera` (EEPROM, object dictionary, camera).
 It must not know how the host reads those bytes.
 """
 

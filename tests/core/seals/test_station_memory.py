@@ -21,7 +21,7 @@ from ocmm_core.storage import JobFile, JobHead
 from tests.core.calibration.made_records import MADE, make_record, make_verification
 from tests.core.storage.conftest import head as head
 from tests.core.storage.conftest import make_point as make_point
-from tests.host import on_linux_only
+from tests.host import needs_root, on_linux_only
 from tests.other_station import histories, other_station
 
 NOW = MADE + timedelta(days=2)
@@ -89,8 +89,7 @@ def test_a_ring_of_keys_that_others_can_write_is_not_trusted(
 
 @on_linux_only
 def test_a_memory_of_another_user_is_not_trusted(store: CalibrationStore) -> None:
-    if os.getuid() != 0:
-        pytest.skip("only root gives files away")
+    needs_root("give files away")
     for one in memory_folder().iterdir():
         os.chown(one, 4711, 4711)
     said = CalibrationStore(store.folder).status(NOW)
