@@ -102,6 +102,14 @@ class Host(ABC):
         """Write bytes from an offset on; return how many were written."""
 
     @abstractmethod
+    def read_at(self, descriptor: int, size: int, offset: int) -> bytes:
+        """Read at most ``size`` bytes from an offset on; threads may share the descriptor."""
+
+    @abstractmethod
+    def is_of_group(self, state: os.stat_result) -> bool:
+        """Return whether a file belongs to the primary group of this user."""
+
+    @abstractmethod
     def sync_folder(self, folder: Path) -> None:
         """Return when the names in a folder are on the disk; OSError where they may not be.
 

@@ -121,6 +121,12 @@ class PosixHost(Host):
     def write_at(self, descriptor: int, content: bytes, offset: int) -> int:
         return os.pwrite(descriptor, content, offset)
 
+    def read_at(self, descriptor: int, size: int, offset: int) -> bytes:
+        return os.pread(descriptor, size, offset)
+
+    def is_of_group(self, state: os.stat_result) -> bool:
+        return state.st_gid == os.getegid()
+
     def sync_folder(self, folder: Path) -> None:
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
         try:

@@ -105,6 +105,14 @@ class WindowsHost(Host):
         os.lseek(descriptor, offset, os.SEEK_SET)
         return os.write(descriptor, content)
 
+    def read_at(self, descriptor: int, size: int, offset: int) -> bytes:
+        os.lseek(descriptor, offset, os.SEEK_SET)
+        return os.read(descriptor, size)
+
+    def is_of_group(self, state: os.stat_result) -> bool:
+        del state
+        return True
+
     def sync_folder(self, folder: Path) -> None:
         del folder
 

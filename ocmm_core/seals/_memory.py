@@ -250,16 +250,19 @@ def _is_time(text: str) -> bool:
 def _write(path: Path, content: bytes, *, sync: bool) -> None:
     descriptor, temporary = temporary_file(path)
     try:
-        temporary.chmod(0o600)
-        os.write(descriptor, content)
-        if sync:
-            os.fsync(descriptor)
+        try:
+            temporary.chmod(0o600)
+            os.write(descriptor, content)
+            if sync:
+                os.fsync(descriptor)
+        finally:
+            # Windows replaces no file that is open.
+            os.close(descriptor)
         temporary.replace(path)
         if sync:
             HOST.sync_folder(path.parent)
     finally:
         temporary.unlink(missing_ok=True)
-        os.close(descriptor)
 
 
 def _migrate(folder: Path) -> None:

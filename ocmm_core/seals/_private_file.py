@@ -89,8 +89,7 @@ def _refuse_foreign(path: Path, state: os.stat_result, what: str) -> None:
 
 def _others_write(state: os.stat_result) -> bool:
     """Return whether others can write; the primary group of the user does not count as others."""
-    own_group = hasattr(os, "getegid") and state.st_gid == os.getegid()
-    return HOST.is_open_to(state, 0o002 if own_group else 0o022)
+    return HOST.is_open_to(state, 0o002 if HOST.is_of_group(state) else 0o022)
 
 
 def private_content(path: Path) -> bytes | None:

@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ocmm_core.errors import StorageError
+from ocmm_core.host import HOST
 from ocmm_core.side_files import SIDE_FILES, Trusted, open_guarded, refuse_side_files
 from ocmm_core.storage._faults import no_job
 from ocmm_core.storage._guard import LARGEST_FILE
@@ -204,17 +205,17 @@ def _has_log(path: Path) -> bool:
 def _pages(log: int | None) -> LogPages:
     if log is None:
         return LogPages({})
-    return read_log(lambda at, n: os.pread(log, n, at), os.fstat(log).st_size, LARGEST_FILE)
+    return read_log(lambda at, n: HOST.read_at(log, n, at), os.fstat(log).st_size, LARGEST_FILE)
 
 
 def _pages_head(log: int | None) -> bytes:
-    return b"" if log is None else os.pread(log, HEAD_SIZE, 0)
+    return b"" if log is None else HOST.read_at(log, HEAD_SIZE, 0)
 
 
 def _read(descriptor: int, size: int) -> bytes:
     found = bytearray()
     while len(found) < size:
-        part = os.pread(descriptor, min(size - len(found), _AT_ONCE), len(found))
+        part = HOST.read_at(descriptor, min(size - len(found), _AT_ONCE), len(found))
         if not part:
             break
         found += part

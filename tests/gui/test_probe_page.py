@@ -200,7 +200,7 @@ def test_a_probe_is_examined_while_it_is_defined_and_saved_as_a_new_document(
     qtbot.waitUntil(lambda: page.word() == "GOOD", timeout=PATIENCE_MS)
     assert "nearest wrong order" in page.sentence.text()
     page.form.fields["name"].setText("mine")
-    page.form.fields["tip_diameter"].setText("8,002")
+    page.form.fields["tip_diameter"].setText("8.002")
     _write(page, 2, 3, "173.5")
     QTest.keyClick(page, Qt.Key.Key_F8)
     qtbot.waitUntil(lambda: page.word() == "SAVED", timeout=PATIENCE_MS)

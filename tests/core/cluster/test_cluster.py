@@ -141,7 +141,7 @@ def test_a_worker_of_another_version_is_refused(cluster: ShopCluster, tmp_path: 
     cluster.kill(worker)
     assert refused is not None
     assert refused.code == "cluster.version"
-    assert "has OCMM 0.0.1, Python" in refused.what
+    assert "has OCMM 0.0.1 (build" in refused.what
 
 
 def test_without_certificates_nobody_gets_in(cluster: ShopCluster, tmp_path: Path) -> None:
