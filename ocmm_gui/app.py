@@ -219,13 +219,7 @@ def _work(
     choice: Choice,
     told: NoticeCentre,
 ) -> tuple[int, Choice | None]:
-    """Do an errand, and return the exit code with what is wanted next; None: nothing more.
-
-    Raises
-    ------
-    OcmmError
-        The station cannot be built.
-    """
+    """Do an errand, and return the exit code with what is wanted next; None: nothing more."""
     # What is loaded here stays: looking through it for garbage takes a seventh of the start.
     gc.disable()
     loaded = store.load()

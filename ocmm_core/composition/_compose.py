@@ -194,14 +194,7 @@ def _new_job(
     probe: ProbeInUse,
     passed_over: list[OcmmError],
 ) -> JobFile:
-    """Return a new job file with its header; ``passed_over`` gets faults of jobs beside it.
-
-    Raises
-    ------
-    OcmmError
-        A name is not one that every export takes, the part was measured in this batch already, or
-        the file cannot be written.
-    """
+    """Return a new job file with its header; ``passed_over`` gets faults of jobs beside it."""
     header = JobHeader(request.operator, plan.part, request.serial, request.order, request.batch)
     check_header(header)
     job_path = _job_path(request.out, plan)
@@ -259,13 +252,7 @@ def reference_of(request: StationRequest, probe: ProbeBody) -> ReferenceBody | N
 def _check_slots(
     probe: ProbeBody, reference: ReferenceBody | None, source: SourceDescription
 ) -> None:
-    """Refuse more LEDs than the cameras of a source follow.
-
-    Raises
-    ------
-    InputError
-        A camera has fewer windows than there are LEDs.
-    """
+    """Refuse more LEDs than the cameras of a source follow."""
     count = probe.n_leds + (reference.n_leds if reference is not None else 0)
     if count > source.n_slots:
         raise InputError(

@@ -144,11 +144,6 @@ def _described(rig: Rig) -> tuple[DeviceDescription | None, tuple[Intrinsics, ..
     """Return what the cameras of a rig are, and what they correct with where they do.
 
     A camera that corrects holds the intrinsics of the calibration in use.
-
-    Raises
-    ------
-    InputError
-        The description cannot be used, or not with the noise of this rig.
     """
     if not rig.device:
         return None, ()

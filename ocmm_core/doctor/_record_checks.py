@@ -171,13 +171,7 @@ def _by_date(
 
 
 def _newest(computer: Computer) -> list[tuple[str, _Dates]]:
-    """Return of each rig, probe and tip the record that was made last, with the name of a folder.
-
-    Raises
-    ------
-    NotAskedError
-        A record cannot be read.
-    """
+    """Return the newest record of each rig, probe and tip, with the name of its folder."""
     newest: dict[tuple[str, str, str], _Dates] = {}
     for name, record in _records(computer):
         key_ = name, record.schema, record.tip

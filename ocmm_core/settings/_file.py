@@ -275,13 +275,7 @@ class SettingsFile:
 
 @contextlib.contextmanager
 def _held(folder: Path) -> Iterator[None]:
-    """Let one program at a time change what is in a folder.
-
-    Raises
-    ------
-    StorageError
-        Another one holds it for longer than any change takes.
-    """
+    """Let one program at a time change what is in a folder."""
     descriptor = HOST.open_to_lock(folder)
     try:
         until = time.monotonic() + _WAIT_S

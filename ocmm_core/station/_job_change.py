@@ -173,13 +173,6 @@ def _job_by(
         Head and plan of the job before.
     folder
         Where the file is made.
-
-    Raises
-    ------
-    InputError
-        The plan cannot be used, or as `job_for`.
-    StorageError
-        The file cannot be made.
     """
     plan = load_plan(path)
     use = before.with_plan(plan, path)
@@ -197,11 +190,6 @@ def _plan_of(job: JobFile, like: JobHead, now: PlanInUse, files: Mapping[str, Pa
         Head and plan of the job that is measured.
     files
         Files of plans by their SHA-256, for the pictures.
-
-    Raises
-    ------
-    InputError
-        The plan is of another version of the program, or as `climate_for`.
     """
     identity = job.head.plan_identity
     if identity == like.plan_identity:
@@ -210,13 +198,7 @@ def _plan_of(job: JobFile, like: JobHead, now: PlanInUse, files: Mapping[str, Pa
 
 
 def _pause_unfinished(session: InspectionSession, job: JobFile) -> str:
-    """Pause a job that has points and is not finished, and return what was done, a sentence.
-
-    Raises
-    ------
-    StorageError
-        It could not be made durable.
-    """
+    """Pause a job that has points and is not finished, and return what was done, a sentence."""
     missing = session.steps.missing()
     if not missing or job.next_number() == 1:
         return ""

@@ -144,13 +144,7 @@ def _study(plan: StudyPlan, trend: Trend, level: float) -> CharacteristicStudy:
 
 
 def _values(plan: StudyPlan, trend: Trend) -> tuple[Float, Float]:
-    """Return values and standard uncertainties (parts, operators, trials).
-
-    Raises
-    ------
-    InputError
-        A measurement is missing, in doubt, or there twice.
-    """
+    """Return values and standard uncertainties (parts, operators, trials)."""
     found: dict[str, tuple[float, float]] = {}
     for part in trend.parts:
         if part.value is None or part.uncertainty is None:

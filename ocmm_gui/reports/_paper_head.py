@@ -137,14 +137,7 @@ def _paint_columns(
 
 
 def _picture(content: bytes) -> QImage | None:
-    """Return the logo; None without one.
-
-    Raises
-    ------
-    InputError
-        It begins as a picture and is none, or is too large: a letterhead that lacks it without a
-        word is not that of the laboratory.
-    """
+    """Return the logo; None without one."""
     if not content:
         return None
     image = QImage.fromData(content)

@@ -328,13 +328,7 @@ class FrameRing:
 
 
 def _new_file(folder: Path | None, size: int, head: bytes) -> str:
-    """Return the name of a new file with this head, and room for all of its size.
-
-    Raises
-    ------
-    AcquisitionError
-        There is no room: a file that was only given its length would end the program by a signal.
-    """
+    """Return the name of a new file with this head, and room for all of its size."""
     name = ""
     try:
         descriptor, name = tempfile.mkstemp(prefix=_PREFIX, dir=folder)

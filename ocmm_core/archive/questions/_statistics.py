@@ -87,11 +87,6 @@ def _values(archive: Archive, asked: Asked, most: int, *, repeated: bool = False
     repeated
         A part counts as often as it was measured; otherwise once under the same limits, with its
         last finished job.
-
-    Raises
-    ------
-    InputError
-        No such value is known.
     """
     judge = Judge(archive)
     named: dict[str, Cell] = {"part": asked.part, "name": asked.characteristic}

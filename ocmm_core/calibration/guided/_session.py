@@ -333,11 +333,6 @@ class GuidedProcedure(ABC, Generic[E, O]):
         which
             What that version did not do, as a relative clause; without it nobody could tell
             whether something moved meanwhile. A session that has ended may still be looked at.
-
-        Raises
-        ------
-        CalibrationError
-            It has not ended.
         """
         if self._decided is None:
             raise CalibrationError(

@@ -158,13 +158,7 @@ class RecordStore(EventFolder[T]):
         return self._evidence.lost([one for one, by in wanted.items() if by >= renewal])
 
     def _loaded(self, names: Iterable[str], kind: type[R]) -> tuple[R, ...]:
-        """Return records by their hashes; those that were lost, which the history says, not.
-
-        Raises
-        ------
-        CalibrationError
-            One is missing or was changed.
-        """
+        """Return records by their hashes; those that were lost, which the history says, not."""
         kept = set(self.wanted())
         return tuple(
             load_named(self._folder, name, kind) for name in names if record_file(name) in kept

@@ -214,13 +214,7 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
 
 
 def _qualified(records: TipRecords, digest: str | None) -> TipRecord:
-    """Return the qualification in force, which must have a hash where one is given.
-
-    Raises
-    ------
-    CalibrationError
-        There is none, or it is another one.
-    """
+    """Return the qualification in force, which must have a hash where one is given."""
     found = records.qualification
     if found is None:
         raise CalibrationError(

@@ -143,13 +143,6 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
             Permissible error of a diameter that the certificate of the sphere is held against.
         own
             What only the first line of this procedure has.
-
-        Raises
-        ------
-        CalibrationError
-            The certificate of the sphere does not hold now, or is not good enough for the limit.
-        StorageError
-            The session file cannot be written.
         """
         let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature_c), force=False)
         chain, begun = cls.sessions.begin(

@@ -238,13 +238,7 @@ def _has_again(source: str, sweeps: Path | None, *, again: bool) -> bool:
 
 
 def _take_recorded(procedure: PivotProcedure, path: Path, site: Site, n_leds: int) -> None:
-    """Take recorded sweeps that the session does not have yet.
-
-    Raises
-    ------
-    CalibrationError
-        A sweep lacks something.
-    """
+    """Take recorded sweeps that the session does not have yet."""
     from ocmm_core.calibration.pivot import load_sweeps
     from ocmm_core.calibration.sweeping import SWEEPS
     from ocmm_core.cli.calibrate._run import pass_open_gates

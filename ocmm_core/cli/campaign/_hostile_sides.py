@@ -102,7 +102,7 @@ MAKERS: dict[str, Make] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class SidePlace:
     """A kind of trusted file in a station of a trial."""
 
     trusted: str
@@ -114,9 +114,9 @@ class Place:
 _JOB = "@/jobs/J.ocmm"
 _PART = ("--plan", "@quick", "--out", "@/jobs", "--batch", "B1", "--serial", "1")
 """The part that the neighbour is of: its job must be found, whatever lies next to it."""
-_PLACES: dict[Trusted, tuple[Place, ...]] = {
+_PLACES: dict[Trusted, tuple[SidePlace, ...]] = {
     Trusted.JOB: (
-        Place(
+        SidePlace(
             "jobs/J.ocmm",
             (
                 ("report", _JOB, "--format", "json", "--incomplete", "--out", "@/out"),
@@ -133,17 +133,17 @@ _PLACES: dict[Trusted, tuple[Place, ...]] = {
         ),
     ),
     Trusted.DATABASE: (
-        Place(
+        SidePlace(
             "data/ocmm/outbox/outbox.sqlite",
             (("archive", "status"), ("archive", "send", f"@/{_NEIGHBOUR}")),
         ),
-        Place(
+        SidePlace(
             "data/ocmm/archive.sqlite",
             (("archive", "today"), ("archive", "verify"), ("archive", "send", f"@/{_NEIGHBOUR}")),
         ),
     ),
     Trusted.CHAIN: (
-        Place(
+        SidePlace(
             "cameras/events.jsonl",
             (
                 ("audit", "verify", "@/cameras"),
@@ -152,25 +152,25 @@ _PLACES: dict[Trusted, tuple[Place, ...]] = {
         ),
     ),
     Trusted.RECORDING: (
-        Place(
+        SidePlace(
             "R.ocrec",
             (("measure", "--plan", "@quick", "--source", "replay:@/R.ocrec", "--uncalibrated",
               "--incomplete", "--out", "@/out"),),
         ),
     ),
     Trusted.SETTINGS: (
-        Place(
+        SidePlace(
             "config/ocmm/settings.toml",
             (("settings", "show"), ("settings", "set", "job.operator", "A")),
         ),
     ),
     Trusted.KEYS: (
-        Place(
+        SidePlace(
             "data/ocmm/keys/known_keys.json",
             (("key", "show"), ("audit", "verify", f"@/{_NEIGHBOUR}")),
         ),
     ),
-    Trusted.MEMORY: (Place("", (("audit", "verify", f"@/{_NEIGHBOUR}"),)),),
+    Trusted.MEMORY: (SidePlace("", (("audit", "verify", f"@/{_NEIGHBOUR}"),)),),
 }  # fmt: skip
 
 
@@ -199,7 +199,7 @@ def side_pairs(site: Path) -> list[SidePair]:
     return found
 
 
-def _named(site: Path, place: Place, sides: Sequence[SideFile]) -> Iterator[str]:
+def _named(site: Path, place: SidePlace, sides: Sequence[SideFile]) -> Iterator[str]:
     if not place.trusted:
         memories = sorted((site / "state/ocmm/histories").glob("*.json"))
         yield from (str(one.relative_to(site)) for one in memories[:1])

@@ -31,18 +31,7 @@ def characteristics_of(
     nominal: etree._Element | None,
     features: Mapping[str, NominalFeature],
 ) -> Iterator[Characteristic]:
-    """Yield what one item, or one nominal without an item, asks for.
-
-    Parameters
-    ----------
-    features
-        Features of the plan by name.
-
-    Raises
-    ------
-    NotTakenError
-        With the reason why it is not taken.
-    """
+    """Yield what one item, or one nominal without an item, asks for; NotTakenError if unclear."""
     node = references.node(item)
     word = node.word.removesuffix("Item").removesuffix("Nominal").removesuffix("Characteristic")
     kinds = [

@@ -224,13 +224,7 @@ class References:
         self._of_nominal: dict[str, list[str]] = {}
 
     def pairs(self, word: str) -> Iterator[tuple[etree._Element, etree._Element | None]]:
-        """Yield items with their nominals, then nominals that no item refers to.
-
-        Parameters
-        ----------
-        word
-            ``Feature`` or ``Characteristic``.
-        """
+        """Yield items with their nominals, then nominals that no item refers to."""
         drawn = set()
         for item in self.root.iterfind(f".//{Q}{word}Items/*"):
             own = (item.findtext(f"{Q}{word}NominalId") or "").strip()
@@ -251,13 +245,7 @@ class References:
         return self.node(self._by_id.get(own_id))
 
     def name(self, item: etree._Element, nominal: etree._Element | None, element: str) -> str:
-        """Return a name as plans have it, which no other feature or characteristic has.
-
-        Parameters
-        ----------
-        element
-            Child of the item that holds it.
-        """
+        """Return a unique name as plans have it, from the child ``element`` of the item."""
         text = item.findtext(f"{Q}{element}") or item.findtext(f"{Q}Name")
         if not text and nominal is not None:
             text = nominal.findtext(f"{Q}Name")

@@ -180,13 +180,7 @@ def _sign(nominal: NominalFeature) -> float:
 
 
 def _fit(nominal: NominalFeature, touches: Touches) -> Fit:
-    """Return the fit of the ball centres, of a shape that keeps the ball that of the surface.
-
-    Raises
-    ------
-    FitError
-        The points do not determine one element; between rivals the sizes of the plan may decide.
-    """
+    """Return the fit of the ball centres, of a shape that keeps the ball that of the surface."""
     offset = _sign(nominal) * touches.tip_radius
     spec = nominal.shape.spec
     half_length = 0.5 * (nominal.length if spec.has_across else nominal.diameter)

@@ -88,11 +88,6 @@ def _shares(zone: Fit, free: Float) -> Float:
     Those of the points at the outside are positive and add up to one, those at the inside are
     negative and add up to minus one; together no motion of the element changes them. About an
     outline the zone reaches as far to either side, and only all of them together add up to two.
-
-    Raises
-    ------
-    FitError
-        The contacts do not hold the zone.
     """
     shares = np.zeros(len(zone.residuals))
     if not zone.contacts:

@@ -79,11 +79,6 @@ def _sizes(characteristic: Characteristic, feature: ActualFeature, sign: float) 
     ----------
     sign
         1 where a greater size gives a greater bonus, else -1.
-
-    Raises
-    ------
-    FitError
-        The feature is constructed, or there is no such element.
     """
     slot = feature.fit.shape in SLOTS
     place = SECOND if slot else RADIUS

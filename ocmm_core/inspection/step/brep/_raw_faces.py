@@ -196,13 +196,7 @@ def _faces_of_parts(shape: Any) -> tuple[list[Any], int]:
 
 
 def _take_faces(shape: Any, faces: list[Any]) -> None:
-    """Add the faces of a shape. An assembly of assemblies has millions in a file of some kilobytes.
-
-    Raises
-    ------
-    UnusableModelError
-        They are more than a part can have.
-    """
+    """Add the faces of a shape; a small file can hold millions through nested assemblies."""
     for face in explored(shape, "FACE"):
         faces.append(face)
         if len(faces) > MOST_FACES:
