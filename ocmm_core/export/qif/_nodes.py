@@ -166,13 +166,7 @@ class Node:
         return x, y, z
 
     def close(self) -> None:
-        """Refuse the item if anything was left unread that is not known to be harmless.
-
-        Raises
-        ------
-        NotTakenError
-            Names the first such child or attribute.
-        """
+        """Raise NotTakenError for the first child or attribute that is unread and not harmless."""
         for name in self._attributes:
             raise NotTakenError(f"attribute {name} of {self.word} is not supported")
         for name, found in self._children.items():

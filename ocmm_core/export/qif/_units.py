@@ -118,13 +118,7 @@ def _scale_of(unit: etree._Element, name: str, prefix: str, dimension: Dimension
 
 
 def number(text: str) -> float:
-    """Return a finite number.
-
-    Raises
-    ------
-    NotTakenError
-        It is none.
-    """
+    """Return a finite number; NotTakenError if it is none."""
     try:
         value = float(text)
     except ValueError:
