@@ -1,7 +1,8 @@
-"""Bundle adjustment of a swept probe: ball centre, arms to the LEDs, one rotation a pose.
+"""Bundle adjustment of a swept probe.
 
-Residuals are image residuals of all cameras. Rotations of the body frame are a gauge freedom; the
-solution nearest to the last state is chosen.
+Unknowns are the ball centre, the arms to the LEDs and a rotation for each pose; residuals are image
+residuals of all cameras. Rotations of the body frame are a gauge freedom; the solution nearest to
+the last state is chosen.
 """
 
 from __future__ import annotations

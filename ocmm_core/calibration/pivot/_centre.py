@@ -89,10 +89,10 @@ def complete_poses(targets: Float) -> Int:
 
 
 def group_average(targets: Float, centre: Float) -> Points3:
-    """Return the mean arms (L, 3), mm, of all complete poses (n, L, 3) about the centre (3,).
+    """Return the mean arms (L, 3), mm, of all complete poses about the centre (3,).
 
-    Group average of Gower (thesis 1.3.2 and 3.2), turned as in the first complete pose. Raises
-    CalibrationError without a complete pose.
+    Group average of Gower (thesis 1.3.2 and 3.2), turned as in the first complete pose (n, L, 3).
+    Raises CalibrationError without a complete pose.
     """
     whole = complete_poses(targets)
     targets = np.ascontiguousarray(targets)

@@ -188,7 +188,7 @@ def _correlation_time(series: Float) -> float:
 def pose_pivot_covariance(
     rotations: Float, origins: Points3, found: PosePivot, resamples: int = 500, seed: int = 1
 ) -> tuple[Float, Float]:
-    """Return the bootstrap and formal covariance (3, 3), mm^2, of a tip from poses; for tests.
+    """Return covariances (3, 3), mm^2, of a tip from poses; for tests.
 
     The first by bootstrap of blocks of consecutive poses; the second for independent poses.
 

@@ -1,8 +1,8 @@
-"""Compiled inner loops of the pivot calibration: one rotation a pose about the ball.
+"""Compiled inner loops of the pivot calibration.
 
-The unknowns of a pose are its rotation (three) and, with slack, the ball position in the cone (six
-in total). They are eliminated pose by pose, as in `bundle`; common unknowns are the centre of the
-ball and the arms to the LEDs.
+The unknowns of a pose are its rotation about the ball (three) and, with slack, the ball position in
+the cone (six in total). They are eliminated pose by pose, as in `bundle`; common unknowns are the
+centre of the ball and the arms to the LEDs.
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ def fit_turns(
 
 @compiled(algebra)
 def average_turned(targets: Float, centre: Float, body: Float, average: Float) -> float:
-    """Write the mean of all poses turned onto the body about the centre; return its residual.
+    """Write the mean of all poses turned onto the body; return its residual.
 
     One round of the group average (Gower; thesis 3.2 with the errata: a true rotation, and ``s =
     |G|^2 + |X|^2 - 2 tr``). Poses with an unlocated LED are excluded.
@@ -87,7 +87,7 @@ def average_turned(targets: Float, centre: Float, body: Float, average: Float) -
     Parameters
     ----------
     targets, centre
-        (n, L, 3) and (3,), mm, world.
+        (n, L, 3) and (3,), mm, world; rotations are about the centre.
     body, average
         (L, 3), mm: the present average and, out, the next one.
     """

@@ -1,8 +1,8 @@
-"""Uncertainty contributions of a ball diameter, kept apart because a check shares most.
+"""Uncertainty contributions of a ball diameter.
 
 A quick check uses the same probe calibration, mostly the same cameras and often the same sphere as
 its qualification. Their errors are common to both and cancel as far as the touches agree; only
-spots are independent.
+spots are independent. Contributions are therefore kept apart.
 """
 
 from __future__ import annotations

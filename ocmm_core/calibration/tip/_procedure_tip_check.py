@@ -1,4 +1,4 @@
-"""Guided quick tip check, one minute: is the mounted tip still the qualified one?
+"""Guided quick check, one minute, that the mounted tip is still the qualified one.
 
 Steps: ``prepare``, ``sphere`` (13 points), ``cone`` (five attitudes), ``result``. An inconclusive
 check requires more points; it never passes because of too large an uncertainty.
