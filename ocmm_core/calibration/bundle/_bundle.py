@@ -1,4 +1,4 @@
-"""Bundle adjustment of a rig: cameras, probe and bars from frames with unknown poses.
+"""Bundle adjustment of cameras, probe and bars from frames with unknown poses.
 
 A `Prior` defines free unknowns and prior knowledge, so one engine serves all kinds of relocation.
 The six unknowns of each frame are eliminated (`_kernel`): time and memory grow linearly with the

@@ -1,4 +1,4 @@
-"""Find the faulty element behind contradictory observations: bar, probe, lens or camera.
+"""Find the faulty element behind contradictory observations.
 
 An adjustment spreads a misfit over all uncertain unknowns and so blames no element. Each suspect is
 therefore tested alone: another bar length, a displaced LED, a scaled probe, a changed lens, a

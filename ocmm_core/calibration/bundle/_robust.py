@@ -101,7 +101,7 @@ def _cauchy(distances: Float, scale: float) -> Float:
 
 
 def _judge(data: BundleData, state: BundleState) -> tuple[Float, Float, Float]:
-    """Return the distances of all spots and of the bars' spots, in sigmas, and misses, px.
+    """Return spot and bar spot distances, in sigmas, and misses, px.
 
     NaN for spots with zero weight.
     """
