@@ -1,4 +1,4 @@
-"""Compiled inner loops of camera fits and of the bundle: residuals and derivatives.
+"""Compiled inner loops of camera fits and the bundle: residuals and derivatives.
 
 One pass over the points; numpy needs some sixty passes and three times as long.
 """
@@ -18,10 +18,10 @@ N_TERMS = 17
 def spot_rows(
     packed: Float, px: float, py: float, pz: float, u_row: Float, v_row: Float
 ) -> tuple[float, float, float]:
-    """Return depth, u and v of a world point; write d(u) and d(v) by the camera, (17,) each.
+    """Return depth, u and v of a world point; write d(u) and d(v), (17,) each.
 
-    Constant elements (zero or one) must be preset, see `empty_rows`. Nothing is written for a point
-    that is not in front of the camera.
+    Derivatives are by the camera. Constant elements (zero or one) must be preset, see `empty_rows`.
+    Nothing is written for a point that is not in front of the camera.
     """
     # R X, camera axes, before the translation: lever arm of a camera rotation.
     ax = packed[0] * px + packed[1] * py + packed[2] * pz

@@ -26,7 +26,7 @@ class Projector(Protocol[S]):
     """Problem to be fitted."""
 
     def linearise(self, state: S) -> tuple[Float, Float]:
-        """Return residuals (m,), predicted minus observed over sigma, and d/d(step), (m, p).
+        """Return residuals (m,), predicted minus observed, in sigmas, and d/d(step), (m, p).
 
         Non-finite residuals mark an impossible state.
         """

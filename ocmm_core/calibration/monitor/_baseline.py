@@ -1,8 +1,8 @@
-"""Baseline residual map of the monitor, learnt from a probe waved through the volume.
+"""Baseline residual map of the monitor, learnt from a waved probe.
 
 The pattern of a sensor is fixed to it, so residuals at a place are comparable over time if the map
-is fine enough, which some hundred calibration points are not. A minute of waving crosses every
-place many times.
+is fine enough, which some hundred calibration points are not. A minute of waving through the volume
+crosses every place many times.
 """
 
 from __future__ import annotations

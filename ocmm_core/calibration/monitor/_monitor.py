@@ -1,7 +1,7 @@
 """Monitor a calibration in use against tracked frames.
 
-Tracked frames become looks (`calibration.looks`); those of the latest two seconds, and of the last
-minute more sparsely, are examined for changes (`calibration.change_verdict`).
+Tracked frames become looks (`_residual_samples`); those of the latest two seconds, and of the last
+minute more sparsely, are examined for changes (`_drift_decision`).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Sphere map of a sweep: directions in which the probe was held, and required ones.
+"""Sphere map of a sweep: covered and required directions of the probe.
 
 Cells are fixed in the world, so that drawing them does not flicker; which of them are required
 depends on the middle of the covered ones.
@@ -46,7 +46,7 @@ def sphere_map(directions_world: Points3, reach: float) -> tuple[Float, tuple[Ma
 
 
 def where_missing(rig: Rig, middle_world: Float, cells: tuple[MapCell, ...]) -> str:
-    """Return the sides of required cells without poses ("left and away"), or empty text.
+    """Return the sides of required cells without poses ("left and away") or nothing.
 
     Sides as seen by the cameras.
     """
