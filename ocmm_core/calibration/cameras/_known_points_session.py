@@ -53,9 +53,9 @@ def views_of(taken: PointTaken) -> int:
 def found_by(
     rig: Rig, points: KnownPoints, table: SpotTable, evaluation: int, force: bool
 ) -> Findings:
-    """Return the findings from the points; ``evaluation`` of them, fixed ones, are held back.
+    """Return the findings from the points; raises as `_network.calibrate_rig`.
 
-    Raises CalibrationError if a guard refuses, see `_network.calibrate_rig`.
+    ``evaluation`` of the points, always the same ones, are held back.
     """
     used, held = (points, table), None
     if evaluation:
