@@ -46,8 +46,8 @@ def fit_bounded(start: Fit, points: Points3, criterion: Criterion) -> Fit:
 
     Returns
     -------
-    Residuals are signed distances, positive outside: nonnegative for an inscribed element, nonpositive
-    for a circumscribed one. Contacts and jacobian as in `zone.fit_zone`.
+    Residuals are signed distances, positive outside: nonnegative for an inscribed element,
+    nonpositive for a circumscribed one. Contacts and jacobian as in `zone.fit_zone`.
 
     Raises
     ------

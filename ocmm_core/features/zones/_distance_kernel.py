@@ -91,7 +91,7 @@ def zone_distances(
 def _from_outline(
     kind: int, local: Values, sizes: Float, step: Values, found: Values, jacobian: Values
 ) -> None:
-    """Same as `zone_distances` for an ellipse, a slot and a rectangle."""
+    """Do the same as `zone_distances` for an ellipse, a slot and a rectangle."""
     c, s = np.cos(step[TURN]), np.sin(step[TURN])
     a, b = sizes[0] + step[FIRST_SIZE], sizes[1] + step[SECOND_SIZE]
     for i in range(len(local)):

@@ -113,18 +113,10 @@ def settle(
     surface: ElementFamily, points: Float, start: Placed, steps: Float, radius: float,
     most: int = MAX_STEPS,
 ) -> Zone:  # fmt: skip
-    """Return the local optimum reached from ``start``.
+    """Return steps (k, k), columns, each with an RMS effect of one on the distances.
 
-    Parameters
-    ----------
-    points
-        (n, 3), centred and scaled.
-    steps
-        (k, k): see `natural_steps`.
-    radius
-        Initial size of the trust region, in these.
-    most
-        Largest number of steps.
+    Near an axis or circle through all points, the sign of distances is undefined; there a step
+    changes the vectors from it by one.
     """
     radii = (radius, _greatest(_delicate(surface), steps))
     return _by_few(surface, points, start, steps, radii, most, None)[0]
@@ -206,9 +198,9 @@ def by_bounds(surface: ElementFamily, signs: Float) -> Float:
 
 
 def start_pattern(k: int, count: int) -> Float:
-    """Return ``count`` unit directions (count, k): both ways along every axis, then more.
+    """Return the derivatives of contact gaps (+1 above, -1 below) by the bounds.
 
-    The further ones follow R. Roberts' additive sequence: evenly spread, deterministic.
+    (c, 1 or 2): one column for a symmetric zone or one without a lower bound.
     """
     along = np.concatenate([np.eye(k), -np.eye(k)])
     ratio = 2.0

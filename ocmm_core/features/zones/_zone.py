@@ -49,8 +49,8 @@ def fit_zone(start: Fit, points: Points3, offset: float = 0.0) -> Fit:
     Returns
     -------
     Its ``contacts`` are the points that hold the zone; its jacobian follows from them. Other points
-    only move the foot of the centroid along the element. If all points are on the element to rounding,
-    there are no contacts, and geometry and jacobian are those of ``start``.
+    only move the foot of the centroid along the element. If all points are on the element to
+    rounding, there are no contacts, and geometry and jacobian are those of ``start``.
 
     Raises
     ------
