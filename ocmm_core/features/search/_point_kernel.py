@@ -201,7 +201,7 @@ def line_distances(about: Float, axes: Float, along: Float, residuals: Float) ->
 
 @compiled()
 def spread_alike(turning: Float, shifts: Float, constant: Float, jacobian: Float) -> None:
-    """Write derivatives of a geometry by points to ``jacobian`` (12, 3 n), from equal blocks.
+    """Write derivatives of a geometry by points, (12, 3 n), from equal blocks.
 
     Parameters
     ----------

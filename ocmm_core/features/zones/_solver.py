@@ -84,11 +84,7 @@ def middle_of(surface: ElementFamily, zone: Zone) -> float:
 
 
 def natural_steps(surface: ElementFamily, points: Float, placed: Placed) -> Float:
-    """Return steps (k, k), columns, each with an RMS effect of one on the distances.
-
-    Near an axis or circle through all points, the sign of distances is undefined; there a step
-    changes the vectors from it by one.
-    """
+    """Return the reference distance that keeps differences exact."""
     local = placed.local(points)
     if surface.kind is DistanceKind.AXIS and not surface.lower:
         along = max(float(np.sqrt(np.mean(local[:, 2] ** 2))), NEARLY_FLAT)
@@ -150,7 +146,10 @@ def _by_few(
         full = replace(there, upper=_bounds(surface, found)[0], lower=_bounds(surface, found)[1])
         beyond = full.width - there.width
         if beyond <= SETTLED * max(1.0, float(np.abs(found).max())):
-            # A zone of some points that contains all points is the zone of all.
+            # Return the result of `settle`, and the indices used; None for all.
+            #
+            # ``radii`` are initial and largest size of the trust region; ``chosen`` is an initial
+            # guess of indices.
             return full, chosen
         start, radii = there.placed, (max(beyond, CLOSE), radii[1])
         chosen = np.union1d(chosen, _extremes(surface, found, FURTHER))
