@@ -189,7 +189,7 @@ def after(surface: ElementFamily, placed: Placed, free_step: Float) -> Placed:
 
 
 def by_bounds(surface: ElementFamily, signs: Float) -> Float:
-    """Return the derivatives of gaps at contacts (+1 above, -1 below) by the bounds, (c, 1 or 2)."""
+    """Return the derivatives of contact gaps, +1 above and -1 below, by the bounds, (c, 1 or 2)."""
     if surface.even:
         return -signs[:, None]
     upper, lower = np.where(signs > 0.0, -1.0, 0.0), np.where(signs < 0.0, -1.0, 0.0)
