@@ -138,7 +138,7 @@ def _difference(
 
 
 def _normals(feature: ActualFeature, rows: Int, tips: Points3, geometry: Float) -> Points3:
-    """Return the normals (m, 3), unit, from the material to ball centres (m, 3) near an element.
+    """Return the unit normals (m, 3) from the material to ball centres (m, 3).
 
     Also for a direction that is not quite of unit length, as in differences.
     """
