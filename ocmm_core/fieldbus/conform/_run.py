@@ -1,4 +1,4 @@
-"""The whole test of one camera: every rule in its order, and the report."""
+"""Run all rules on one camera and report."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ from ocmm_core.fieldbus.conform._rules_states import RULES as STATES
 RULES: tuple[Rule, ...] = (
     *EEPROM, *STATES, *OBJECTS, *MAILBOX, *FRAMES, *CLOCK, *ERRORS, *SERVICES, *FIRMWARE,
 )  # fmt: skip
-"""In the order in which they are tried: what others build on first, what is kept for good last."""
+"""Test order: basics first, permanent changes last."""
 
 _TRIES = 3
 _SILENT = "bus.silent"
 
 Told = Callable[[int, int, str], None]
-"""Is told how many rules of how many are done, and the title of the next."""
+"""Called with rules done, rules in total, and the title of the next."""
 
 
 def conform(
@@ -55,30 +55,30 @@ def conform(
     told: Told = lambda _done, _total, _title: None,
     until_red: bool = False,
 ) -> ConformanceReport:
-    """Drive a camera through the rules of the page about its objects.
+    """Test a camera against the rules of its object description.
 
-    The camera's black image is dropped, its error history is cleared, and with ``firmware`` it
-    runs that afterwards; everything else is put back. It is left in INIT.
+    Drops the camera's black image, clears its error history and, with `firmware`, leaves that
+    running; restores everything else. The camera ends in INIT.
 
     Parameters
     ----------
     line
-        The wire; nobody else may use it.
+        Exclusive wire.
     place
         Position of the camera, 0 first.
     firmware
-        A firmware file that the camera's maker signed, of another version than the one that runs.
+        Firmware file signed by the maker, of another version than the running one.
     rules
-        Which to try.
+        Rules to run.
     told
         Progress.
     until_red
-        End at the first rule that is broken.
+        Stop at the first failed rule.
 
     Raises
     ------
     BusError
-        Nobody answers any more.
+        The camera stopped answering.
     """
     bench = Bench(line, place, firmware)
     times: dict[str, tuple[int, list[int]]] = {}
@@ -108,7 +108,7 @@ def conform(
 
 
 def _tried(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) -> RuleResult:
-    """Try one rule; what broke while this computer paused is tried again."""
+    """Run one rule; retry failures during which this computer paused."""
     for _ in range(_TRIES):
         bench.line.paused_ns()
         taken: dict[str, tuple[int, list[int]]] = {}
@@ -127,7 +127,7 @@ def _tried(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) ->
 
 
 def _once(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) -> RuleResult:
-    """Try one rule; what one camera does wrong never ends the test of the others."""
+    """Run one rule; failures never end the run."""
     see = bench.findings = Findings(times)
     verdict = Verdict.PASSED
     bench.feeding = False
@@ -166,7 +166,7 @@ def _is_red(results: list[RuleResult], times: dict[str, tuple[int, list[int]]]) 
 
 
 def _left(bench: Bench) -> str:
-    """Leave the camera in INIT; return which firmware it says it runs."""
+    """Leave the camera in INIT; return its reported firmware version."""
     try:
         bench.go(PREOP)
         found = bench.mail.value(0x100A).rstrip(b"\x00").decode("ascii", errors="replace")
@@ -177,12 +177,12 @@ def _left(bench: Bench) -> str:
 
 
 def find_place(line: ConformLine, serial: int) -> int:
-    """Return the position of the camera with a serial number; 0 takes the only one there.
+    """Return the position of a camera by serial number; 0 selects the only one.
 
     Raises
     ------
     BusError
-        It is not there, or there are several and none was named.
+        It is absent, or there are several and `serial` is 0.
     """
     from ocmm_core.fieldbus.wire import scan_devices
 

@@ -1,4 +1,4 @@
-"""The report of the bus as plain text, made to be mailed to somebody who was not there."""
+"""Bus report as plain text, for mailing."""
 
 from __future__ import annotations
 
@@ -33,8 +33,6 @@ def report_text(report: BusReport, *, rig: str, written: datetime) -> str:
 
     Parameters
     ----------
-    report
-        What the bus process said last.
     rig
         Name of the rig.
     written
@@ -172,7 +170,7 @@ def _event(event: BusEvent) -> Iterable[str]:
 
 
 def _wrapped(head: str, text: str, columns: int = _COLUMNS) -> list[str]:
-    """Return ``text`` behind ``head``, its further lines below its first."""
+    """Return `text` after `head`, with hanging indentation."""
     return textwrap.wrap(text, columns, initial_indent=head, subsequent_indent=" " * len(head)) or [
         head
     ]
