@@ -40,7 +40,7 @@ class Mpe(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
 
 
 class ClimateRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where a test is valid: degrees Celsius, and the largest change, K/h; beyond, it is void."""
+    """Permitted temperatures, °C, and largest change, K/h; otherwise the test is void."""
 
     low: float
     high: float
