@@ -1,4 +1,4 @@
-"""The Maintain mode: a list of pages, the page that is chosen, and the one word of the machine."""
+"""Maintain mode: a list of pages, the selected page, and the status of the machine."""
 
 from __future__ import annotations
 
@@ -42,23 +42,21 @@ _TOOLS = ("start", "settings", "theme", "log")
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """A page of the Maintain mode."""
-
     title: str
     tip: str
-    """What it is for, in one sentence."""
+    """Purpose, in one sentence."""
     widget: QWidget
     actions: tuple[str, ...] = ()
-    """Keys of the actions that belong to it; each gets a button."""
+    """Keys of its actions; each gets a button."""
 
 
 class MaintainView(QWidget):
-    """Pages on a list; up and down choose.
+    """Pages with a list; up and down select.
 
     Parameters
     ----------
     pages
-        In the order of the list.
+        In list order.
     actions
         By key.
     """
@@ -108,7 +106,7 @@ class MaintainView(QWidget):
             widget.setFixedWidth(_SIDE_PX)
 
     def page(self) -> QWidget:
-        """Return the page that is chosen."""
+        """Return the selected page."""
         return self._pages[max(self.list.currentRow(), 0)]
 
     def show_live(self, live: LiveView) -> None:
@@ -119,7 +117,7 @@ class MaintainView(QWidget):
         self._word.setToolTip(literal(said(live.reason)))
 
     def status(self) -> str:
-        """Return the word that is shown."""
+        """Return the status word."""
         return self._word.text()
 
     def set_theme(self, theme: Theme) -> None:
@@ -153,7 +151,7 @@ class MaintainView(QWidget):
 
 
 def _large_buttons(actions: Sequence[QAction]) -> QHBoxLayout:
-    """Return buttons for hands in gloves, as wide as there is room."""
+    """Return buttons for gloved hands, as wide as possible."""
     row = QHBoxLayout()
     row.setSpacing(6)
     for action in actions:
