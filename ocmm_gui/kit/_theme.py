@@ -254,7 +254,7 @@ def dress(whole: QWidget, theme: Theme) -> None:
 
 
 def use_role(widget: QWidget, role: str) -> None:
-    """Dress a widget that stands there already as another role of the style sheet."""
+    """Change the style sheet role of an existing widget."""
     if widget.property("role") != role:
         widget.setProperty("role", role)
         widget.style().unpolish(widget)
