@@ -95,7 +95,6 @@ class AcceptanceBench:
     """Acceptance tests of a station."""
 
     request: StationRequest
-    """Request that the station was built from."""
     recorded: str = ""
     """Source name in the replayed recording; empty without replay."""
     folder: Path | None = None
@@ -104,7 +103,6 @@ class AcceptanceBench:
     register: Path | None = None
     """Artefact register; None for this user's."""
     shipped: dict[str, UsedArtefact] = field(default_factory=dict)
-    """Artefacts of the virtual rig, by role, read once."""
 
     @property
     def is_virtual(self) -> bool:
@@ -228,13 +226,7 @@ class AcceptanceBench:
         return open_tests(self.tests(), self.instrument(now))
 
     def made(self, now: datetime) -> TestsMade:
-        """Return all tests; reading many files takes seconds.
-
-        Raises
-        ------
-        OcmmError
-            As `instrument`, or a line of the interim checks was altered.
-        """
+        """Return all tests, in seconds; OcmmError as `instrument` or for altered checks."""
         finished, unread = finished_tests(self.tests())
         checked = [
             one.record.artefacts[0]

@@ -19,13 +19,7 @@ _EXTREMES = np.radians(28.0)
 def scenes_of_acceptance(
     site: VirtualSite, view: AcceptanceView, artefacts: Sequence[UsedArtefact], away: Float
 ) -> tuple[Scene, ...]:
-    """Return the remaining touches; artefacts deviate within their certificates.
-
-    Parameters
-    ----------
-    away
-        (3,): from the cameras to the volume.
-    """
+    """Return the remaining touches; artefacts deviate within their certificates."""
     scenes: list[Scene] = []
     known = {one.role: one for one in artefacts}
     right = unit(np.cross(away, [0.0, 0.0, 1.0]))

@@ -74,10 +74,8 @@ class AcceptanceSite:
 
     stage: Stage
     procedure_sha256: str
-    """`stage`, `procedure_sha256`: test stage and digest of its procedure."""
     cameras: CalibrationInUse
     probe: ProbeInUse
-    """`cameras`, `probe`: calibrations in use."""
     source: str
     rig: Path
     probe_document: Path
@@ -96,13 +94,7 @@ def open_test_site(
     tip: str | None,
     seed: int,
 ) -> AcceptanceSite:
-    """Return the site of a test.
-
-    Raises
-    ------
-    InputError
-        A document is invalid or an artefact does not exist.
-    """
+    """Return the site of a test; raise InputError for invalid documents or artefacts."""
     cameras = choose_calibration(source, rig, calibrations, uncalibrated=False)
     of_probe = choose_probe(source, probe, probes, tip, uncalibrated=False)
     document, sha256 = load_procedure(find_procedure(procedure))
@@ -201,11 +193,6 @@ def require_recorded(
 ) -> Instrument:
     """Return the instrument of a recording; simulated if it is of a virtual rig.
 
-    Parameters
-    ----------
-    recorded
-        Source name in the recording; empty without replay.
-
     Raises
     ------
     CalibrationError
@@ -239,13 +226,7 @@ def _vector(values: Float) -> tuple[float, float, float]:
 def acceptance_feed(
     site: VirtualSite, source: str, scenes: tuple[Scene, ...], speed: float
 ) -> tuple[Feed, int]:
-    """Return the virtual rig with scenes and its number of frames.
-
-    Raises
-    ------
-    InputError
-        The source plays no scenes.
-    """
+    """Return the virtual rig with scenes and its frame count; InputError if unsupported."""
     make = require_scenes(source)
     script = site.script(scenes)
     if make is None:
@@ -255,13 +236,7 @@ def acceptance_feed(
 
 
 def require_scenes(source: str) -> Callable[[CalibratingScript, float], Feed] | None:
-    """Return the player of test scenes; None for sources other than virtual rigs.
-
-    Raises
-    ------
-    InputError
-        The source is a virtual rig that plays no scenes.
-    """
+    """Return the player of test scenes, None if not virtual; InputError if unsupported."""
     spec = source_of(source).spec
     if spec.origin is Origin.VIRTUAL and spec.scenes is None:
         possible = [one for one in SOURCES if one.origin is not Origin.VIRTUAL or one.scenes]

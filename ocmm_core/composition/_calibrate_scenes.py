@@ -48,7 +48,6 @@ class VirtualSite:
 
     rig: Path
     probe: Path
-    """`rig`, `probe`: documents."""
     seed: int
     """Seed of the virtual world."""
     move: int | None
@@ -125,10 +124,7 @@ def scenes_of_verification(
 ) -> tuple[Scene, ...]:
     """Return the remaining seats, nests and points on spheres.
 
-    Parameters
-    ----------
-    rig
-        The calibration that is verified; its world need not be that of the virtual rig.
+    The world of the verified `rig` need not be that of the virtual rig.
     """
     return sum(verification_by_step(site, rig, view, bar, spheres).values(), ())
 

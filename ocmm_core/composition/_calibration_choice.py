@@ -89,15 +89,7 @@ def is_real(source: str) -> bool:
 
 
 def checked_for_replay(calibration: CalibrationInUse, recorded: str) -> CalibrationInUse:
-    """Return the calibration, faulty if real cameras were recorded and it is a document.
-
-    Parameters
-    ----------
-    calibration
-        Calibration for the replay.
-    recorded
-        Source name in the recording; empty without replay.
-    """
+    """Return the calibration, faulty if real cameras were recorded and it is a document."""
     if not _is_recorded_real(recorded):
         return calibration
     calibration = without_practice(calibration)

@@ -34,7 +34,6 @@ class ClimateRequest:
     """Requested temperatures; None if unknown."""
 
     probe_design: Path | None = None
-    """Design document of the probe."""
     probe_c: float | None = None
     part_c: float | None = None
     """`probe_c`, `part_c`: °C."""
@@ -51,7 +50,6 @@ class ClimateInUse:
     """Climate, probe and contact force of a job."""
 
     climate: Climate
-    """For the job file, the reports and the window."""
     body: ProbeBody
     """Probe with its geometry as used."""
     contact: ContactForce | None
@@ -65,8 +63,6 @@ def climate_in_use(
 
     Parameters
     ----------
-    body
-        Probe from its records or document.
     calibration
         Its record, with the temperature at calibration; None if the document is used.
 

@@ -25,13 +25,7 @@ class Compilation:
 
 
 def compile_all(processes: int | None = None) -> Compilation:
-    """Compile all listed functions that are not cached.
-
-    Parameters
-    ----------
-    processes
-        Number of parallel processes; None for the number of cores.
-    """
+    """Compile all uncached functions, in `processes` or as many as there are cores."""
     wanted = kernel_groups()
     count = min(processes or HOST.processors(), len(wanted))
     if count == 1:

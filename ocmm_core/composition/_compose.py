@@ -61,9 +61,7 @@ class BuiltStation:
     job_path: Path
     description: SourceDescription
     virtual: VirtualRig | None
-    """Virtual rig of the script; None for other sources."""
     live: bool
-    """Frames arrive in real time; such a source does not end."""
     passed_over: tuple[OcmmError, ...] = ()
     """Errors of unreadable jobs in the batch folder."""
     recorded: str = ""
@@ -73,12 +71,9 @@ class BuiltStation:
 
 
 def build_station(request: StationRequest) -> BuiltStation:
-    """Load and check all documents, create the job file, and return the station.
+    """Load all documents, create the job file, return the station; OcmmError if invalid.
 
-    Raises
-    ------
-    OcmmError
-        A document, the source or the folder cannot be used; everything opened is closed.
+    Everything opened is closed after an error.
     """
     clear_leftovers(written_folders(request))
     request = replace(request, released_only=request.released_only or released_plans_only())
@@ -233,13 +228,7 @@ def probe_of(request: StationRequest) -> ProbeInUse:
 
 
 def reference_of(request: StationRequest, probe: ProbeBody) -> ReferenceBody | None:
-    """Return the reference body of the request, or None.
-
-    Raises
-    ------
-    InputError
-        Its document is invalid, or it cannot be distinguished from the probe.
-    """
+    """Return the reference body, or None; InputError if invalid or indistinguishable."""
     if request.reference is None:
         return None
     reference = load_reference(request.reference)

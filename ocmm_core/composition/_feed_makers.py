@@ -156,7 +156,6 @@ def _described(rig: Rig) -> tuple[DeviceDescription | None, tuple[Intrinsics, ..
 
 
 def _rate_of(rig: Rig) -> float:
-    """Return the exposures per second of the cameras on a bus."""
     device, _lenses = _described(rig)
     return rig.frame_rate_hz if device is None else 1e9 / device.period_ns
 

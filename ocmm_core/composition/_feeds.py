@@ -34,13 +34,7 @@ from ocmm_core.tracking import Method
 
 @dataclass(frozen=True, slots=True)
 class StationRequest:
-    """Request for a station.
-
-    Attributes
-    ----------
-    plan, rig, probe, part
-        Documents; the part is for virtual rigs only.
-    """
+    """Request for a station; the part is for virtual rigs only."""
 
     plan: Path
     out: Path
@@ -68,15 +62,12 @@ class StationRequest:
     resume: Path | None = None
     """Job file to resume with its own plan; None for a new job."""
     probing: Probing = "plan"
-    """Order of the plan, or any order."""
     record: Path | None = None
-    """Recording of all raw frames, or None."""
     force: bool = False
     """Use a network interface even if the computer needs it."""
     bus_processor: int | None = None
     """CPU of the bus process; None: automatic."""
     method: Method = "gauss-newton"
-    """Pose estimation method."""
     control: str = ""
     """Socket for fault injection into virtual cameras; empty: none."""
     calibrations: Path | None = None
@@ -91,15 +82,11 @@ class StationRequest:
     check_after_h: float = 8.0
     """Hours without a point or check after which the tip must be checked."""
     climate: ClimateRequest = field(default_factory=ClimateRequest)
-    """Temperatures of probe and part, and their compensation."""
     reference: Path | None = None
-    """Reference body whose frame all results use; None without one."""
     released_only: bool = False
     """Refuse unreleased plans, even if the settings allow them."""
     stream: StreamOptions | None = None
-    """Live stream of points and poses; None: off."""
     room: TypedRoom = field(default_factory=TypedRoom)
-    """Room conditions before the first point; stored in the job."""
 
 
 _STOP_S = 3.0
@@ -115,11 +102,9 @@ class Feed:
     """`acquisition`, `ring`: not started; the owner calls `end`, which stops and closes them."""
     description: SourceDescription
     live: bool
-    """Frames arrive in real time."""
     virtual: VirtualRig | None = None
     """Virtual rig of the script; None for other sources."""
     simulated: SimulatedSource | None = None
-    """The source, if it is the virtual rig in this process."""
     recorded: str = ""
     """Source name in the recording; empty without replay."""
 

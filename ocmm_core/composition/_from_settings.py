@@ -27,7 +27,6 @@ class Errand:
     serial: str = "1"
     """`operator`, `serial`: job header; an empty operator is that of the settings."""
     resume: Path | None = None
-    """Job to resume."""
     force: bool = False
     uncalibrated: bool = False
     """`force`, `uncalibrated`: see `StationRequest`; never stored, so they cannot remain set."""

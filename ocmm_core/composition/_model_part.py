@@ -44,8 +44,6 @@ def part_as_planned(
     folder
         Folder of the plan and its CAD model. The part is centred in the volume by the model if
         present, else by its touch points.
-    rig
-        Rig with the measuring volume.
     placement
         Orientation in the volume; upright if None.
 
@@ -75,13 +73,7 @@ def part_text(part: PartDocument) -> str:
 
 
 def kept_part(plan: Plan, plan_file: Path, rig: Rig) -> Path:
-    """Return the part document of a plan in the user's cache.
-
-    Raises
-    ------
-    InputError
-        As `part_as_planned`.
-    """
+    """Return the part document in the user's cache; InputError as `part_as_planned`."""
     content = part_text(part_as_planned(plan, plan_file.absolute().parent, rig)).encode()
     folder = platformdirs.user_cache_path("ocmm") / "virtual-parts"
     path = folder / f"{hashlib.sha256(content).hexdigest()}.toml"

@@ -32,7 +32,6 @@ class Origin(Enum):
     VIRTUAL = auto()
     """Virtual rig, measured with its documents."""
     CAMERAS = auto()
-    """Real cameras, measured with their calibration."""
     RECORDING = auto()
     """Frames of either; see the recording."""
 
@@ -55,7 +54,6 @@ class SourceSpec:
     recorded_as: str
     """Prefix of the name in recordings; empty for a recording, which keeps its source name."""
     make: Callable[[StationRequest, Plan, Rig, str], Feed]
-    """Makes the source from the request, plan, rig and value."""
     segment: Callable[[StationRequest, Plan, Rig], SegmentConfig] | None
     """Software cameras of its virtual wire; None without one."""
     scenes: Callable[[CalibratingScript, float], Feed] | None
@@ -190,13 +188,7 @@ VIRTUAL_NAMES = tuple(
 
 
 def source_of(name: str) -> NamedSource:
-    """Return the source with this name.
-
-    Raises
-    ------
-    InputError
-        The name is unknown.
-    """
+    """Return the source with this name; raise InputError if unknown."""
     for spec in SOURCES:
         if not spec.takes_value and name == spec.prefix:
             return NamedSource(spec, "")

@@ -19,10 +19,8 @@ class StateLine:
     """Status of cameras or tip."""
 
     what: str
-    """``Cameras`` or ``Tip``."""
     word: str
     sentence: str
-    """Name, reason, and remedy."""
     due_utc: str
     """Expiry, ISO 8601; empty if it does not expire."""
     usable: bool

@@ -28,8 +28,6 @@ class Hand(ABC):
     ----------
     failed
         Called with the reason when frames end.
-    thread
-        Name of the thread.
     safe
         What a failure does not lose, as for `contained`.
     idle_s

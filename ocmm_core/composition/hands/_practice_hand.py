@@ -36,10 +36,6 @@ class PracticeHand(Hand):
     ----------
     make
         Returns a rig that shows the rest of the step; None if nothing is left to show.
-    speed
-        Multiple of real time; zero is as fast as frames are processed.
-    failed
-        Called with the reason when frames end.
     """
 
     def __init__(
@@ -69,7 +65,6 @@ class PracticeHand(Hand):
         return is_open and base.step.name == step and not base.step.gate.open
 
     def _show(self, watcher: Watcher) -> None:
-        """Show the rest of the step until it is complete or is left."""
         step = self._procedure.base.step.name
         rig = self._make()
         if rig is None:

@@ -50,10 +50,6 @@ class TestHand(Hand):
     make
         Opens the frame source and returns it with the number of frames to show; infinite if the
         source ends on its own.
-    procedure
-        Provides the requested touches and whether one waits to be recorded.
-    failed
-        Called with the reason when frames end.
     """
 
     __test__ = False
@@ -70,7 +66,6 @@ class TestHand(Hand):
         )  # fmt: skip
         self._make, self._procedure = make, procedure
         self.shown_s = 0.0
-        """Instrument time shown, s."""
 
     def _play(self, source: Source, watcher: Watcher, frames: float) -> bool:
         """Show frames of a started source; return whether it ended."""
@@ -110,7 +105,6 @@ class VirtualHand(TestHand):
         return "The virtual rig"
 
     def _show(self, watcher: Watcher) -> None:
-        """Show the remaining touches from the start."""
         source, frames = self._make()
         try:
             source.acquisition.start()
@@ -141,7 +135,6 @@ class RecordedHand(TestHand):
             self._source = None
 
     def _show(self, watcher: Watcher) -> None:
-        """Show the next frames of the recording."""
         if self._source is None:
             self._source, self._frames = self._make()
             self._source.acquisition.start()

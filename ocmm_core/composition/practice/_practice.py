@@ -62,13 +62,7 @@ Scenes = tuple[Scene, ...]
 
 
 def scenes_of_step(site: VirtualSite, rig: Rig, procedure: Any) -> Scenes:
-    """Return the scenes that complete the current step; empty if it needs none.
-
-    Parameters
-    ----------
-    procedure
-        One of the kinds in `_SCENES`.
-    """
+    """Return the scenes that complete the step of a `_SCENES` kind, or empty."""
     base = procedure.base
     if base.step.gate.open and base.step.wanted == 0:
         return ()
@@ -147,10 +141,6 @@ class Practice:
 
     Parameters
     ----------
-    request
-        Request that the station was built from.
-    folder
-        Practice folder; None for this user's.
     speed
         Speed of the hand as a multiple of real time; zero is as fast as frames are processed.
     """
@@ -186,10 +176,7 @@ class Practice:
     def prepare(self, now: datetime) -> None:
         """Activate initial records if none exist, and write the point list.
 
-        Raises
-        ------
-        OcmmError
-            The folder cannot be written, or its files were altered.
+        Raises OcmmError if the folder is not writable or its files were altered.
         """
         rig = load_rig(self._request.rig)
         self.folder.mkdir(parents=True, exist_ok=True)

@@ -50,15 +50,7 @@ _FULL = 0x08
 
 
 class Bench:
-    """A camera under test.
-
-    Parameters
-    ----------
-    place
-        Position of the camera, 0 first.
-    firmware
-        Firmware file signed by the maker, for a whole update; empty: none.
-    """
+    """A camera under test; `firmware` is signed by the maker, empty skips updates."""
 
     def __init__(self, line: ConformLine, place: int, firmware: bytes = b"") -> None:
         self.line = line
@@ -167,15 +159,7 @@ class Bench:
         self.go(wanted)
 
     def prepare(self, state: int, *, sync0_ns: int = SYNC0_NS, without: Sequence[int] = ()) -> None:
-        """Write the registers needed for a state.
-
-        Parameters
-        ----------
-        sync0_ns
-            Period of SYNC0; 0 leaves it off.
-        without
-            Sync managers that stay off.
-        """
+        """Write the registers for a state; `sync0_ns` 0 leaves SYNC0 off."""
         numbers = {PREOP: (0, 1), SAFEOP: (2, 3)}.get(state, ())
         for number in numbers:
             start, size, control, _status, _active, _kind = SYNC_MANAGERS[number]

@@ -36,7 +36,6 @@ class Cycle:
 
     working_counter: int
     content: bytes
-    """Inputs: header and frames."""
     header: Header
     system_ns: int
     """Bus time of the camera when the frame passed it."""

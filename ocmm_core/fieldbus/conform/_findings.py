@@ -26,11 +26,8 @@ class Outcome(StrEnum):
     """Verdict on a camera."""
 
     GREEN = "GREEN"
-    """Every rule was tested and passed."""
     INCOMPLETE = "INCOMPLETE"
-    """Tested rules passed, but not all were tested."""
     RED = "RED"
-    """A rule failed."""
 
 
 class TimingSheet(msgspec.Struct, frozen=True, kw_only=True):
@@ -93,13 +90,9 @@ class ConformanceReport(msgspec.Struct, frozen=True, kw_only=True):
     vendor: int
     product: int
     revision: int
-    """`serial`, `alias`, `vendor`, `product`, `revision`: from the camera's EEPROM."""
     firmware: str
-    """Version reported by the camera."""
     started_utc: str
-    """ISO 8601."""
     program: str
-    """Version of this program."""
     results: tuple[RuleResult, ...]
     timings: tuple[TimingSheet, ...]
 
@@ -141,13 +134,7 @@ class NotTestedError(BusError):
 
 
 class Findings:
-    """Collects the findings of a running rule.
-
-    Parameters
-    ----------
-    times
-        Times of all rules so far, by name, with limits; extended in place.
-    """
+    """Collects the findings of a running rule; extends `times` in place."""
 
     MOST_COMPLAINTS = 12
 

@@ -35,13 +35,7 @@ class ConformLine(Protocol):
 
 
 class WireLine:
-    """Network interface with this computer's clock; implements `ConformLine`.
-
-    Parameters
-    ----------
-    line
-        Open; used by nothing else.
-    """
+    """Network interface with this computer's clock; implements `ConformLine`."""
 
     def __init__(self, line: RawLine) -> None:
         self._line = line

@@ -29,10 +29,6 @@ class MailLine:
 
     Parameters
     ----------
-    get, put
-        Read and write memory of the camera; see `Bench`.
-    feed
-        Called while waiting for an answer, to keep a camera in OP.
     timed
         Called with measured times and their limits.
     """
@@ -50,7 +46,6 @@ class MailLine:
         self.emergencies: list[tuple[int, int, bytes]] = []
         """Code, error register and data of each emergency."""
         self.reply_counters: list[int] = []
-        """Mailbox counters of all fetched mailboxes."""
         self._counter = 0
 
     def _number(self, register: int, size: int) -> int:

@@ -16,7 +16,6 @@ class Rule:
     code: str
     """Identifier in reports; never reused."""
     section: str
-    """Subject of the rule."""
     title: str
     """Requirement, one sentence."""
     run: Callable[[Bench, Findings], None]

@@ -62,16 +62,10 @@ def conform(
 
     Parameters
     ----------
-    line
-        Exclusive wire.
     place
         Position of the camera, 0 first.
     firmware
         Firmware file signed by the maker, of another version than the running one.
-    rules
-        Rules to run.
-    told
-        Progress.
     until_red
         Stop at the first failed rule.
 

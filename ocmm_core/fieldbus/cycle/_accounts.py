@@ -31,15 +31,8 @@ class _CameraAccount:
 class BusAccounts:
     """Counts events and writes the report.
 
-    Parameters
-    ----------
-    notes
-        What this computer does not allow the process.
-
-    Attributes
-    ----------
-    lateness, round_trip
-        Histograms of the cycles.
+    `lateness` and `round_trip` are histograms of the cycles; `notes` lists what this computer does
+    not allow the process.
     """
 
     def __init__(self, settings: BusSettings, notes: Sequence[str]) -> None:
@@ -49,7 +42,6 @@ class BusAccounts:
         self.cycles: Counter[str] = Counter()
         """Verdicts by name; they add up to ``elapsed``."""
         self.elapsed = 0
-        """Cycles so far."""
         self._settings = settings
         self._notes = tuple(notes)
         self._cameras = {camera.name: _CameraAccount() for camera in settings.cameras}
@@ -102,8 +94,6 @@ class BusAccounts:
         ----------
         phase_ns
             Position of the cycles on the bus clock.
-        celsius
-            Camera temperatures by name.
         pace
             Pace of a bus whose time waits for this computer; None for others.
         """

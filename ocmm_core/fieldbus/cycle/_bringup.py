@@ -86,10 +86,8 @@ class BusSettings:
 
     interface: str
     cameras: tuple[CameraIdentity, ...]
-    """Cameras in rig order."""
     frame_period_ns: int = DEFAULT_FRAME_PERIOD_NS
     cycle_period_ns: int = 1_000_000
-    """`frame_period_ns`, `cycle_period_ns`: exposure and bus cycle periods."""
     force: bool = False
     """Use the interface although the computer uses it for its network."""
     redundant_interface: str = ""
@@ -125,7 +123,6 @@ class Session:
     areas: tuple[MailboxAreas, ...] = ()
     """`stations`, `areas`: their station addresses and mailboxes."""
     firmware: tuple[str, ...] = ()
-    """Reported versions."""
     start_host_ns: int = 0
     """Monotonic host time of the first exposure, as accurate as a bus clock read."""
     schedule: Schedule | None = None
@@ -143,8 +140,6 @@ class Session:
         ----------
         next_frame
             Number of the first frame still needed; acknowledges all before it.
-        token
-            Cycle number; 0 before the first.
         """
         if self.image is not None:
             return self.image.pack_outputs(token)
@@ -163,8 +158,6 @@ def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> It
 
     Parameters
     ----------
-    settings
-        Interfaces and expected cameras.
     session
         Filled in; the caller must close it in any case.
 
@@ -248,7 +241,6 @@ def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> It
 
 
 def _live_interfaces(settings: BusSettings) -> tuple[str, ...]:
-    """Return the interfaces with link, or the first one if none has."""
     live = []
     for interface in settings.interfaces:
         with contextlib.closing(LinkWatch(interface)) as link:
@@ -405,7 +397,6 @@ def _settle_clocks(
 def _program_exposures(
     settings: BusSettings, session: Session, master: Master, host_time: HostTime
 ) -> int:
-    """Program the same first exposure into all cameras and return its time."""
     period, cycle = settings.frame_period_ns, settings.cycle_period_ns
     now = int.from_bytes(master.read_register(session.places[0], "on the bus", _TIME, 8), "little")
     start = (now + _LEAD_NS) // cycle * cycle

@@ -25,15 +25,7 @@ _LATE_CYCLES = 100
 
 
 class CameraBus:
-    """Bus with its cameras; one thread owns it from open to close.
-
-    Parameters
-    ----------
-    settings
-        Interfaces and expected cameras.
-    objects
-        Acyclic requests to the cameras.
-    """
+    """Bus with its cameras; one thread owns it from open to close."""
 
     def __init__(
         self,
@@ -49,7 +41,6 @@ class CameraBus:
         self._service = ServiceChannel()
         self._watch = StateWatch(())
         self.clock = BusClock(settings.cycle_period_ns)
-        """Bus clock as observed by this computer."""
         self.passage: Passage | None = None
         """Wire times of the last cycle; None before the first."""
         self._cycles = 0
@@ -107,7 +98,7 @@ class CameraBus:
         return session.ring_is_line or (ring is not None and ring.is_open)
 
     def open(self) -> None:
-        """Find, check, configure and synchronise the cameras and bring them to OP.
+        """Bring the cameras to OP, see `bring_up`.
 
         Raises
         ------
@@ -148,8 +139,6 @@ class CameraBus:
         ----------
         next_frames
             Number of the first frame still needed of each camera; acknowledges all before it.
-        timeout_ns
-            Time limit of the answer.
         """
         session, master = self._session, self._session.master
         if master is None:

@@ -28,13 +28,7 @@ _REPORT_GAIN = 1.0 / 500.0
 
 
 class BusClock:
-    """Bus clock as observed by this computer.
-
-    Parameters
-    ----------
-    period_ns
-        Nominal time between two readings.
-    """
+    """Bus clock as observed by this computer."""
 
     def __init__(self, period_ns: int) -> None:
         self._period_ns = period_ns
@@ -68,13 +62,7 @@ class BusClock:
         return self._host_ns + round(since - since * self._rate / (1.0 + self._rate))
 
     def observe(self, sent_ns: int, answered_ns: int, bus_ns: int) -> bool:
-        """Record a reading of the bus clock; return False if it is implausible.
-
-        Parameters
-        ----------
-        sent_ns, answered_ns
-            Host times that bound the reading.
-        """
+        """Record a clock reading between two host times; return False if implausible."""
         middle = (sent_ns + answered_ns) // 2
         if not self._readings:
             self._host_ns, self._bus_ns, self._fraction_ns = middle, bus_ns, 0.0
@@ -109,17 +97,11 @@ class CyclePacer:
     """Start times of the cycles, and the number of elapsed cycles.
 
     Without a bus clock the cycles follow this computer's clock.
-
-    Parameters
-    ----------
-    now_ns
-        Host time of the first cycle.
     """
 
     def __init__(self, period_ns: int, now_ns: int) -> None:
         self._period_ns = period_ns
         self.deadline_ns = now_ns
-        """Host time of the next cycle."""
         self.phase_ns = 0.0
         """Smoothed deviation of the cycle starts from their target on the bus clock."""
 

@@ -45,7 +45,6 @@ class Trouble(Enum):
     """Reason for a cycle without data."""
 
     LOST = "lost"
-    """No answer."""
     BAD = "bad"
     """An answer that must not be used."""
 
@@ -71,7 +70,6 @@ class Schedule:
     period_ns: int
     """`start_ns`, `period_ns`: exposure k is at ``start_ns + k * period_ns`` of the bus clock."""
     config_crc: int
-    """Checksum of the configuration."""
 
 
 class CameraPast(NamedTuple):
@@ -79,7 +77,6 @@ class CameraPast(NamedTuple):
 
     name: str
     next_frame: int = 0
-    """Number of the first frame still needed."""
     cycle_counter: int | None = None
     boot_counter: int | None = None
     """`cycle_counter`, `boot_counter`: last accepted; None before the first answer."""
@@ -99,7 +96,6 @@ class CycleAnswer(NamedTuple):
     clock_plausible: bool
     """`clock_ns`, `clock_plausible`: bus clock, and whether it agrees with earlier cycles."""
     view: WatchView
-    """Reported camera states."""
     inputs: tuple[bytes, ...]
     headers: tuple[Header, ...]
     """`inputs`, `headers`: per camera in rig order; empty without answer."""

@@ -51,14 +51,9 @@ class Journal:
         remedy: str = "",
         cycles: int = 1,
     ) -> bool:
-        """Record an event; return whether it is new.
+        """Record an event, see `BusEvent`; return whether it is new.
 
-        Parameters
-        ----------
-        code, what, camera, remedy, cycles
-            As in `BusEvent`; the remedy of an alarm may be omitted.
-        cycle, now_ns
-            Bus cycle and monotonic host time.
+        An alarm's remedy may be omitted; `now_ns` is monotonic host time.
         """
         entry = self._open.get((code, camera))
         if entry is not None and now_ns - entry.last_ns <= _GROUP_NS:

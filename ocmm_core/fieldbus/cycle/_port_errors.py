@@ -43,11 +43,7 @@ class PortTrouble(NamedTuple):
 def port_trouble(before: bytes, now: bytes) -> PortTrouble | None:
     """Return the port with the most new errors since `before`, or None.
 
-    Parameters
-    ----------
-    before, now
-        The registers, `PORT_ERRORS_BYTES` each. A decreased counter was reset, so its whole value
-        is new.
+    The registers have `PORT_ERRORS_BYTES`. A decreased counter was reset: its whole value is new.
     """
     found = [
         PortTrouble(

@@ -42,27 +42,15 @@ class Next(Enum):
     """Next action of the bus owner."""
 
     CYCLE = auto()
-    """Exchange process data."""
     STEP = auto()
-    """Take the next bring-up step."""
     RESTART = auto()
-    """Start a new bring-up."""
     PAUSE = auto()
-    """Wait for a moment."""
 
 
 class Supervisor:
-    """Decides after every cycle and step.
+    """Decides after every cycle and step; times are monotonic host time.
 
-    Parameters
-    ----------
-    now_ns
-        Monotonic host time, as in all calls.
-
-    Attributes
-    ----------
-    alarm, message, camera
-        Current fault; empty in good order.
+    `alarm`, `message` and `camera` describe the current fault; empty in good order.
     """
 
     def __init__(self, now_ns: int) -> None:
@@ -71,7 +59,6 @@ class Supervisor:
         self.message = ""
         self.camera = ""
         self.recoveries = 0
-        """Number of recoveries to operation."""
         self._next = Next.RESTART
         self._alarm_ns = now_ns
         self._good_ns = now_ns

@@ -41,7 +41,6 @@ class CameraView(NamedTuple):
     clock_offset_ns: int | None = None
     """Offset from the reference clock; None if not yet read."""
     link_errors: int | None = None
-    """Error count of its ports; None if not yet read."""
     trouble: PortTrouble | None = None
     """Recent errors at its worst port."""
 
@@ -52,21 +51,11 @@ class WatchView(NamedTuple):
     age: int
     """Cycles since the last answer."""
     devices: int
-    """Number of devices on the bus."""
     cameras: tuple[CameraView, ...]
-    """In rig order."""
 
 
 class StateWatch:
-    """Reads the cameras' states, clocks and error counters.
-
-    Parameters
-    ----------
-    stations
-        Station addresses in rig order.
-    before
-        Previous watch of the same cameras.
-    """
+    """Reads the cameras' states, clocks and error counters, in rig order."""
 
     def __init__(self, stations: Sequence[int], before: StateWatch | None = None) -> None:
         self._stations = tuple(stations)

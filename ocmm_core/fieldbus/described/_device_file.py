@@ -58,9 +58,7 @@ class Role(StrEnum):
     TIME = "time"
     """First exposure in the inputs, ns of the bus clock."""
     BUTTON = "button"
-    """Nonzero: probe button pressed."""
     HEARTBEAT = "heartbeat"
-    """Output: bus cycle number."""
     CONSTANT = "constant"
     IGNORED = "ignored"
 
@@ -84,7 +82,6 @@ class ProcessObject(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
     index: int
     entries: tuple[Entry, ...]
-    """In wire order."""
     exposures: bool = False
     """One object per exposure of a cycle, consecutive; indices of mapping objects and entries
     increase by ``step``."""
@@ -134,13 +131,11 @@ class DeviceDescription(Document, frozen=True, kw_only=True):
     lens_doubt_px: float = 0.0
     """Error of pixels recovered from corrected points, px, due to the camera's own arithmetic."""
     start_up: tuple[StartUp, ...] = ()
-    """Values written before operation."""
     mailbox: tuple[int, int, int, int] = (0x1000, 256, 0x1100, 256)
     """Start and size of the mailbox out, start and size of the mailbox in."""
     memory: tuple[int, int] = (0x1400, 0x1800)
     """Start of outputs and inputs in the controller."""
     note: str = ""
-    """Source of the description."""
 
     @property
     def period_ns(self) -> int:

@@ -62,13 +62,7 @@ class PlacedEntry:
 
 
 class ProcessImage:
-    """Inputs and outputs of a described camera.
-
-    Attributes
-    ----------
-    inputs, outputs
-        Mapping objects in wire order, with their entries.
-    """
+    """Inputs and outputs of a described camera, mapping objects in wire order."""
 
     def __init__(self, device: DeviceDescription) -> None:
         self._device = device

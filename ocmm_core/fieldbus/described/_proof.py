@@ -27,7 +27,6 @@ class Doubt:
     """A property that a camera cannot prove."""
 
     code: str
-    """Stable."""
     words: str
     """Missing proof and its consequence."""
     costs_mm: float = 0.0
@@ -122,7 +121,7 @@ def resting_doubt_mm(device: DeviceDescription) -> float:
 def refuse_coarse(
     device: DeviceDescription, *, white_px: float, pattern_px: float, pitch_mm: float
 ) -> None:
-    """Refuse cameras whose resolution is coarser than the noise used for the uncertainty.
+    """Raise InputError for cameras coarser than the noise behind the uncertainty.
 
     Steps wider than the noise hold a resting ball at one step whatever is averaged, and lens
     rounding is fixed to the sensor position: neither shows in the scatter, so U would be too small.
@@ -131,11 +130,6 @@ def refuse_coarse(
     ----------
     white_px, pattern_px
         Noise of the rig: frame to frame, and fixed to the sensor position.
-
-    Raises
-    ------
-    InputError
-        They are coarser.
     """
     kinds = {entry.type for pdo in device.inputs for entry in pdo.entries if Role.X in entry.role}
     whole = any(not FORMATS[kind].startswith("<f") for kind in kinds)
@@ -184,18 +178,7 @@ def age_doubts(device: DeviceDescription) -> tuple[str, ...]:
 def refuse_unproven(
     device: DeviceDescription, *, allowed: bool, by: AllowedBy = AllowedBy.PLAN
 ) -> None:
-    """Refuse cameras with unproven age or order of data, unless allowed.
-
-    Parameters
-    ----------
-    by
-        Document that could allow it.
-
-    Raises
-    ------
-    InputError
-        Age or order is unproven and not allowed.
-    """
+    """Raise InputError for cameras with unproven data age or order, unless allowed."""
     missing = age_doubts(device)
     if missing and not allowed:
         document, may, field = by.value

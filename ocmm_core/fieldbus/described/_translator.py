@@ -50,20 +50,13 @@ class Timing(NamedTuple):
 
     start_ns: int
     period_ns: int
-    """`start_ns`, `period_ns`: exposure k is at ``start_ns + k * period_ns``."""
     config_crc: int
-    """Value that `judge` expects."""
 
 
 class InputTranslator:
     """Translator of one described camera, across bring-ups.
 
-    Parameters
-    ----------
-    lens
-        Intrinsics used by the camera; required if it sends corrected millimetres.
-    timing
-        Exposure schedule.
+    `lens` is required if the camera sends corrected millimetres.
     """
 
     def __init__(
@@ -96,8 +89,6 @@ class InputTranslator:
 
         Parameters
         ----------
-        clock_ns
-            Bus clock of the cycle.
         next_frame
             Number of the first frame still needed; those before this block are lost.
         """
@@ -149,7 +140,6 @@ class InputTranslator:
         return told == last, fits and (told - last - passed) % modulus == 0
 
     def _times_fit(self, content: bytes, first: int) -> bool:
-        """Return whether the camera's times match the exposures."""
         timing, image = self._timing, self._image
         if not self._device.has(Role.TIME):
             return True

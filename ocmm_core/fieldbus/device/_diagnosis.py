@@ -25,11 +25,8 @@ class DiagnosisMessage:
     code: int
     """Error code of the emergency message; 0: the previous error is over."""
     time_ns: int
-    """Bus time."""
     register: int
-    """Error register (0x1001) at that time."""
     data: bytes
-    """Five bytes of the emergency message."""
 
     def encode(self) -> bytes:
         """Return the message in object format."""

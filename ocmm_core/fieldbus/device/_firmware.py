@@ -47,17 +47,9 @@ class Firmware:
 
     @classmethod
     def read(cls, image: bytes, maker: Ed25519PublicKey | None = None) -> Firmware:
-        """Return the firmware in a file.
+        """Return the firmware in a file; raise InputError if damaged or of another signer.
 
-        Parameters
-        ----------
-        maker
-            Required signer; None checks the checksums only.
-
-        Raises
-        ------
-        InputError
-            The file is invalid, damaged, or has another signer.
+        `maker` None verifies the checksums only.
         """
         if len(image) < _HEAD.size + _SIGNATURE_BYTES or len(image) > MOST_FIRMWARE_BYTES:
             raise _unfit(f"it has {len(image)} bytes")

@@ -118,13 +118,7 @@ def assign(
 
 
 def check_sensor(camera: CameraIdentity, serial: int, width: int, height: int) -> None:
-    """Compare a camera's sensor (object 0x9000) with the calibrated one.
-
-    Raises
-    ------
-    BusError
-        It differs, so the calibration does not apply.
-    """
+    """Raise BusError unless the sensor (object 0x9000) is the calibrated one."""
     if camera.width and (camera.width, camera.height) != (width, height):
         raise BusError(
             "bus.sensor",

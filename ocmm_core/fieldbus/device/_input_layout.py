@@ -50,13 +50,11 @@ class InputLayout:
 
     revision: int
     header_pdo: Pdo
-    """Header before the frames."""
     cycle_counters: int
     """Modulus of the input counter."""
     longest_advance: int
     """A larger advance of the input counter is a step back."""
     says_serial: bool
-    """The checksum starts with the serial number."""
 
     @property
     def input_pdos(self) -> tuple[Pdo, ...]:

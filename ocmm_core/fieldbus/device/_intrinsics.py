@@ -33,7 +33,6 @@ class Intrinsics:
     """Calibration date, s since 1970 UTC."""
     width: int
     height: int
-    """`width`, `height`: sensor, px."""
     pitch_mm: float
     focal: float
     aspect: float
@@ -55,13 +54,7 @@ class Intrinsics:
 
     @classmethod
     def decode(cls, content: bytes) -> Intrinsics:
-        """Return the intrinsics in a block.
-
-        Raises
-        ------
-        BusError
-            ``bus.intrinsics``: the block is damaged, of another version, or implausible.
-        """
+        """Return the intrinsics; BusError ``bus.intrinsics`` if damaged or implausible."""
         if len(content) != BLOB_BYTES:
             raise _unfit(f"it has {len(content)} bytes instead of {BLOB_BYTES}")
         magic, version, reserved, serial, date_s, width, height = _HEAD.unpack_from(content)
@@ -74,13 +67,7 @@ class Intrinsics:
         return found
 
     def encode(self) -> bytes:
-        """Return the block.
-
-        Raises
-        ------
-        BusError
-            ``bus.intrinsics``: a value is implausible.
-        """
+        """Return the block; BusError ``bus.intrinsics`` for implausible values."""
         self._check()
         try:
             head = _HEAD.pack(

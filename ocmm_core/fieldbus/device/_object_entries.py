@@ -39,7 +39,6 @@ class ObjectEntry:
     name: str
     kind: DataType
     value: bytes
-    """Value at power-on, in wire format."""
     writable: bool = False
     preop_only: bool = False
     """`writable`, `preop_only`: writable by the master; only while no frames are made."""

@@ -50,7 +50,6 @@ class BlackCommand(IntEnum):
     STORE = 2
     """Store the active image permanently."""
     LOAD = 3
-    """Apply the stored image."""
     CLEAR = 4
     """Disable and delete the stored image."""
 
@@ -61,7 +60,6 @@ class SnapshotCommand(IntEnum):
     TAKE = 1
     """Capture a raw image of the region and hold it."""
     RELEASE = 2
-    """Release it or abort the capture."""
 
 
 class Work(IntEnum):

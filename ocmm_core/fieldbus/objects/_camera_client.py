@@ -49,14 +49,12 @@ class CameraTexts:
     software: str
     """`name`, `hardware`, `software`: objects 0x1008, 0x1009, 0x100A."""
     serial: int
-    """Device serial number (0x1018:04)."""
     firmware: str
     sensor_logic: str
     boot_loader: str
     """`firmware`, `sensor_logic`, `boot_loader`: versions (0x9010)."""
     width: int
     height: int
-    """`width`, `height`: sensor, px."""
     operating_hours: int
     """Hours powered since production."""
 
@@ -165,13 +163,7 @@ def write_intrinsics(access: ObjectAccess, intrinsics: Intrinsics, note: str = "
 
 
 def read_intrinsics(access: ObjectAccess) -> Intrinsics | None:
-    """Return the stored intrinsics of the camera, or None.
-
-    Raises
-    ------
-    BusError
-        ``bus.intrinsics`` if they are damaged.
-    """
+    """Return the stored intrinsics, or None; BusError ``bus.intrinsics`` if damaged."""
     block = access.read(CALIBRATION, 1, room=BLOB_BYTES)
     sha256 = access.read(CALIBRATION, 3, room=_HASH_BYTES)
     if not block:

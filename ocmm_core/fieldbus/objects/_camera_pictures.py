@@ -47,12 +47,8 @@ def measure_black_image(
 ) -> BlackImageState:
     """Average `frames` exposures without light, and apply the mean.
 
-    No spots are sent meanwhile. The image is volatile until `store_black_image`.
-
-    Raises
-    ------
-    BusError
-        ``bus.black_image`` if the camera fails or stalls.
+    No spots are sent meanwhile. The image is volatile until `store_black_image`. Raises BusError
+    ``bus.black_image`` if the camera fails or stalls.
     """
     if not 1 <= frames <= MAX_BLACK_FRAMES:
         raise InputError(
@@ -138,7 +134,6 @@ def take_snapshot(
 
 
 def _before(progress: Progress) -> Progress:
-    """Return a progress callback with nothing fetched yet, so that it can abort early."""
     return lambda _done, _total: progress(0, 0)
 
 

@@ -48,7 +48,6 @@ class Emergency:
     register: int
     """Error register (object 0x1001): bit 0 any error, 3 temperature, 4 communication."""
     data: bytes
-    """Five manufacturer-specific bytes."""
 
     @property
     def is_over(self) -> bool:

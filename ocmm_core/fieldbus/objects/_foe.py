@@ -16,19 +16,8 @@ FIRMWARE_NAME = b"firmware"
 class FoeWrite:
     """Upload of one file.
 
-    Parameters
-    ----------
-    name
-        File name expected by the camera.
-    mailbox_bytes
-        Size of one mailbox, header included.
-
-    Attributes
-    ----------
-    done
-        The camera has acknowledged the last packet.
-    busy
-        The same mailbox must be sent again.
+    `done`: the camera has acknowledged the last packet; `busy`: resend the same mailbox.
+    `mailbox_bytes` includes the header.
     """
 
     def __init__(self, name: bytes, content: bytes, mailbox_bytes: int) -> None:
@@ -67,12 +56,7 @@ class FoeWrite:
         """Process the camera's answer; return whether a mailbox is due next.
 
         A duplicate acknowledgement of the previous packet is accepted. A `busy` camera must get the
-        same mailbox again after a pause.
-
-        Raises
-        ------
-        BusError
-            The camera refuses, or the answer is invalid.
+        same mailbox again after a pause. Raises BusError if the camera refuses or answers wrongly.
         """
         length, _address, _channel, kind = _MAILBOX_HEAD.unpack_from(mailbox.ljust(6, b"\x00"))
         body = mailbox[_MAILBOX_HEAD.size : _MAILBOX_HEAD.size + length]

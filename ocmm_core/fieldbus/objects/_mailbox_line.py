@@ -36,7 +36,6 @@ class MailboxAreas:
     in_bytes: int
     """`out_start`, `out_bytes`, `in_start`, `in_bytes`: mailbox to and from the camera."""
     repeat: bool
-    """Current repeat bit of the latter."""
 
     @classmethod
     def decode(cls, content: bytes) -> MailboxAreas:
@@ -47,20 +46,11 @@ class MailboxAreas:
 
 
 class MailboxLine:
-    """Mailboxes to and from one camera.
-
-    Parameters
-    ----------
-    station
-        Station address of the camera.
-    deliver
-        Called once with each received mailbox.
-    """
+    """Mailboxes to and from one camera; `deliver` gets each received mailbox once."""
 
     def __init__(self, station: int, areas: MailboxAreas, deliver: Callable[[bytes], None]) -> None:
         self.areas = areas
         self.repeats = 0
-        """Number of repeat requests for lost mailboxes."""
         self._station = station
         self._deliver = deliver
         # Reused objects, so that the frame's form is cached.
@@ -86,10 +76,7 @@ class MailboxLine:
     def send(self, content: bytes, *, expect: bool = True) -> None:
         """Write a mailbox once the camera has room; replaces a waiting one.
 
-        Parameters
-        ----------
-        expect
-            Poll for the answer in every cycle.
+        With `expect`, every cycle polls for the answer.
         """
         self._out = content
         self._unsure = 0

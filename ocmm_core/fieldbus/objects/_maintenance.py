@@ -54,13 +54,7 @@ Told = Callable[[int, int], None]
 
 
 def find_camera(exchange: Exchange, serial: int) -> tuple[int, ScannedDevice]:
-    """Return wire position (0 first) and identity of a camera by serial number.
-
-    Raises
-    ------
-    BusError
-        It is absent or its serial number is duplicated.
-    """
+    """Return wire position and identity of a camera; raise BusError unless unique."""
     devices = scan_devices(exchange)
     places = [n for n, each in enumerate(devices) if each.device.serial == serial]
     if len(places) != 1:
@@ -121,11 +115,6 @@ def update_firmware(
 
     The camera stores it in a second bank. After an interrupted transfer, or if the new firmware
     does not reach PREOP, the old one runs at the next start.
-
-    Parameters
-    ----------
-    told
-        Progress.
 
     Raises
     ------
@@ -190,7 +179,6 @@ def _send(exchange: Exchange, place: int, transfer: FoeWrite, told: Told) -> Non
 
 
 def _version(exchange: Exchange, place: int) -> str:
-    """Return the firmware version of a camera in PREOP."""
     transfer = SdoRead(_VERSION, 0, _VERSION_BYTES, mailbox_bytes=MAILBOX_BYTES)
     counter = 1
     while not transfer.done:
@@ -207,7 +195,6 @@ def _version(exchange: Exchange, place: int) -> str:
 
 
 def _go(exchange: Exchange, place: int, state: int) -> None:
-    """Bring a camera to a state."""
     target = -place & 0xFFFF
     control = (state | _ACKNOWLEDGE).to_bytes(2, "little")
     exchange(Datagram(Command.APWR, target, _AL_CONTROL, control))
@@ -236,7 +223,6 @@ def _set_mailboxes(exchange: Exchange, place: int) -> None:
 
 
 def _ask(exchange: Exchange, place: int, mailbox: bytes) -> bytes:
-    """Write a mailbox and return the camera's answer."""
     question = Datagram(
         Command.APWR, -place & 0xFFFF, MAILBOX_OUT_START, mailbox.ljust(MAILBOX_BYTES, b"\x00")
     )
@@ -251,7 +237,6 @@ def _ask(exchange: Exchange, place: int, mailbox: bytes) -> bytes:
 
 
 def _fetch(exchange: Exchange, place: int, patience_s: float) -> bytes:
-    """Return the next mailbox of a camera."""
     deadline = time.monotonic() + patience_s
     while time.monotonic() < deadline:
         if _is_answered(exchange, place):

@@ -45,13 +45,7 @@ class RequestPort(Protocol):
 
 
 class CameraLine:
-    """Sequential requests to one camera.
-
-    Parameters
-    ----------
-    on_emergency
-        Receives the camera's emergency messages.
-    """
+    """Sequential requests to one camera."""
 
     def __init__(
         self,
@@ -179,19 +173,9 @@ class CameraLine:
 
 
 class ObjectService:
-    """Distributes requests from a port to the cameras.
+    """Distributes requests from a port to the cameras, named in rig order.
 
-    Parameters
-    ----------
-    port
-        Source of requests; None without one.
-    names
-        Camera names in rig order.
-
-    Attributes
-    ----------
-    done, failed
-        Successful and failed transfers, excluding our own (negative numbers).
+    `done` and `failed` count transfers, excluding our own (negative numbers).
     """
 
     def __init__(self, port: RequestPort | None, names: tuple[str, ...]) -> None:

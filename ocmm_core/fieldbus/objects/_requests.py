@@ -33,7 +33,6 @@ class ObjectRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag
     index: int
     sub: int
     value: bytes | None = None
-    """Value to write; None to read."""
     room: int = MAX_VALUE_BYTES
     """Maximum bytes of the answer; a longer object is an error."""
 
@@ -65,9 +64,7 @@ class ObjectReply(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     total: int = 0
     """`done`, `total`: bytes; a total of 0 is unknown."""
     finished: bool = False
-    """Last reply."""
     value: bytes = b""
-    """Value read, in the last reply."""
     code: str = ""
     what: str = ""
     remedy: str = ""

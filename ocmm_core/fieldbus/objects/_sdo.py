@@ -29,8 +29,6 @@ _SMALLEST_MAILBOX = MAILBOX_HEAD.size + COE_HEAD.size + _SDO_BYTES
 
 
 class _Client(IntEnum):
-    """Command specifiers of the requests."""
-
     DOWNLOAD_SEGMENT = 0
     DOWNLOAD = 1
     UPLOAD = 2
@@ -38,8 +36,6 @@ class _Client(IntEnum):
 
 
 class _Server(IntEnum):
-    """Command specifiers of the answers."""
-
     UPLOAD_SEGMENT = 0
     DOWNLOAD_SEGMENT = 1
     UPLOAD = 2
@@ -83,15 +79,7 @@ def coe_content(content: bytes) -> tuple[int, bytes] | None:
 
 
 class SdoTransfer(ABC):
-    """One transfer: send `request`, pass answers to `answer`, until `done`.
-
-    Parameters
-    ----------
-    index, sub
-        Address of the entry.
-    mailbox_bytes
-        Size of the camera's mailboxes.
-    """
+    """One transfer: send `request`, pass answers to `answer`, until `done`."""
 
     def __init__(self, index: int, sub: int, mailbox_bytes: int) -> None:
         if mailbox_bytes < _SMALLEST_MAILBOX:

@@ -16,15 +16,7 @@ _BYTES = 2
 
 
 class Thermometer:
-    """Port that inserts its own requests between those of another port.
-
-    Parameters
-    ----------
-    port
-        Source of other requests; None without one.
-    now_ns
-        Monotonic clock.
-    """
+    """Port that inserts its own requests between those of another port."""
 
     def __init__(
         self,

@@ -29,15 +29,7 @@ _MEANINGS = (
 
 
 def report_text(report: BusReport, *, rig: str, written: datetime) -> str:
-    """Return the report as text of at most 100 columns, with line ends.
-
-    Parameters
-    ----------
-    rig
-        Name of the rig.
-    written
-        Now, with its time zone.
-    """
+    """Return the report as text of at most 100 columns, with line ends."""
     lines = [
         "OCMM bus report",
         "===============",

@@ -18,13 +18,7 @@ _SLOW = 0.95
 
 
 def pace_words(pace: float | None) -> str:
-    """Return a warning about a slow virtual bus; empty if it keeps real time.
-
-    Parameters
-    ----------
-    pace
-        Bus time over real time; None for a bus that never waits.
-    """
+    """Return a warning about a slow virtual bus (pace in bus over real time), or empty."""
     if pace is None or pace >= _SLOW:
         return ""
     return f"Virtual bus at {pace:.2f} of real time: this computer is too slow for 1.0."
@@ -52,7 +46,6 @@ class WirePicture:
     redundancy: Link | None
     """Cable back from the last camera; None without one."""
     words: str
-    """Summary in one or two sentences."""
 
 
 def is_present(camera: CameraReport) -> bool:

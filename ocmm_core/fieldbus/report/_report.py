@@ -40,9 +40,7 @@ class CameraReport(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     al_text: str = ""
     """`al_code`, `al_text`: AL status code and meaning; 0 and empty if good."""
     firmware: str = ""
-    """Reported version."""
     boot_counter: int = 0
-    """Number of power-ons."""
     frames: int = 0
     frames_lost: int = 0
     overruns: int = 0
@@ -54,9 +52,7 @@ class CameraReport(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     temperature_c: float | None = None
     """Sensor temperature; None if unknown."""
     link_errors: int = 0
-    """Errors counted at its ports."""
     emergencies: int = 0
-    """Emergency messages since the start."""
 
 
 class BusEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -96,7 +92,6 @@ class BusReport(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     message: str = ""
     """`alarm`, `message`: code and sentence of the current fault; empty in good order."""
     cameras: tuple[CameraReport, ...]
-    """In rig order."""
     cycle_period_ns: int
     frame_period_ns: int
     elapsed: int = 0
@@ -108,23 +103,18 @@ class BusReport(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     stray_answers: int = 0
     """Unexpected answers: late, duplicated or reordered."""
     recoveries: int = 0
-    """Number of recoveries to operation."""
     clock_phase_ns: int = 0
     clock_drift_ppm: float = 0.0
-    """`clock_phase_ns`, `clock_drift_ppm`: phase of the master's cycle and drift of the bus clock.
-    """
     redundancy_broken: bool = False
     """Redundancy is configured and the ring is open."""
     objects_done: int = 0
     objects_failed: int = 0
-    """`objects_done`, `objects_failed`: object transfers."""
     lateness: Histogram
     round_trip: Histogram
     """`lateness`, `round_trip`: of the cycle's start, and from sending to the last answer."""
     events: tuple[BusEvent, ...] = ()
     """Newest events, at most `MAX_EVENTS`."""
     events_dropped: int = 0
-    """Dropped older events."""
     notes: tuple[str, ...] = ()
     """What this computer does not allow the process (priority, memory, processor)."""
     pace: float | None = None

@@ -103,13 +103,7 @@ def encode_frame(index: int, datagrams: Sequence[Datagram]) -> bytes:
 
 
 class FrameForm:
-    """Frame with constant datagrams: built once, sent and parsed many times.
-
-    Parameters
-    ----------
-    datagrams
-        As for `encode_frame`.
-    """
+    """Frame with constant datagrams: built once, sent and parsed many times."""
 
     def __init__(self, datagrams: Sequence[Datagram]) -> None:
         self._blank = bytearray(encode_frame(0, datagrams))
@@ -166,13 +160,7 @@ def has_passed(frame: bytes) -> bool:
 
 
 def decode_frame(frame: bytes) -> tuple[int, tuple[Datagram, ...]]:
-    """Return the index and the datagrams of an Ethernet frame.
-
-    Raises
-    ------
-    BusError
-        It is not a whole EtherCAT frame.
-    """
+    """Return the index and the datagrams of an Ethernet frame; raise BusError if incomplete."""
     index = frame_index(frame)
     if index is None:
         raise _malformed("not an EtherCAT frame")

@@ -20,15 +20,7 @@ _ANSWER = struct.Struct("<HI8s")
 
 
 class EepromRead:
-    """Read EEPROM words of one camera; a state machine without a clock.
-
-    Parameters
-    ----------
-    station
-        Station address of the camera.
-    word, words
-        First word and count.
-    """
+    """Read EEPROM words of one camera; a state machine without a clock."""
 
     def __init__(self, station: int, word: int, words: int) -> None:
         self._station = station

@@ -17,8 +17,6 @@ _FUSE_RET_US, _FUSE_RET_RING_US = 50, 1000
 
 
 class _Timeouts(Protocol):
-    """Per-process timeouts of the library, us."""
-
     ret: int
     eeprom: int
 
@@ -32,15 +30,6 @@ def fuse(
     It would read thousands of EEPROM words, wait 8 ms for each and hold the GIL: 84 s for this
     process (measured). After a moment a helper process makes the shared socket non-blocking; the
     rest then takes half a second.
-
-    Parameters
-    ----------
-    timeouts
-        Library timeouts; restored at the end.
-    stretched
-        Bus time waits for this computer.
-    ring
-        There is a redundancy cable.
     """
     kept = timeouts.ret, timeouts.eeprom
     fuse_s = _FUSE_S

@@ -43,12 +43,6 @@ class HostTime:
         """Start counting frames in transit."""
 
     def on_their_way(self, sent: int, came: int) -> bool:
-        """Return whether frames are in transit.
-
-        Parameters
-        ----------
-        sent, came
-            Frames sent and answers received since `mark`.
-        """
+        """Return whether frames sent since `mark` are in transit."""
         del sent, came
         return False

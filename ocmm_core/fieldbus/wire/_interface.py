@@ -74,8 +74,6 @@ def check_interface(name: str, *, force: bool = False) -> None:
 
     Parameters
     ----------
-    name
-        Network interface, such as ``"enp3s0"``.
     force
         Accept an interface that has an IP address or carries the default route.
 

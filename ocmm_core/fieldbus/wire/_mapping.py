@@ -39,21 +39,10 @@ def check_room(n_cameras: int, size: int = INPUT_DTYPE.itemsize + OUTPUT_DTYPE.i
 def check_mapping(
     name: str, read: Callable[[int, int], bytes], layout: InputLayout | ProcessImage = NEWEST_LAYOUT
 ) -> Iterator[None]:
-    """Compare a camera's mapping with the device model, value by value.
+    """Compare a camera's mapping with the device model; raise BusError if different.
 
-    Yields after each value, so that the caller can do other work.
-
-    Parameters
-    ----------
-    read
-        Returns a value of the object dictionary by index and entry.
-    layout
-        Layout of the camera's revision or description.
-
-    Raises
-    ------
-    BusError
-        With the first difference.
+    Yields after each value, so that the caller can do other work. `read` returns a value of the
+    object dictionary by index and entry.
     """
     for index, sub, form, expected in _expected(layout):
         found = read(index, sub)

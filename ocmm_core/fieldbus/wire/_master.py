@@ -74,8 +74,6 @@ class Master:
 
     Parameters
     ----------
-    redundant
-        Interface at the other end of the ring; empty without redundancy.
     sizes
         Bytes of inputs and outputs of each camera.
     token
@@ -192,15 +190,7 @@ class Master:
     def read_object(
         self, position: int, name: str, index: int, sub: int, room: int = _OBJECT_BYTES
     ) -> bytes:
-        """Return a value of a device's object dictionary.
-
-        Parameters
-        ----------
-        position, name
-            Device, and its name in messages.
-        room
-            Maximum bytes.
-        """
+        """Return a value of a device's object dictionary."""
         device = self._devices[position]
         return self._transfer(
             position, name, index, lambda: bytes(device.sdo_read(index, sub, room))
@@ -240,13 +230,7 @@ class Master:
         )
 
     def map(self, *, clocks: bool = True) -> None:
-        """Lay out the process data and measure the delays of the distributed clocks.
-
-        Parameters
-        ----------
-        clocks
-            Whether all devices need a distributed clock.
-        """
+        """Lay out process data and, with `clocks`, measure distributed clock delays."""
         self._master.manual_state_change = 1
         try:
             with fuse(
@@ -348,8 +332,6 @@ class Master:
         ----------
         token
             Heartbeat in the outputs of this cycle.
-        service, jobs
-            Service channel and its requests of this cycle.
         """
         port = self.port
         port.begin(service, token)

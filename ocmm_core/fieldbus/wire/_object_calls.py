@@ -49,8 +49,6 @@ class ObjectCalls:
 
         Parameters
         ----------
-        position, name
-            Camera, and its name in messages.
         action
             One transfer; raises one of the failures, or BusError if the camera refuses.
 

@@ -34,12 +34,9 @@ def is_foreign(frame: bytes) -> bool:
 
 
 def refuse_other_programs(interfaces: Sequence[str]) -> None:
-    """Refuse interfaces on which another program of this computer has an EtherCAT socket.
+    """Raise BusError if another program has an EtherCAT socket on an interface.
 
-    Raises
-    ------
-    BusError
-        ``bus.second_master``, with the program's name if this user may read it.
+    ``bus.second_master`` names the program if this user may read it.
     """
     own = _own_inodes()
     for interface in interfaces:
@@ -65,7 +62,6 @@ def foreign_frames(interface: str, count: int) -> BusError:
 
 
 def _sockets_on(interface: str) -> list[int]:
-    """Return the inodes of EtherCAT sockets bound to an interface."""
     number = interface_index(interface)
     try:
         lines = _SOCKETS.read_text(encoding="ascii").splitlines()[1:]

@@ -39,16 +39,9 @@ def pcapng_head(interface: str, program: str) -> bytes:
 
 
 def pcapng_frame(frame: bytes, utc_ns: int, *, outgoing: bool) -> bytes:
-    """Return the block of one frame.
+    """Return the block of one frame, from the destination address, without checksum.
 
-    Parameters
-    ----------
-    frame
-        From the destination address on, without check sequence.
-    utc_ns
-        Time at the interface, ns since 1970.
-    outgoing
-        Sent by this computer.
+    ``utc_ns``: time at the interface, ns since 1970; ``outgoing``: sent by this computer.
     """
     kept = frame[:SNAP_BYTES]
     head = _EPB.pack(0, utc_ns >> 32, utc_ns & 0xFFFFFFFF, len(kept), len(frame))

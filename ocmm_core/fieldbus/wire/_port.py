@@ -97,7 +97,6 @@ class Passage(NamedTuple):
     working_counter: int
     """Of the process data; meaningless if incomplete."""
     whole: bool
-    """All process data answers arrived."""
     any_came: bool
     """At least one answer of any kind arrived."""
     sent_ns: int
@@ -111,16 +110,8 @@ class Passage(NamedTuple):
 class Port:
     """One end of the bus cable, or both with a redundancy cable.
 
-    Parameters
-    ----------
-    interfaces
-        One network interface, or two.
-
-    Attributes
-    ----------
-    foreign
-        Frames of another master. Not counted on a ring, where our own frames may also pass no
-        camera.
+    ``foreign`` counts frames of another master; not on a ring, where our own may also pass no
+    camera.
     """
 
     def __init__(
@@ -132,7 +123,6 @@ class Port:
         self._time = host_time or HostTime()
         self.tally = AnswerTally(token)
         self.links = [LinkWatch(name) for name in interfaces]
-        """Link state of each interface."""
         self.ring = RingCable() if len(interfaces) > 1 else None
         """Ring tracking; None without redundancy."""
         self._channels: list[socket.socket] = []
@@ -220,17 +210,7 @@ class Port:
             self._send(frame)
 
     def await_answers(self, service: ServiceChannel, deadline_ns: int) -> tuple[bool, bool, int]:
-        """Wait for the answers of this cycle.
-
-        Returns
-        -------
-        whole
-            The process data are complete.
-        any_came
-            An answer arrived.
-        answered_ns
-            Time of completion, or end of the wait.
-        """
+        """Wait for this cycle's answers; return if complete, if any came, and the end time."""
         tally = self.tally
         if self._time.stretched:
             self._wait_for_all(service)

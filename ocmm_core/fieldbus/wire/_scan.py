@@ -52,25 +52,13 @@ class ScannedDevice(msgspec.Struct, frozen=True):
 
 
 def scan_devices(exchange: Exchange) -> tuple[ScannedDevice, ...]:
-    """Return the devices in wire order; empty without answer.
-
-    Raises
-    ------
-    BusError
-        A device stopped answering or does not release its EEPROM.
-    """
+    """Return the devices in wire order; raise BusError if one stops answering."""
     count = exchange(Datagram(Command.BRD, 0, _TYPE, b"\x00")).working_counter
     return tuple(_look_at(exchange, position) for position in range(min(count, _MAX_DEVICES)))
 
 
 def stored_serial(exchange: Exchange, position: int) -> int:
-    """Return the EEPROM serial number of a device by position, 0 first; 0: none.
-
-    Raises
-    ------
-    BusError
-        It stopped answering or does not release its EEPROM.
-    """
+    """Return the EEPROM serial of a device, 0 if none; raise BusError if not released."""
     ask = _asking(exchange, position)
     ask(Command.APWR, _EEPROM_OWNER, b"\x00")
     return int(struct.unpack("<I", _read_eeprom(ask, position, _SERIAL_WORD))[0])
@@ -101,12 +89,7 @@ def write_word(exchange: Exchange, position: int, word: int, value: int) -> None
 
 
 class RawLine:
-    """Single datagrams over a network interface, before a master runs there.
-
-    Parameters
-    ----------
-    interface
-        Accepted by `check_interface`.
+    """Single datagrams over an interface accepted by `check_interface`, without a master.
 
     Raises
     ------
@@ -178,7 +161,6 @@ def decode_scan(content: bytes) -> tuple[ScannedDevice, ...]:
 
 
 def _look_at(exchange: Exchange, position: int) -> ScannedDevice:
-    """Scan the device at a position, 0 first."""
     ask = _asking(exchange, position)
     (state,) = struct.unpack("<H", ask(Command.APRD, _AL_STATUS, bytes(2)))
     ask(Command.APWR, _EEPROM_OWNER, b"\x00")
@@ -205,7 +187,6 @@ def _asking(exchange: Exchange, position: int) -> _Ask:
 
 
 def _read_eeprom(ask: _Ask, position: int, word: int) -> bytes:
-    """Return two words of a device's EEPROM."""
     ask(Command.APWR, _EEPROM_CONTROL, _EEPROM_REQUEST.pack(_READ, word))
     for _ in range(_POLLS):
         answer = ask(Command.APRD, _EEPROM_CONTROL, bytes(_EEPROM_ANSWER.size))

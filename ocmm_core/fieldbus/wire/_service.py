@@ -39,12 +39,7 @@ class Job(NamedTuple):
 class ServiceChannel:
     """Composes the service frames and dispatches their answers.
 
-    Attributes
-    ----------
-    answered, given_up
-        Frames with and without answer.
-    stray
-        Unexpected answers.
+    Counts frames ``answered``, ``given_up``, and ``stray`` answers.
     """
 
     def __init__(self) -> None:

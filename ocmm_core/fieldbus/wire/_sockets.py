@@ -76,13 +76,7 @@ def query_socket() -> socket.socket:
 
 
 class LinkWatch:
-    """Link state of an interface, read with one cheap system call.
-
-    Parameters
-    ----------
-    interface
-        Name; it need not exist.
-    """
+    """Link state of an interface, read with one cheap system call."""
 
     def __init__(self, interface: str) -> None:
         self._request = struct.pack("16s24x", interface.encode("ascii"))

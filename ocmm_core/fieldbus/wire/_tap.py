@@ -33,17 +33,9 @@ class TappedFrame(NamedTuple):
 
 
 class Tap:
-    """Tap of an interface.
+    """Tap of an interface accepted by `check_interface`.
 
-    Parameters
-    ----------
-    interface
-        Accepted by `check_interface`.
-
-    Attributes
-    ----------
-    received, dropped
-        Frames that the kernel delivered, and those dropped for lack of room.
+    ``received`` and ``dropped`` count the kernel's frames, delivered and lost for lack of room.
     """
 
     def __init__(self, interface: str) -> None:

@@ -41,7 +41,6 @@ class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     """`interface`, `second_interface`: interfaces of the cameras; the second closes a ring, empty:
     none."""
     cameras: tuple[CameraIdentity, ...]
-    """In wire order."""
     provider: msgspec.Raw
     """Camera view as JSON: ``{"pattern": "test"}``, ``{"pattern": "clock"}``, `RigScript`,
     `PixelScript` or `CalibratingScript`."""
@@ -50,11 +49,9 @@ class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     drop: float = 0.0
     """Fraction of answers lost in operation, 0 to 1."""
     seed: int = 0
-    """Seed of the losses."""
     control: str = ""
     """Socket for fault injection, see `faults.CameraDeed`; empty: none."""
     switched_on: int = 0
-    """Number of earlier power-ons."""
     ring_path: str = ""
     """Ring of a bus process whose time waits for this computer; empty: real time."""
     device: DeviceDescription | None = None

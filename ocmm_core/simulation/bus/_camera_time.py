@@ -24,13 +24,7 @@ class CameraTime:
 
 
 class SteppedCameraTime(CameraTime):
-    """Time set by the bus process, see `SteppedTime`.
-
-    Parameters
-    ----------
-    path
-        Ring file that holds the time.
-    """
+    """Time set by the bus process in its ring file, see `SteppedTime`."""
 
     stretched = True
 

@@ -41,21 +41,9 @@ class FramePath:
 class Unit:
     """A camera position: its current camera and its faults.
 
-    Parameters
-    ----------
-    sees
-        Camera number for the provider.
-    boots
-        Number of earlier power-ons.
-    device, lens
-        Description of a camera of another maker, and its correction lens.
-
-    Attributes
-    ----------
-    powered, plugged, muted
-        Has power, is on the wire, only forwards frames.
-    broken_behind
-        The cable to the next camera is broken.
+    ``sees`` is the camera number for the provider, ``boots`` the earlier power-ons, ``device`` and
+    ``lens`` describe a camera of another maker. Faults: ``powered``, ``plugged``, ``muted`` (only
+    forwards frames), ``broken_behind`` (cable to the next camera).
     """
 
     def __init__(
@@ -73,7 +61,6 @@ class Unit:
         self.identity = identity
         self._provider = provider
         self.boots = boots
-        """Number of power-ons, including the current one."""
         self._store = CameraStore()
         self._banks = FirmwareBanks()
         self.powered = self.plugged = True
@@ -81,7 +68,6 @@ class Unit:
         self.described: DescribedCamera | None = None
         """Described camera, on the wire instead of `camera`; None for our own."""
         self.camera = self.switch_on(0)
-        """The camera since its last power-on."""
 
     @property
     def slave(self) -> SoftwareCamera | DescribedCamera:
@@ -120,22 +106,13 @@ class Unit:
         return self.camera
 
     def _keep_alias(self, eeprom: bytes) -> None:
-        """Store the EEPROM alias; the controller loads it at power-on."""
         alias = int.from_bytes(eeprom[8:10], "little")
         if checksum_of_configuration(eeprom[:14]) == eeprom[14]:
             self.identity = replace(self.identity, alias=alias)
 
 
 class Chain:
-    """Units of a wire with one or two ends.
-
-    Parameters
-    ----------
-    units
-        In wire order from the first port.
-    ends
-        Number of wire ends at the master, 1 or 2.
-    """
+    """Units of a wire from the first port on, with one or two ends at the master."""
 
     def __init__(self, units: Sequence[Unit], ends: int = 1) -> None:
         self.units = tuple(units)

@@ -39,13 +39,7 @@ _TIMES_BYTES = 16
 
 
 class FaultCommands:
-    """Executes fault commands on the cameras of a chain.
-
-    Parameters
-    ----------
-    seed
-        Selects the bits of damaged answers.
-    """
+    """Executes fault commands on a chain; `seed` selects the damaged bits."""
 
     def __init__(self, chain: Chain, seed: int = 0) -> None:
         self._chain = chain

@@ -48,10 +48,6 @@ class FaultRig:
 
     Parameters
     ----------
-    folder
-        Folder of the control sockets.
-    expected
-        Cameras that the bus process expects.
     present
         Cameras created; default `expected`.
     unplugged

@@ -25,13 +25,11 @@ class FaultKind(StrEnum):
     """Fault of a camera or its cable, with the meaning of ``value``."""
 
     NOTHING = "nothing"
-    """Only report the state of the camera."""
     POWER_OFF = "power off"
     """The camera and the cable behind it are dead."""
     POWER_ON = "power on"
     """The camera starts: next boot counter, unconfigured, other clock."""
     RESTART = "restart"
-    """Off and on within one cycle."""
     MUTE = "mute"
     """1: frames pass the camera unprocessed; 0: end."""
     FREEZE = "freeze"
@@ -39,7 +37,6 @@ class FaultKind(StrEnum):
     FALL_BACK = "fall back"
     """Fall to AL state ``value`` with AL status code ``code``."""
     STATION = "station"
-    """The station address becomes ``value``."""
     SERIAL = "serial"
     """Replace the camera by one with serial number ``value``."""
     ALIAS = "alias"
@@ -51,7 +48,6 @@ class FaultKind(StrEnum):
     PLUG = "plug"
     """Reconnect the camera, restarted."""
     CLOCK_JUMP = "clock jump"
-    """The camera's clock jumps by ``value`` ns."""
     CLOCK_RATE = "clock rate"
     """The camera's clock runs ``value`` ppb too fast."""
     FRAME_PERIOD = "frame period"
@@ -90,7 +86,6 @@ class DeedAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     order: tuple[int, ...] = ()
     """Numbers of the plugged cameras in wire order."""
     states: tuple[int, ...] = ()
-    """AL state of each camera with error bit; 0 without power."""
+    """AL states with error bit; 0 without power."""
     boots: tuple[int, ...] = ()
     error: str = ""
-    """Reason of a failure; empty on success."""

@@ -25,7 +25,6 @@ class Watched:
 
     frames: int = 0
     lost: int = 0
-    """`frames`, `lost`: delivered, and counted as lost."""
     stale: int = 0
     mixed: int = 0
     garbled: int = 0
@@ -36,7 +35,6 @@ class Watched:
     """Host times of all exposures, modulo `CLOCK_MODULUS_US`."""
     events: list[BusEvent] = field(default_factory=list)
     grown: list[BusEvent] = field(default_factory=list)
-    """`events`, `grown`: new events, and continued events."""
     phases: list[BusPhase] = field(default_factory=list)
     """Bus phases in order, without repetitions."""
     alarms: list[str] = field(default_factory=list)
@@ -58,13 +56,7 @@ class Watched:
 
 
 class FrameWatch:
-    """Reads the ring of a bus process whose cameras show a `ClockPattern`.
-
-    Parameters
-    ----------
-    ring
-        Exclusive to this reader.
-    """
+    """Reads the ring of a bus process whose cameras show a `ClockPattern`."""
 
     def __init__(self, ring: FrameRing) -> None:
         self._ring = ring

@@ -20,7 +20,6 @@ class FrameKind(StrEnum):
     PROCESS = "process"
     """Process data: the first datagram is logical."""
     SERVICE = "service"
-    """Acyclic frames: index 128 and above."""
     OTHER = "other"
     """Other frames of the master library, during configuration."""
 
@@ -52,7 +51,6 @@ class LineRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     value: int = 1
     way: Way = Way.ANSWER
     kinds: tuple[FrameKind, ...] = (FrameKind.PROCESS, FrameKind.SERVICE, FrameKind.OTHER)
-    """`way`, `kinds`: frames concerned."""
     share: float = 1.0
     """Random fraction of these frames, 0 to 1."""
     only: tuple[int, ...] = ()
@@ -81,7 +79,6 @@ class LineLog(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
 
     monotonic_ns: int = 0
     utc_ns: int = 0
-    """`monotonic_ns`, `utc_ns`: time when the command took effect."""
     seen: dict[str, int] = msgspec.field(default_factory=dict)
     """Incoming frames by ``"way kind"``."""
     done: dict[str, int] = msgspec.field(default_factory=dict)
@@ -93,7 +90,6 @@ class LineLog(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
     first_utc_ns: int = 0
     """Time of the first modification; 0 if none."""
     error: str = ""
-    """Why the command was invalid."""
 
 
 MAX_TOUCHED = 2000

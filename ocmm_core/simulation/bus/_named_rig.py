@@ -49,20 +49,12 @@ class RigStatus:
     """Created objects; None without a named rig."""
     interface_there: bool
     cameras_running: bool
-    """`interface_there`, `cameras_running`: still present."""
 
 
 def rig_up(
     segment: SegmentConfig, host: str = HOST_INTERFACE, cameras: str = CAMERA_INTERFACE
 ) -> RigStatus:
     """Create the interfaces and start the software cameras on one of them.
-
-    Parameters
-    ----------
-    segment
-        Cameras and provider; the interface is filled in.
-    host, cameras
-        Names of the two ends.
 
     Raises
     ------
@@ -117,13 +109,7 @@ def rig_up(
 
 
 def rig_down() -> RigRecord | None:
-    """Stop the cameras and remove the interfaces of `rig_up`; return what was removed.
-
-    Raises
-    ------
-    BusError
-        This user is not root.
-    """
+    """Stop and remove everything of `rig_up`, and return it; BusError unless root."""
     status = rig_status()
     if status.record is None:
         return None
@@ -197,7 +183,6 @@ def _need_root(verb: str) -> None:
 
 
 def _start_time(pid: int) -> int | None:
-    """Return the start time of a process in kernel ticks, or None."""
     try:
         fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
     except OSError:

@@ -187,13 +187,7 @@ class LineTricks:
 
 
 class Proxy:
-    """The proxy on its two interfaces.
-
-    Raises
-    ------
-    BusError
-        An interface cannot be opened.
-    """
+    """The proxy on its two interfaces; raises BusError if one cannot be opened."""
 
     def __init__(self, config: ProxyConfig) -> None:
         self._ports = {Way.REQUEST: LinkPort(config.master_side)}

@@ -54,12 +54,7 @@ _ALTERNATIVE = (
 class VirtualBus(ChildProcess):
     """Software cameras and bus process in a private namespace, as an `Acquisition`.
 
-    Parameters
-    ----------
-    bus, segment
-        Configurations; their interfaces are filled in.
-    ring
-        The ring named in ``bus``.
+    Interfaces of the configurations are filled in; ``ring`` is the one named in ``bus``.
     """
 
     def __init__(self, bus: BusConfig, segment: SegmentConfig, ring: FrameRing) -> None:

@@ -29,13 +29,7 @@ _LOOK_ROUNDS = 4
 
 
 class LinkPort:
-    """Raw socket on an interface that may go down, disappear and return.
-
-    Raises
-    ------
-    BusError
-        It cannot be opened.
-    """
+    """Raw socket on an interface that may vanish and return; BusError if not opened."""
 
     def __init__(self, interface: str) -> None:
         self.interface = interface
@@ -92,15 +86,8 @@ class LinkPort:
 class Wire:
     """Software cameras on an Ethernet link, or between the two ends of a ring.
 
-    Parameters
-    ----------
-    interface, second_interface
-        Interfaces of the first and second port; empty: no second port.
-    control
-        Unix datagram socket that accepts `CameraDeed` as JSON and returns a `DeedAnswer`; empty:
-        none.
-    camera_time
-        Time of the cameras; default this computer's.
+    ``control``: Unix datagram socket that accepts `CameraDeed` as JSON and returns a `DeedAnswer`;
+    empty: none.
     """
 
     def __init__(

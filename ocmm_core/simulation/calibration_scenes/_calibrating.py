@@ -61,17 +61,7 @@ class _Shown:
 
 
 class CalibrationScenesRig:
-    """The virtual rig with its scenes.
-
-    Parameters
-    ----------
-    rig, body
-        From their documents.
-    scenes
-        In order.
-    moved
-        Displacement of the frame and cameras from the documented poses.
-    """
+    """The virtual rig with its scenes; `moved` displaces the documented cameras."""
 
     def __init__(
         self,

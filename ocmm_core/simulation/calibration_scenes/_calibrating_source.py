@@ -14,11 +14,6 @@ class CalibratingSource:
     """A `FrameSource` that shows the scenes once and ends.
 
     Not live: rig time waits for slow readers.
-
-    Parameters
-    ----------
-    speed
-        Multiple of real time; zero is as fast as frames are read.
     """
 
     def __init__(self, rig: CalibrationScenesRig, speed: float = 0.0) -> None:

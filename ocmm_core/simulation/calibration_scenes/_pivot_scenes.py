@@ -23,7 +23,6 @@ class ScriptedJump(msgspec.Struct, frozen=True, kw_only=True):
 
     at_s: float
     shift_mm: Vector3
-    """Displacement, world."""
 
 
 class SweepProbe(msgspec.Struct, frozen=True, kw_only=True, tag=True):
@@ -40,7 +39,6 @@ class SweepProbe(msgspec.Struct, frozen=True, kw_only=True, tag=True):
     slack_mm: float = 0.0
     """Standard deviation of the ball's wander in the cone, per axis."""
     jumps: tuple[ScriptedJump, ...] = ()
-    """Pushes of the cone, in the order of time."""
     tip_shift_mm: Vector3 = (0.0, 0.0, 0.0)
     """Ball offset of another stylus, probe frame."""
     hidden: tuple[int, ...] = ()

@@ -27,10 +27,6 @@ class VirtualRests:
 
     Parameters
     ----------
-    rig, body
-        From their documents; the truth is drawn from them.
-    frames
-        Averaged per rest.
     holds
         Attitudes by place, shareable between sessions: finding one dominates the run time.
     """

@@ -33,7 +33,6 @@ class TouchWithTip(msgspec.Struct, frozen=True, kw_only=True, tag=True):
     diameter: float
     """`centre`, `diameter`: sphere, mm, world."""
     normals: tuple[Vector3, ...]
-    """Unit vectors, world."""
     cone: Vector3
     """Final ball centre, mm, world."""
     handles: tuple[Vector3, ...]

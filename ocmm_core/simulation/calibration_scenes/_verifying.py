@@ -106,14 +106,9 @@ def verify_at_once(
 
 
 def stand_of(rig: Rig, place: str, number: int) -> Float:
-    """Return the centre of a sphere stand in the volume of a rig, (3,), mm.
+    """Return a sphere stand's centre, (3,), mm, at a place of `verification.PLACES`.
 
-    Parameters
-    ----------
-    place
-        One of `verification.PLACES`; empty for the middle.
-    number
-        Sphere number: those in the middle are next to each other.
+    An empty place is the middle, where spheres are next to each other by number.
     """
     middle = rig.volume_world.mean(axis=0)
     centres = np.array([camera.centre_world for camera in rig.cameras])

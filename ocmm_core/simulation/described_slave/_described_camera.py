@@ -153,8 +153,6 @@ class DescribedCamera:
 
     Parameters
     ----------
-    provider
-        Sensor view.
     lens
         Correction lens; required if it sends corrected millimetres.
 
@@ -191,7 +189,6 @@ class DescribedCamera:
         self.frozen = self.mailbox_hangs = False
         self.start_ns = self.period_ns = 0
         self.renewals = 0
-        """Renewals of the inputs: its counter."""
         self._block: int | None = None
         self._pieces: dict[int, Frames] = {}
         self.esc = Esc(

@@ -42,10 +42,7 @@ FACTORY = Firmware("3.0.0", PRODUCT_CODE, (REVISION, REVISION), b"factory" * 64)
 class FirmwareBanks:
     """Persistent firmware memory of one camera.
 
-    Parameters
-    ----------
-    written
-        Called before each piece; raises `PowerLossError` to simulate a power loss in it.
+    ``written`` is called before each piece; raise `PowerLossError` there to simulate a power loss.
     """
 
     def __init__(self, written: Callable[[], object] = lambda: None) -> None:
@@ -113,13 +110,7 @@ class FirmwareBanks:
         return True
 
     def finish(self) -> Firmware:
-        """Check the written firmware, and select it for a trial start.
-
-        Raises
-        ------
-        InputError
-            It is invalid, for another camera or not signed; the old one stays.
-        """
+        """Check the written firmware and select it for a trial; raise InputError if unfit."""
         other = 1 - self._running
         image = bytes(self._banks[other][: self._at])
         found = Firmware.read(image, MAKER)

@@ -20,15 +20,7 @@ FILE_NAME = b"firmware"
 
 
 class FoeServer:
-    """Receives firmware.
-
-    Parameters
-    ----------
-    mailbox_bytes
-        Size of one mailbox, header included.
-    may_write
-        Whether the camera is in BOOT.
-    """
+    """Receives firmware if `may_write` returns True (state BOOT)."""
 
     def __init__(
         self, banks: FirmwareBanks, mailbox_bytes: int, may_write: Callable[[], bool]

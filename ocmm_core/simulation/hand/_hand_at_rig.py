@@ -29,7 +29,6 @@ class LedView:
     taken: bool = False
     """The user leads it, not the robot."""
     hand: HandView = field(default_factory=HandView)
-    """State of the hand."""
     clear_mm: float = CLEAR_MM
     """Distance from the surface."""
     turn: tuple[float, float] = (0.0, 0.0)
@@ -56,13 +55,7 @@ class HandAtRig:
         return self._taken
 
     def take_over(self) -> None:
-        """Take over the probe in place; it holds still until led.
-
-        Raises
-        ------
-        InputError
-            The part has touch points but no shape to stop the ball.
-        """
+        """Take over the probe in place; InputError if the part has no shape."""
         with self._lock:
             if self._taken:
                 return

@@ -88,19 +88,9 @@ class _Phase(Enum):
 
 
 class MouseHand:
-    """A `LedHand` over the part of a virtual rig.
+    """A `LedHand` over the part of a virtual rig; InputError if it has no shape.
 
     Thread-safe: one thread may lead it while another reads its motion.
-
-    Parameters
-    ----------
-    rig
-        Provides part, ball and seed.
-
-    Raises
-    ------
-    InputError
-        A surface of the part has touch points but no shape to stop the ball.
     """
 
     def __init__(self, rig: VirtualRig) -> None:
@@ -135,13 +125,7 @@ class MouseHand:
     def wish_at(self, origin_world: Float, toward_world: Float, clear_mm: float, turn: Float) -> (
         Wish
     ):  # fmt: skip
-        """Return the target for an image point: the ball over the surface seen there.
-
-        Parameters
-        ----------
-        origin_world, toward_world
-            (3,), mm and unit: viewing ray.
-        """
+        """Return the target on the surface seen along a ray, (3,) mm and unit."""
         inverse = self._pose.inverse()
         start = inverse.apply(origin_world)
         toward = np.ascontiguousarray(inverse.rotation @ toward_world)
@@ -289,7 +273,6 @@ class MouseHand:
         return self._way(now, hover), TRAVEL_MM_S, attitude
 
     def _step(self, now: Float, hover: Float, attitude: Float) -> None:
-        """Advance a requested touch."""
         phase, since = self._phase, self._since_s
         speed = float(np.linalg.norm(self._state[kernel.VELOCITY : kernel.VELOCITY + 3]))
         there = float(np.linalg.norm(hover - now)) < _AT_MM and speed < _AT_MM_S

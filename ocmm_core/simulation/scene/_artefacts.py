@@ -115,9 +115,7 @@ class Part:
     name: str
     T_world_from_part: RigidTransform
     artefacts: tuple[Artefact, ...]
-    """Surfaces, part frame."""
     identity: str
-    """SHA-256 of the document."""
     T_part_from_reference: RigidTransform | None = None
     """Pose of a reference body; None without a place for one."""
 
@@ -152,14 +150,7 @@ class Part:
 
 
 def load_part(path: Path | str) -> Part:
-    """Return the part of a document.
-
-    Raises
-    ------
-    InputError
-        The document is malformed, has no or duplicate features, or an impossible or untouchable
-        surface.
-    """
+    """Return the part of a document; raise InputError if it is invalid."""
     document = load_document(path, PartDocument, SCHEMA)
     _check(Path(path), document)
     return Part(

@@ -111,12 +111,7 @@ class _Timeline:
 class Operator:
     """The script; thread-safe between reading motion and extending.
 
-    Parameters
-    ----------
-    tip_radius
-        True radius of the ball, mm.
-    touches
-        What to touch, in order.
+    ``tip_radius`` is the true radius of the ball, mm.
     """
 
     def __init__(self, part: Part, tip_radius: float, touches: Touches, seed: int) -> None:
@@ -287,8 +282,6 @@ class Operator:
 
 
 class _Writer:
-    """Writes consecutive segments."""
-
     def __init__(self, place: Float, start_s: float, attitude: Float | None = None) -> None:
         self.segments: list[Float] = []
         self.touches: list[ScriptedTouch] = []

@@ -37,8 +37,6 @@ _FACTORY_FRAMES = 64
 
 @dataclass(slots=True)
 class _Camera:
-    """Settings and state of one camera."""
-
     sensor: Sensor
     finder: SpotFinder
     exposure_ns: int
@@ -65,10 +63,6 @@ class PixelFrames:
 
     Parameters
     ----------
-    rig
-        Provides the LED images.
-    options
-        Sensor properties.
     spots
         Spot detection; noise, scale and times follow from sensor and rig.
     """
@@ -169,13 +163,7 @@ class PixelFrames:
     def image(
         self, camera: int, left: int, top: int, width: int, height: int
     ) -> NDArray[np.uint16]:
-        """Return a region (height, width) of the camera's last requested frame.
-
-        Raises
-        ------
-        InputError
-            The region does not lie on the sensor.
-        """
+        """Return a region of the camera's last frame; raise InputError if off the sensor."""
         unit = self._cameras[camera]
         sensor = unit.sensor
         if (
@@ -199,13 +187,7 @@ class PixelFrames:
         return unit.sensor.black_image(frames, unit.exposure_ns)
 
     def set_black_image(self, camera: int, image: NDArray[np.uint16] | None) -> None:
-        """Subtract this image, or none, from now on; the camera restarts searching.
-
-        Raises
-        ------
-        InputError
-            The image has not the size of the sensor.
-        """
+        """Subtract this image, or none, and restart the search; InputError for wrong size."""
         unit = self._cameras[camera]
         shape = (unit.sensor.height, unit.sensor.width)
         if image is not None and image.shape != shape:

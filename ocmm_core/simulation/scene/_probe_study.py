@@ -70,7 +70,6 @@ class StudyResult:
     led_errors: Float
     """(r,), mm: mean distance of averaged from true LEDs (figure 15); NaN without LEDs."""
     cpu_s: float
-    """Total processor time."""
 
     @property
     def distances(self) -> Float:
@@ -133,10 +132,6 @@ def run_study(
     ----------
     processes
         On this computer; None lets the site decide. With one, everything runs in this process.
-    progress
-        Called with the number of finished runs.
-    site
-        Where to compute.
 
     Raises
     ------

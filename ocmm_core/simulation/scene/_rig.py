@@ -55,12 +55,8 @@ class VirtualRig:
     rig, body, part
         From their documents. True cameras and probe deviate by a draw from the documents'
         covariance.
-    touches
-        Names of features of the part and numbers of touches.
     seed
         Of all random draws; 0 to 2^63 - 1.
-    options
-        Simulated imperfections.
     frame_rate_hz
         Exposures per second; default: that of the rig.
     reference

@@ -21,19 +21,12 @@ S = TypeVar("S", bound=msgspec.Struct)
 
 
 class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Serialisable description of a `VirtualRig`.
-
-    Attributes
-    ----------
-    rig, probe, part, reference
-        Paths of the documents; empty without reference body.
-    """
+    """Serialisable description of a `VirtualRig`, with the paths of its documents."""
 
     rig: str
     probe: str
     part: str
     touches: tuple[tuple[str, int], ...]
-    """Feature names and numbers of touches."""
     seed: int
     options: WorldOptions = WorldOptions()
     frame_rate_hz: int = 0

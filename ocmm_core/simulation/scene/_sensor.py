@@ -50,7 +50,6 @@ class SensorOptions:
     """Relative standard deviation of the response to light between pixels."""
     electrons_per_count: float = 1.0
     bits: int = 14
-    """`electrons_per_count`, `bits`: converter."""
     temperature_c: float = 35.0
     factory_black: bool = True
     """The camera starts with a factory black image, as the thesis' in flash memory."""
@@ -96,13 +95,6 @@ def normal_table() -> Float:
 
 class Sensor:
     """Sensor of one camera; all results are functions of their arguments.
-
-    Parameters
-    ----------
-    width, height
-        px.
-    normal
-        `normal_table`.
 
     Attributes
     ----------

@@ -18,7 +18,6 @@ class TrueTouch:
     """Bus time of the first contact, s."""
     first_frame: int
     last_frame: int
-    """`first_frame`, `last_frame`: frames with the ball resting in contact."""
     surface_world: Float
     """(3,), mm: the point that is touched."""
     normal_world: Float
@@ -42,7 +41,6 @@ class Truth:
     T_world_from_part: RigidTransform
     features_part: dict[str, TrueFeature]
     features_world: dict[str, TrueFeature]
-    """`features_part`, `features_world`: surfaces by name, in both frames."""
     touches: tuple[TrueTouch, ...]
     """In script order; world before any nudge."""
     leds_reference: Float

@@ -36,7 +36,6 @@ class ScriptedOcclusion:
     leds: tuple[int, ...]
     first_frame: int
     last_frame: int
-    """`first_frame`, `last_frame`: inclusive."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,9 +83,7 @@ class WorldOptions:
     """Mean number of occlusions per second of each LED and camera, of 50 to 300 ms each."""
     occlusions: tuple[ScriptedOcclusion, ...] = ()
     bumps: tuple[ScriptedBump, ...] = ()
-    """Camera displacements in frame order."""
     nudges: tuple[ScriptedNudge, ...] = ()
-    """Motions of the scene in frame order."""
     drops: tuple[int, ...] = ()
     """Frames at which the probe is dropped and caught: it senses a shock, nothing else changes."""
 
@@ -118,7 +115,6 @@ class World:
     slots: Int
     """(C, L) int64: slot of each LED in each camera."""
     patterns: tuple[SpotPattern, ...]
-    """One per camera."""
     leds_reference: Float
     """(R, 3), mm, reference frame; (0, 3) without a reference body."""
     reference_slots: Int
@@ -242,14 +238,9 @@ def _white_chunk(seed: int, item: int, chunk: int, n_leds: int) -> Float:
 def hidden_leds(
     options: WorldOptions, seed: int, camera: int, n_leds: int, first: int, times_s: Float
 ) -> NDArray[np.uint64]:
-    """Return which LEDs are hidden from a camera: (n,) uint64, bit l for LED l.
+    """Return the hidden LEDs of a camera: (n,) uint64, bit l for LED l.
 
-    Parameters
-    ----------
-    first
-        First frame.
-    times_s
-        (n,): times of consecutive frames.
+    ``first`` is the first frame, ``times_s`` (n,) the times of consecutive frames.
     """
     hidden = np.zeros(len(times_s), dtype=np.uint64)
     frames = first + np.arange(len(times_s))

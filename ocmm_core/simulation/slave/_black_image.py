@@ -29,19 +29,11 @@ T = TypeVar("T")
 
 
 class BackgroundJob(Generic[T]):
-    """Work on its own thread.
-
-    Parameters
-    ----------
-    work
-        Function to run.
-    """
+    """Work on its own thread."""
 
     def __init__(self, name: str, work: Callable[[], T]) -> None:
         self.result: T | None = None
-        """Result, once finished."""
         self.error: OcmmError | None = None
-        """Error, if it failed."""
         self._work = work
         self._thread = threading.Thread(target=self._run, name=name)
         self._thread.start()
@@ -108,14 +100,8 @@ class BlackImages:
 
     Parameters
     ----------
-    sensor, camera
-        Source of exposures.
-    store
-        Non-volatile memory.
     darken
         Called with the number of exposures without LEDs; returns their duration, ns.
-    failed
-        Called with the error.
     """
 
     def __init__(

@@ -133,10 +133,6 @@ class CoeServer:
 
     Parameters
     ----------
-    objects
-        The dictionary, by index.
-    mailbox_bytes
-        Size of one mailbox, header included.
     live
         Readers of computed values, by (index, entry); may raise `AbortError`.
     written

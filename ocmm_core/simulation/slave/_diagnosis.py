@@ -23,12 +23,7 @@ _SEND = 1
 class Diagnosis:
     """Errors of the camera since power-on.
 
-    Parameters
-    ----------
-    clock
-        Returns the bus time, ns.
-    send
-        Sends an emergency message: code, error register, five bytes.
+    ``clock`` returns bus time, ns; ``send`` gets code, error register and five bytes.
     """
 
     def __init__(self, clock: Callable[[], int], send: Callable[[int, int, bytes], object]) -> None:

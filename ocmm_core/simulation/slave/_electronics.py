@@ -43,14 +43,6 @@ class Electronics:
 
     Parameters
     ----------
-    camera, serial
-        Number for the provider, and serial number.
-    provider
-        Its sensor is used if it has one.
-    store
-        Non-volatile memory.
-    diagnosis
-        Receives errors.
     sensor
         Serial number and size of the sensor, px, for object 0x9000.
     """

@@ -104,8 +104,6 @@ class Esc:
 
     Parameters
     ----------
-    sii
-        EEPROM image.
     clock_offset_ns
         Offset of this slave's free-running clock from the host's.
     sync_managers
@@ -121,7 +119,6 @@ class Esc:
     ) -> None:
         self.sync_managers = tuple(sync_managers)
         self.memory = bytearray(_MEMORY_BYTES)
-        """Registers and process memory."""
         self.now_ns = 0
         """Host arrival time of the current frame; set by the segment."""
         self.can_boot = False

@@ -35,17 +35,8 @@ _NO_SPOT = b"\x00\x00"
 class FrameBuffer:
     """Frame buffer of one camera.
 
-    Parameters
-    ----------
-    provider, camera
-        Source of the frames, and camera number.
-
-    Attributes
-    ----------
-    lost, overruns
-        Frames dropped because the buffer was full, and number of such events.
-    late
-        Number of requests for frames not generated in time.
+    ``overruns`` counts the events of frames ``lost`` in a full buffer, ``late`` the requests for
+    frames not generated in time.
     """
 
     def __init__(self, provider: CameraFrames, camera: int) -> None:

@@ -134,7 +134,6 @@ class ClockReading:
     """`bus_us`, `host_us`: (n,): exposure times, modulo `CLOCK_MODULUS_US`."""
     camera: NDArray[np.int64]
     boots: NDArray[np.int64]
-    """`camera`, `boots`: (n,): camera number and boot counter."""
     intact: NDArray[np.bool_]
     """(n,): the frame is consistent."""
 

@@ -79,13 +79,7 @@ class Segment:
             slave.set_ports(last=slave is self.slaves[-1])
 
     def process(self, frame: bytearray, now_ns: int) -> bool:
-        """Process an Ethernet frame in place; return whether it was an EtherCAT frame.
-
-        Parameters
-        ----------
-        now_ns
-            Arrival time, ns.
-        """
+        """Process an Ethernet frame in place; return whether it was an EtherCAT frame."""
         if len(frame) < _ETHERNET_HEAD + 2 + _DATAGRAM_HEAD + 2:
             return False
         if frame[12:14] != _ETHERTYPE_BYTES:

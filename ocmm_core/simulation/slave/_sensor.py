@@ -29,11 +29,6 @@ class SimpleSensor:
     """A fixed dark pattern, with round spots at the provider's positions.
 
     Images show the provider's first frame; black images have no spots.
-
-    Parameters
-    ----------
-    provider
-        Source of the spots.
     """
 
     def __init__(self, provider: CameraFrames) -> None:

@@ -40,15 +40,7 @@ _MANDATORY, _FIXED = 0x0001, 0x0010
 
 
 def sii_image(serial: int, alias: int, layout: InputLayout = NEWEST_LAYOUT) -> bytes:
-    """Return the content of the EEPROM.
-
-    Parameters
-    ----------
-    alias
-        Station alias, 1 to 65535.
-    layout
-        Input layout, which defines the revision.
-    """
+    """Return the content of the EEPROM; `layout` defines the revision."""
     head = bytearray(SII_CONFIGURATION)
     struct.pack_into("<H", head, 8, alias)
     head += struct.pack("<H", checksum_of_configuration(head))

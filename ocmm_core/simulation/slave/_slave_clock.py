@@ -10,13 +10,7 @@ _LARGEST = _SIGN - 1
 
 
 class SlaveClock:
-    """A free-running clock with adjustable errors.
-
-    Parameters
-    ----------
-    offset_ns
-        Offset from the host's clock.
-    """
+    """A free-running clock with adjustable errors, relative to the host's."""
 
     def __init__(self, offset_ns: int) -> None:
         self.rate_ppb = 0
@@ -42,14 +36,9 @@ class SlaveClock:
         self._shown_ns += amount_ns
 
     def follow(self, difference_ns: int, now_ns: int) -> None:
-        """Adjust towards the reference clock, within the limits of a slave's control loop.
+        """Follow the reference clock, within the limits of a slave's control loop.
 
-        Parameters
-        ----------
-        difference_ns
-            Own minus received system time.
-        now_ns
-            Host time of the comparison.
+        ``difference_ns`` is own minus received system time.
         """
         if self._compared_ns is not None:
             limit = (now_ns - self._compared_ns) // _FOLLOW_SHARE

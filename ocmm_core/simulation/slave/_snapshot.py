@@ -21,17 +21,7 @@ _SLICE_PIXELS = 16384
 
 
 class Snapshots:
-    """The snapshot objects and their work.
-
-    Parameters
-    ----------
-    sensor, camera
-        Source of pixels.
-    size
-        Width and height of the sensor, px.
-    failed
-        Called with the error.
-    """
+    """The snapshot objects and their work."""
 
     def __init__(
         self,

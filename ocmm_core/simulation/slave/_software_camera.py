@@ -88,10 +88,6 @@ class SoftwareCamera:
 
     Parameters
     ----------
-    provider
-        Sensor view; also `SensorControl` if implemented.
-    boot_counter
-        Number of power-ons.
     store, banks
         Non-volatile memory and firmware; pass the same objects after a restart.
     layout
@@ -309,7 +305,6 @@ class SoftwareCamera:
         return code in _SYNC_CODES
 
     def _live(self) -> dict[Address, Callable[[], bytes]]:
-        """Return readers of controller and frame values."""
         memory = self.esc.memory
         entries: dict[Address, Callable[[], bytes]] = {
             (TIMESTAMP, 0): lambda: struct.pack("<Q", self.esc.system_time_ns & (1 << 64) - 1),

@@ -12,12 +12,9 @@ _CRC_BYTES = 4
 
 
 class CameraStore:
-    """Flash memory of one camera; pass the same object after a power cycle.
+    """Flash memory of one camera: a file per block in `folder`, or in memory if None.
 
-    Parameters
-    ----------
-    folder
-        One file per block; None keeps them in memory.
+    Pass the same object after a power cycle.
     """
 
     def __init__(self, folder: Path | None = None) -> None:
