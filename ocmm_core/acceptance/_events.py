@@ -109,17 +109,14 @@ class AcceptanceView:
     next_item: int
     """`current`, `next_item`: next position and point; -1 if complete."""
     instruction: str
-    """One sentence."""
     values: tuple[JudgedValue, ...]
     verdict: Verdict | None
     """Verdict if finished now; None until complete."""
     retests_left: int
-    """Retests still allowed."""
     needs_temperature: bool
     """The temperature is required before the next point."""
     refusals: tuple[str, ...]
     void_reasons: tuple[str, ...]
-    """`refusals`, `void_reasons`: sentences."""
     finished: bool
     abandoned: bool = False
     """`finished`, `abandoned`: ended with or without a verdict."""

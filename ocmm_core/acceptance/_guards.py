@@ -37,10 +37,7 @@ def begin_findings(
 ) -> list[Finding]:
     """Return objections to starting a test.
 
-    Parameters
-    ----------
-    calibration_artefacts, qualification_artefacts
-        Artefacts of the calibration and of the tip qualification, which may not test themselves.
+    Artefacts of calibration and tip qualification may not test themselves.
     """
     found = [*_instrument(stage, temperature_c)]
     for artefact in stage.artefacts:

@@ -57,14 +57,6 @@ class AcceptanceProcedure:
 
     Parameters
     ----------
-    session
-        Started or resumed.
-    rig, body
-        Those of the session's instrument.
-    records
-        Folder of the finished tests.
-    temperature_c
-        Room temperature; updated by `set_temperature`.
     charted
         Adds the record of an interim check to its chart before it counts as stored; None for other
         tests.
@@ -242,13 +234,7 @@ class AcceptanceProcedure:
             )  # fmt: skip
 
     def retest(self, now: datetime) -> None:
-        """Start the retest that the procedure allows, and return to measuring.
-
-        Raises
-        ------
-        CalibrationError
-            Nothing failed, too much did, or no retest is left.
-        """
+        """Start the permitted retest and return to measuring; CalibrationError if none is."""
         with self._lock:
             self._session.retest(now)
             self._test = self._session.view

@@ -68,9 +68,7 @@ class AcceptanceOutcome:
     void_reasons: tuple[str, ...]
     """Why the result is void; empty if valid."""
     retests_left: int
-    """Retests still allowed."""
     record: AcceptanceRecord | None = None
-    """None until stored."""
     file: Path | None = None
     chart: InterimChart | None = None
     """Chart of the interim checks including this one; None for other tests."""
@@ -109,7 +107,6 @@ class GuidedAcceptanceView:
     """Why that position is repeated, or the last refusal; empty if none."""
     temperature_c: float
     outcome: AcceptanceOutcome | None
-    """None until computed."""
 
     def artefact(self) -> UsedArtefact | None:
         """Return the artefact of the current position, or None."""

@@ -70,7 +70,6 @@ class ChartPoint:
     """`high`, `low`: cumulative sums after it."""
     word: InterimWord
     reason: str
-    """`word`, `reason`: result and its reason."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,13 +153,7 @@ def _signal(z: float, high: float, low: float, run: int, side: int) -> tuple[str
 
 
 class InterimHistory:
-    """Checks of a folder; on disk before `add` returns.
-
-    Raises
-    ------
-    StorageError
-        A line was altered.
-    """
+    """Checks of a folder; on disk before `add` returns; StorageError if altered."""
 
     def __init__(self, folder: Path) -> None:
         self._chain: ChainFile[InterimCheck] = ChainFile(

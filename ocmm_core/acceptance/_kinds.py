@@ -49,7 +49,6 @@ class TestKind:
     open_end: Callable[[Situation, Any], str] = lambda _at, _numbers: ""
     """Missing items when all positions are complete; empty if none."""
     shuffled: bool = True
-    """Positions in random order."""
 
 
 def _whole(at: Situation) -> Retest:

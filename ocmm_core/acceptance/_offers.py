@@ -72,7 +72,6 @@ class OpenTest:
     begun_utc: str
     done: int
     wanted: int
-    """`done`, `wanted`: points."""
     blocker: str = ""
     """Why it cannot be resumed; empty if it can."""
 
@@ -110,13 +109,7 @@ def offered_artefacts(
     calibration_artefacts: Sequence[ArtefactUse] = (),
     qualification_artefacts: Sequence[ArtefactUse] = (),
 ) -> tuple[ArtefactOffer, ...]:
-    """Return the artefacts for a test, usable ones first; others with the reason.
-
-    Parameters
-    ----------
-    candidates
-        Names and artefacts; those that the test does not need are omitted.
-    """
+    """Return the needed artefacts for a test, usable first; others with the reason."""
     offers = []
     for name, used in candidates:
         if used.role not in kind_of(stage).roles:
@@ -133,14 +126,8 @@ def offered_artefacts(
 def open_tests(folder: Path, instrument: Instrument, most: int = MOST_READ) -> tuple[OpenTest, ...]:
     """Return the unfinished tests of a folder, newest first.
 
-    If there are more sessions than read, the last entry states so.
-
-    Parameters
-    ----------
-    instrument
-        Current instrument: a test of another one cannot be resumed.
-    most
-        Maximum number of sessions read.
+    If there are more sessions than read, the last entry states so. Tests of another instrument
+    cannot be resumed.
     """
     found = []
     paths = sorted((folder / SESSIONS).glob("*.chain"), key=_made, reverse=True)
@@ -195,13 +182,7 @@ def _changed(then: Instrument, now: Instrument) -> str:
 def finished_tests(
     folder: Path, most: int = MOST_SHOWN
 ) -> tuple[tuple[FinishedTest, ...], tuple[str, ...]]:
-    """Return the records of a folder, newest first, and why others are unreadable.
-
-    Parameters
-    ----------
-    most
-        Maximum number of files: each is read and its hash compared.
-    """
+    """Return the records of a folder, newest first, and why others are unreadable."""
     found, unread = [], []
     paths = sorted((folder / RECORDS).glob("*.json"), key=_made, reverse=True)
     for path in paths[:most]:

@@ -113,13 +113,7 @@ def part_uncertainty(
 
 
 def dissimilar(studied: PartTask, wanted: PartTask, numbers: PartTest = _USUAL) -> str:
-    """Return why the U of a study does not hold for another task; empty if it does.
-
-    Parameters
-    ----------
-    numbers
-        Limits of the procedure.
-    """
+    """Return why the U of a study does not hold for another task; empty if it does."""
     large = studied.dimension > numbers.large
     allowed = numbers.large_share * studied.dimension if large else numbers.small
     off = abs(wanted.dimension - studied.dimension)

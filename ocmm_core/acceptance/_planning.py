@@ -248,13 +248,7 @@ def plan_e0(stage: Stage, numbers: E0Test) -> Planned:
 
 
 def plan_e0_blocks(stage: Stage, numbers: E0BlockTest) -> Planned:
-    """Plan E0, and each gauge block upright in the middle, probed from both sides.
-
-    Raises
-    ------
-    CalibrationError
-        As `plan_e0`, or a block is too long.
-    """
+    """Plan E0 and upright gauge blocks; CalibrationError as `plan_e0` or if too long."""
     positions, notes = plan_e0(stage, numbers)
     middle, across = stage.volume.mean(axis=0), np.array([1.0, 0.0, 0.0])
     grid = ring_directions(((90.0, max(numbers.block_points - 1, 3), 45.0),), across)
@@ -286,13 +280,7 @@ def plan_e0_blocks(stage: Stage, numbers: E0BlockTest) -> Planned:
 
 
 def plan_long_stylus(stage: Stage, numbers: LongStylusTest) -> Planned:
-    """Plan the first diagonals with a stylus that is long enough.
-
-    Raises
-    ------
-    CalibrationError
-        As `plan_e0`, or the stylus is too short.
-    """
+    """Plan the first diagonals with a long stylus; CalibrationError if unsuitable."""
     said = stage.instrument.stylus
     stylus = 0.0 if isinstance(said, msgspec.UnsetType) else said
     if stylus < numbers.stylus:
@@ -325,12 +313,9 @@ def _leaning(extent: Float, length: float) -> list[Float]:
 
 
 def plan_volumetric(stage: Stage, numbers: VolumetricTest) -> Planned:
-    """Plan a length in many placements: every octant, level, upright and at 45 degrees.
+    """Plan a length in many placements; CalibrationError if it does not fit.
 
-    Raises
-    ------
-    CalibrationError
-        The bar has no length that fits into the octants.
+    Every octant, level, upright and at 45 degrees.
     """
     bar, volume = stage.only("bar"), stage.volume
     rng = np.random.default_rng([stage.seed, 11])

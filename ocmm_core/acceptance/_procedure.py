@@ -214,7 +214,6 @@ class Procedure(Document, frozen=True, kw_only=True):
     title: str
     standard: str
     edition: str
-    """`standard`, `edition`: standard that it is modelled on."""
     checked_by: str = ""
     """Who compared it with the standard clause by clause; empty if not done."""
     accreditation: str = ""
@@ -260,13 +259,7 @@ def load_procedure(path: Path | str) -> tuple[Procedure, str]:
 
 
 def procedure_files(*, of_jobs: bool = False) -> dict[str, Path]:
-    """Return the shipped procedures by id.
-
-    Parameters
-    ----------
-    of_jobs
-        Those computed from jobs instead of points.
-    """
+    """Return the shipped procedures by id; `of_jobs`: computed from jobs, not points."""
     folder = resource("acceptance", "length_7x5.toml").parent
     found = {}
     for path in sorted(folder.glob("*.toml")):

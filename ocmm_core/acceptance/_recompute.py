@@ -76,12 +76,9 @@ def differences(record: AcceptanceRecord, again: AcceptanceRecord) -> list[str]:
 
 
 def recompute_tips(record: AcceptanceRecord, rig: Rig, body: ProbeBody) -> list[str]:
-    """Return sentences on ball centres that do not follow from their spots.
+    """Return sentences on ball centres not following from their spots.
 
-    Raises
-    ------
-    CalibrationError
-        The rig is not the one that was tested.
+    Raises CalibrationError if the rig is not the one that was tested.
     """
     if record.instrument.calibration and rig.identity != record.instrument.calibration:
         raise CalibrationError(

@@ -75,7 +75,6 @@ class ArtefactEntry(Document, frozen=True, kw_only=True):
     temperatures: tuple[float, float] = (10.0, 35.0)
     """Validity of the certificate, degrees Celsius."""
     supports: str = ""
-    """Required support."""
     source: str = "typed"
     """"typed", or the file that it was read from."""
 
@@ -111,13 +110,7 @@ class _Change(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 class ArtefactRegister:
-    """Register of a folder; empty without a file.
-
-    Raises
-    ------
-    StorageError
-        A line was altered, or its signature does not match.
-    """
+    """Register of a folder, empty without a file; StorageError if altered."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self.path = (folder or default_artefact_folder()) / REGISTER

@@ -148,7 +148,6 @@ class Instrument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """`probe`, `tip`, `tip_record`: names, and the hash of the record."""
     ball_radius: float
     ball_sigma: float
-    """`ball_radius`, `ball_sigma`: tip, mm."""
     cameras: tuple[str, ...]
     """Serial numbers or names."""
     volume_min: Vector3
@@ -244,7 +243,6 @@ class AcceptanceRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     ended_utc: str
     """`begun_utc`, `ended_utc`: ISO 8601 text, UTC."""
     seed: int
-    """Seed of the position order."""
     plan: tuple[PlannedPosition, ...]
     notes: tuple[str, ...]
     """`plan`, `notes`: positions in measuring order, retests last; advice not followed."""
@@ -255,7 +253,6 @@ class AcceptanceRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     values: tuple[JudgedValue, ...]
     quantities: tuple[QuantityResult, ...]
     retests: int
-    """Number of retests."""
     void_reasons: tuple[str, ...]
     """Why the test is void; empty if valid."""
     verdict: Verdict

@@ -108,13 +108,7 @@ class AcceptanceSession:
 
     @classmethod
     def resume(cls, path: Path) -> AcceptanceSession:
-        """Continue the test of a file.
-
-        Raises
-        ------
-        StorageError
-            It was altered, or not signed by a trusted station.
-        """
+        """Continue the test of a file; StorageError if altered or not trusted."""
         chain = ChainFile(path, log.Line, signed=Signed.TEST, remembered=True)
         chain.require_signed("Start a new test: its record would vouch for these points.")
         return cls(chain)
@@ -152,12 +146,7 @@ class AcceptanceSession:
         uv: Spots | None = None,
         sigma_px: float = 0.0,
     ) -> str:
-        """Record the next point.
-
-        Returns
-        -------
-        hint
-            Why the completed position must be repeated; empty otherwise.
+        """Record the next point; return why the position must be repeated, or empty.
 
         Raises
         ------
@@ -208,13 +197,7 @@ class AcceptanceSession:
             return "" if position < 0 else judge_point(self.situation(), position, tip_world)
 
     def retest(self, now: datetime) -> Retest:
-        """Start a retest, and return what is repeated.
-
-        Raises
-        ------
-        CalibrationError
-            Points are missing, nothing failed, too much did, or no retest is left.
-        """
+        """Start a retest, and return what is repeated; CalibrationError if not allowed."""
         with self._lock:
             self.state.require_open()
             self.state.require_complete()
@@ -235,13 +218,7 @@ class AcceptanceSession:
             return self.state.open_end()
 
     def finish(self, now: datetime, temperature_c: float, remark: str = "") -> AcceptanceRecord:
-        """Give the verdict and return the record.
-
-        Raises
-        ------
-        CalibrationError
-            Points are missing, or a corner of the volume was not reached.
-        """
+        """Give the verdict and return the record; CalibrationError if incomplete."""
         with self._lock:
             self.state.require_open()
             self.state.require_complete()

@@ -42,14 +42,7 @@ S = TypeVar("S", bound=msgspec.Struct)
 class SessionState:
     """State from the lines of a session file.
 
-    Attributes
-    ----------
-    begun, stage, plan
-        Fixed before the first point; retests are added to the plan.
-    refusals, climate, retests
-        Refusals, temperatures, and number of retests.
-    finished, abandoned
-        Last line; None while open.
+    Retests are added to the plan; ``finished`` and ``abandoned`` are None while open.
     """
 
     def __init__(self, begun: Begun) -> None:
@@ -57,7 +50,6 @@ class SessionState:
         self.stage = Stage(begun.procedure, begun.instrument, begun.artefacts, begun.seed)
         self.plan = list(begun.plan)
         self.taken: list[list[Observation]] = [[] for _ in self.plan]
-        """Observations per position of the plan."""
         self.refusals: list[Refusal] = []
         self.climate: list[Climate] = []
         self.retests = 0

@@ -36,7 +36,6 @@ class Stage:
     instrument: Instrument
     artefacts: tuple[UsedArtefact, ...]
     seed: int = 0
-    """Seed of the position order."""
 
     @property
     def volume(self) -> Float:

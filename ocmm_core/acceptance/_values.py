@@ -24,7 +24,6 @@ class SphereValues:
     """A probed sphere."""
 
     centre: Float
-    """(3,), mm."""
     diameter: float
     """Diameter of the sphere through the ball centres, mm."""
     form: float
@@ -62,17 +61,9 @@ def nest_lengths(nests: Points3) -> Float:
 
 
 def sphere_values(points: Points3) -> SphereValues:
-    """Return size and form of a sphere from one least-squares fit (ISO 10360-5).
+    """Return size and form of a sphere fitted to ball centres (n, 3), mm (ISO 10360-5).
 
-    Parameters
-    ----------
-    points
-        (n, 3), mm: ball centres.
-
-    Raises
-    ------
-    CalibrationError
-        The points do not determine a sphere.
+    From one least-squares fit. Raises CalibrationError if the points do not determine a sphere.
     """
     centre, radius, gain = fit_sphere(points)
     form = float(np.ptp(np.linalg.norm(points - centre, axis=1)))
@@ -173,11 +164,7 @@ def block_length(first: Points3, second: Points3, direction: Float, radius: floa
 def faces_normal(first: Points3, second: Points3) -> Float:
     """Return the common normal (3,) of two faces, from first to second.
 
-    Parameters
-    ----------
-    first, second
-        Ball centres (n, 3), mm, on each face. Faces have individual positions and one normal by
-        least squares.
+    Ball centres (n, 3), mm, on each face; individual positions and one normal by least squares.
     """
     arms = np.concatenate([first - first.mean(axis=0), second - second.mean(axis=0)])
     normal: Float = np.linalg.svd(arms, full_matrices=False)[2][-1]
@@ -195,10 +182,7 @@ def flatness(points: Points3) -> float:
 def thickness(bottom: Points3, top: Points3, radius: float) -> Float:
     """Return the distances of points (n, 3) on top from the plane of the bottom, mm.
 
-    Parameters
-    ----------
-    radius
-        Ball radius, mm; subtracted on both sides.
+    The ball radius, mm, is subtracted on both sides.
     """
     centre = bottom.mean(axis=0)
     normal = np.linalg.svd(bottom - centre, full_matrices=False)[2][-1]

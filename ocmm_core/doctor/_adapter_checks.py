@@ -179,7 +179,6 @@ def _carries_default_route(computer: Computer, name: str) -> bool:
 def _wrong(
     name: str, kind: str, found: Mapping[str, str], wanted: Mapping[str, str]
 ) -> tuple[SystemChange, ...]:
-    """Return the changes for adapter settings that are not as wanted."""
     return tuple(
         SystemChange(
             kind=ChangeKind.ADAPTER, place=f"{name} {kind} {option}", before=value,

@@ -75,13 +75,7 @@ class Computer:
         return True
 
     def text(self, path: Path | str) -> str:
-        """Return the stripped text of a small file.
-
-        Raises
-        ------
-        NotAskedError
-            It is absent, unreadable, or not text.
-        """
+        """Return the stripped text of a small file; NotAskedError if unreadable."""
         try:
             # Do not wait for the writer of a pipe.
             descriptor = os.open(self.place(path), os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
@@ -146,18 +140,7 @@ class Computer:
         return None
 
     def run(self, name: str, *arguments: str, package: str) -> str:
-        """Return the output of a system tool.
-
-        Parameters
-        ----------
-        package
-            Package with the tool.
-
-        Raises
-        ------
-        NotAskedError
-            It is not installed, fails, or does not end.
-        """
+        """Return a tool's output; NotAskedError naming its `package` if missing or failing."""
         program = self.tool(name)
         if program is None:
             raise NotAskedError(f"'{name}' is not installed.", f"Install it: apt install {package}")
@@ -217,7 +200,6 @@ def this_computer(*, interface: str = "", jobs: Path | None = None) -> Computer:
 
 
 def _user(sudo: str) -> tuple[str, int, Path]:
-    """Return name, number and home of the user."""
     import pwd
 
     try:
@@ -228,7 +210,6 @@ def _user(sudo: str) -> tuple[str, int, Path]:
 
 
 def _read(descriptor: int, most: int) -> bytes:
-    """Return the content of a file up to `most` bytes."""
     parts = []
     while most > 0 and (part := os.read(descriptor, most)):
         parts.append(part)

@@ -115,7 +115,6 @@ def _measure(computer: Computer, folder: Path) -> list[float]:
 
 
 def _existing(computer: Computer, folder: Path) -> Path:
-    """Return the folder, or its nearest existing parent."""
     for one in (folder, *folder.parents):
         if computer.place(one).is_dir():
             return one

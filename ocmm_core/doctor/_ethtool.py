@@ -12,17 +12,9 @@ _TITLES = {"generic-receive-offload": "gro", "large-receive-offload": "lro"}
 
 
 def settings(computer: Computer, name: str, kind: str) -> dict[str, str]:
-    """Return the changeable settings of a kind reported by the driver, by option.
+    """Return the changeable settings of a kind, by option; NotAskedError if unknown.
 
-    Parameters
-    ----------
-    kind
-        `COALESCING` or `FEATURES`: the option that sets them; lower case queries.
-
-    Raises
-    ------
-    NotAskedError
-        ethtool is absent, or the driver does not report them.
+    ``kind`` is `COALESCING` or `FEATURES`: the option that sets them; lower case queries.
     """
     said = computer.run("ethtool", kind.lower(), name, package=_PACKAGE)
     if kind == FEATURES:

@@ -31,7 +31,6 @@ def _clock_is_synchronised() -> bool | None:
 @dataclass(frozen=True, slots=True)
 class HostCalls:
     now: Callable[[], datetime] = lambda: datetime.now(UTC)
-    """The computer's clock."""
     # Resolved when called: not every system has it, and this module is imported on all.
     statvfs: Callable[[Path], os.statvfs_result] = lambda path: os.statvfs(path)
     fsync: Callable[[int], None] = os.fsync
@@ -40,4 +39,3 @@ class HostCalls:
     granted: Callable[[Path], frozenset[int]] = granted_by
     """Capabilities by number that a program file grants."""
     synchronised: Callable[[], bool | None] = _clock_is_synchronised
-    """Whether the clock is synchronised; None if unknown."""

@@ -19,7 +19,6 @@ class LoopTimes(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     max_us: float
     """`p50_us`, `p999_us`, `max_us`: from sending a frame to its answer, us."""
     real_time: bool
-    """Both ends had a real-time priority."""
 
 
 def judge_loop(times: LoopTimes) -> Answer:

@@ -30,7 +30,6 @@ class _Kept(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     folders: tuple[str, ...]
     """Created folders, outermost first."""
     changes: tuple[SystemChange, ...]
-    """In the order of application."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,12 +44,9 @@ class Mended:
 
 
 def mend(computer: Computer, changes: Sequence[SystemChange]) -> tuple[Mended, ...]:
-    """Apply changes; `undo` can revert each, also after a power cut midway.
+    """Apply changes; raise StorageError, changing nothing, if undo cannot be stored.
 
-    Raises
-    ------
-    StorageError
-        Previous values cannot be stored; nothing was changed.
+    `undo` can revert each, also after a power cut midway.
     """
     _require_allowed(changes)
     if not changes:
@@ -130,7 +126,6 @@ def may_mend(computer: Computer) -> bool:
 
 
 def _made(computer: Computer, change: SystemChange, there: str, wanted: str) -> Mended:
-    """Change `there` to `wanted`."""
     try:
         now = _now(computer, change)
         if now == wanted:
@@ -146,7 +141,6 @@ def _made(computer: Computer, change: SystemChange, there: str, wanted: str) -> 
 
 
 def _now(computer: Computer, change: SystemChange) -> str:
-    """Return the current value."""
     if change.kind is ChangeKind.ADAPTER:
         name, kind, option = change.place.split()
         return settings(computer, name, kind).get(option, "")
@@ -177,7 +171,6 @@ def _write(computer: Computer, change: SystemChange, value: str) -> None:
 
 
 def _keep(computer: Computer, kept: _Kept) -> None:
-    """Store undo data durably."""
     content = msgspec.json.format(msgspec.json.encode(kept), indent=1)
     write_atomic(computer.place(UNDO_FILE), content + b"\n")
 

@@ -41,8 +41,6 @@ class _Artefact(msgspec.Struct, frozen=True):
 
 
 class _Dates(msgspec.Struct, frozen=True):
-    """Dates read from a record of any kind."""
-
     schema: str
     made_utc: str
     valid_until_utc: str = ""

@@ -28,7 +28,6 @@ class CheckSpec:
     title: str
     """`name`, `title`: for programs, and for people."""
     about: str
-    """Subject of the check, for the documentation."""
     check: Check
     """Raises `NotAskedError` if it cannot be determined."""
 
@@ -127,12 +126,7 @@ def examine(
 ) -> tuple[DoctorReport, tuple[SystemChange, ...]]:
     """Return the report of a computer, and all changes that repair faults.
 
-    Parameters
-    ----------
-    more
-        Additional measured checks.
-    told
-        Called with the title of each check before it starts, and the share done.
+    ``more`` are measured checks; ``told`` gets each title beforehand, and the share done.
     """
     results: list[CheckResult] = []
     changes: list[SystemChange] = []

@@ -64,7 +64,6 @@ class DoctorReport:
     utc: str
     """Time of the check, ISO 8601 text."""
     software: str
-    """Version of OCMM."""
     light: Light
     """The worst of all; NOT CHECKED counts as AMBER."""
     results: tuple[CheckResult, ...]

@@ -61,7 +61,6 @@ class WakeTimes(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     max_us: float
     """`p50_us`, `p99_us`, `p999_us`, `max_us`: lateness, us."""
     real_time: bool
-    """It had a real-time priority."""
     core: int
     """Processor used; -1 if none was reserved."""
 
@@ -107,13 +106,7 @@ def judge_wakes(times: WakeTimes) -> Answer:
 
 
 def measure_wakes(seconds: float, core: int) -> WakeTimes:
-    """Return the wake-up times of this process; keeps priority and processor.
-
-    Parameters
-    ----------
-    core
-        Processor; -1: any.
-    """
+    """Return this process's wake-up times; keeps priority and processor (-1: any)."""
     # In the order of the bus process: memory locked as root beyond the limit would leave none after
     # dropping the right.
     allow_locked_memory()
@@ -157,13 +150,7 @@ def part(ordered: Sequence[int], share: float) -> float:
 
 
 def answer_of(command: Sequence[str], seconds: float, kind: type[T]) -> T:
-    """Return the JSON result of a measuring process.
-
-    Raises
-    ------
-    NotAskedError
-        It fails or does not end.
-    """
+    """Return the JSON result of a measuring process; NotAskedError if it fails."""
     try:
         done = subprocess.run(  # noqa: S603 - our own interpreter and modules, no shell
             list(command), stdin=subprocess.DEVNULL, capture_output=True,

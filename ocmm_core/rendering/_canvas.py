@@ -20,7 +20,6 @@ class Canvas:
 
     width: int
     height: int
-    """`width`, `height`: px."""
     image: Pixmap = field(init=False)
     depth: Depths = field(init=False)
     faces: FaceNumbers = field(init=False)

@@ -60,7 +60,6 @@ class RenderStyle:
     fill: str
     """Faces in line modes: the background."""
     half_px: float = 0.6
-    """Half the width of an edge."""
     ground: str = ""
     """Background; empty leaves it transparent."""
 
@@ -96,7 +95,6 @@ class Rendering:
         # indicates facing the eye.
         self._facing = float(np.sign(np.linalg.det(self._matrix)))
         self.px_mm = 1.0 / float(np.linalg.norm(self._matrix[:, 0]))
-        """Pixel width, mm."""
         self._steps = self._painting()
         self.is_done = self._has_begun = False
 
@@ -265,7 +263,6 @@ def is_hidden(mesh: RenderMesh, point: Float, toward: Float, least_mm: float) ->
 
 
 def _band_rows(width: int) -> int:
-    """Return the number of rows in a band."""
     return min(max(_BAND_BYTES // (_PIXEL_BYTES * width), 8), 256)
 
 

@@ -76,17 +76,7 @@ class _Reading:
 
 
 class ArtefactSheet(WorkSheet):
-    """A table above, the fields of a new or renewed artefact below.
-
-    Parameters
-    ----------
-    bench
-        Provides register and refusals.
-    who
-        Returns the name for the register.
-    clock
-        Time of day with zone.
-    """
+    """A table above, the fields of a new or renewed artefact below."""
 
     def __init__(
         self,

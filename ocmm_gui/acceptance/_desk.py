@@ -55,14 +55,8 @@ class AcceptanceDesk(GuidedStack):
 
     Parameters
     ----------
-    bench
-        Provides procedures and storage.
     tap
         Station frames; measuring is suspended while a watcher is attached.
-    who
-        Returns the proposed name.
-    clock
-        Time of day with zone.
     """
 
     paper_wanted = Signal(object)
@@ -292,7 +286,6 @@ class AcceptanceDesk(GuidedStack):
 
 
 def _planned(seen: Seen) -> Planned:
-    """Return the plan: all positions, and advice not followed."""
     view = seen.view_as(GuidedAcceptanceView)
     words = tr("%n positions", "1 position", len(view.test.positions))
     return Planned(position_contents(view.test), words, view.notes)

@@ -48,8 +48,6 @@ class MeasurePage(CollectPage):
     ----------
     away
         (3,), unit: from the cameras to the volume.
-    procedure
-        Logs the temperature.
     """
 
     keys = ("back", "automatic", "take", "next")

@@ -46,8 +46,6 @@ class StudySheet(WorkSheet):
 
     Parameters
     ----------
-    folder
-        Returns the proposed job folder.
     probes, calibrations
         Record folders; None for this user's.
     """

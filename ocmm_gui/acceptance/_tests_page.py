@@ -38,13 +38,7 @@ _COLUMNS = (
 
 
 class TestsPage(QWidget):
-    """Acceptance tests of this station.
-
-    Parameters
-    ----------
-    clock
-        Time of day with zone.
-    """
+    """Acceptance tests of this station."""
 
     __test__ = False
 

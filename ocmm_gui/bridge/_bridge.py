@@ -169,15 +169,11 @@ _log = logging.getLogger(__name__)
 class StationBridge(QObject):
     """Deliver station events on the window's thread, and provide its commands.
 
-    Parameters
-    ----------
-    station
-        Owned from now on: `close` stops it.
+    Owns the station: `close` stops it.
     """
 
     live_changed = Signal(object)
     job_changed = Signal(object)
-    """Emits a `JobView` after every change of the job."""
     point_taken = Signal(object)
     point_refused = Signal(object)
     coach_changed = Signal(object)
@@ -187,7 +183,6 @@ class StationBridge(QObject):
     evaluating = Signal(bool)
     """Emits whether the job has been evaluated for longer than `LONG_S`."""
     failed = Signal(object)
-    """Emits the `OcmmError` of a command."""
 
     # Private signals change the thread; public ones are emitted on the window's thread.
     _changed_elsewhere = Signal(object)

@@ -38,12 +38,8 @@ class CommandQueue:
 
     Parameters
     ----------
-    shown
-        Its selection is cleared if a command fails.
     failed
         Called with errors, on the window's thread.
-    parent
-        Owner of the threads.
     """
 
     def __init__(

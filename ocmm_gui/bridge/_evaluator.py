@@ -17,10 +17,6 @@ class Evaluator:
 
     Parameters
     ----------
-    evaluate
-        Returns the current job view.
-    tell
-        Receives it, on this thread.
     failed
         Receives an exception instead: the previous view is no longer valid.
     """

@@ -18,13 +18,7 @@ from ocmm_gui.work import Failed
 
 
 class JobCommands:
-    """Commands on the shown or active feature, or on the whole job.
-
-    Parameters
-    ----------
-    shown
-        Provides that feature.
-    """
+    """Commands on the shown or active feature, or on the whole job."""
 
     def __init__(self, queue: CommandQueue, shown: ShownJob) -> None:
         self._queue, self._shown = queue, shown
@@ -101,13 +95,7 @@ class JobCommands:
 
 
 class ChoiceCommands:
-    """Select a feature, and delete single points.
-
-    Parameters
-    ----------
-    shown
-        Stores the selection until it is displayed.
-    """
+    """Select a feature, and delete single points."""
 
     def __init__(self, queue: CommandQueue, shown: ShownJob) -> None:
         self._queue, self._shown = queue, shown

@@ -25,13 +25,7 @@ class Row:
 
 
 class Bars(Painted):
-    """Bars with names and values.
-
-    Parameters
-    ----------
-    rows
-        Maximum number.
-    """
+    """Bars with names and values."""
 
     def __init__(self, name: str, rows: int) -> None:
         super().__init__(name, (240, round(_ROW_PX * rows)), (160, round(_LEAST_PX * rows)))

@@ -31,13 +31,7 @@ _CENTRE = Qt.AlignmentFlag.AlignCenter
 
 
 class Chart(Plot):
-    """One of several small plots side by side.
-
-    Parameters
-    ----------
-    title
-        Quantity with unit.
-    """
+    """One of several small plots side by side."""
 
     def __init__(self, title: str) -> None:
         super().__init__(title, SMALL_HEAD, (210, 110), (120, 44))
@@ -112,14 +106,8 @@ class RecentChart(Chart):
 
     Parameters
     ----------
-    title
-        Quantity with unit.
     reach
         Minimum half range of the scale.
-    span_s
-        Time range, s.
-    form
-        Format of the latest values.
     """
 
     def __init__(self, title: str, reach: float, span_s: float, form: str) -> None:

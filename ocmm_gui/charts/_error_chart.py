@@ -15,13 +15,7 @@ _SCALE_PX = 58.0
 
 
 class ErrorChart(Plot):
-    """Errors with their uncertainty between the limits, per check.
-
-    Parameters
-    ----------
-    whole_names
-        Wrap check names instead of cutting them.
-    """
+    """Errors with their uncertainty between the limits, per check."""
 
     def __init__(self, *, whole_names: bool = False) -> None:
         super().__init__(tr("Errors, µm"))

@@ -26,8 +26,6 @@ class HistoryChart(Chart):
 
     Parameters
     ----------
-    title
-        Quantity with unit.
     factor
         From the unit of the course to that of the title.
     reach
@@ -36,8 +34,6 @@ class HistoryChart(Chart):
         Show differences to the first sample of each course.
     limit
         Draw lines at plus and minus this value and centre on zero; zero draws none.
-    form
-        Format of values.
     """
 
     def __init__(

@@ -28,7 +28,6 @@ class Head:
     loud_word: bool
     """Emphasise the word instead of the title."""
     gap_px: float
-    """Between title and word."""
     tuck_px: float
     """Upward shift of a second line."""
 
@@ -40,15 +39,7 @@ SMALL_HEAD = Head(SMALL_HEAD_PX, 13, loud_word=True, gap_px=10.0, tuck_px=0.0)
 
 
 class Plot(Painted):
-    """A title, a word at its right, and a painted area below.
-
-    Parameters
-    ----------
-    name
-        Title, also for screen readers.
-    head
-        Format of title and word.
-    """
+    """A title, a word at its right, and a painted area below."""
 
     def __init__(
         self,

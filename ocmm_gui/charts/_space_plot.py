@@ -17,13 +17,7 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop
 
 
 class SpaceArrows(Plot):
-    """Vectors in space, from the front and from above, at one scale.
-
-    Parameters
-    ----------
-    rig
-        Provides the front and up directions.
-    """
+    """Vectors in space, from the front and from above, at one scale."""
 
     def __init__(self, name: str, rig: Rig) -> None:
         super().__init__(name)

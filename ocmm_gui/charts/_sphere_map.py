@@ -50,11 +50,6 @@ class SphereMap(Painted):
     """Directions about a centre, seen from above; the cameras are below the lower edge.
 
     The distance from the centre is the angle (azimuthal equidistant).
-
-    Parameters
-    ----------
-    rig
-        Provides the camera direction.
     """
 
     def __init__(self, name: str, rig: Rig) -> None:

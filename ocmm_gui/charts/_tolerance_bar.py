@@ -60,13 +60,7 @@ def make_scale(result: CharacteristicResult) -> BarScale:
 
 
 class ToleranceBar(Painted):
-    """Bar with red, amber and green fields, limits in digits and a marker with ±U.
-
-    Parameters
-    ----------
-    digits_share
-        Type size of the limits over total height.
-    """
+    """Bar with red, amber and green fields, limits in digits and a marker with ±U."""
 
     def __init__(self, *, digits_share: float = 0.3) -> None:
         super().__init__(tr("Tolerance bar"), (240, 56), (160, 44))

@@ -38,13 +38,7 @@ class Trail:
 
 
 class TrailPlot(Plot):
-    """Every LED on its sphere; drag or arrow keys turn the picture.
-
-    Parameters
-    ----------
-    rig
-        Provides the initial view.
-    """
+    """Every LED on its sphere; drag or arrow keys turn the picture."""
 
     def __init__(self, rig: Rig) -> None:
         super().__init__(tr("Paths of the LEDs about the ball"))

@@ -33,13 +33,7 @@ _LOW, _PICTURE_SHARE, _WORDS_SHARE = 1.1, 0.5, 0.4
 
 
 class CoachPanel(Painted):
-    """Ellipse and U in good order; the probe with an arrow if a turn would help.
-
-    Parameters
-    ----------
-    far
-        Read from three metres: small texts are omitted, as they are shown elsewhere.
-    """
+    """Ellipse and U in good order; the probe with an arrow if a turn would help."""
 
     refusal_over = Signal()
     """The display time of a refusal is over."""

@@ -54,15 +54,7 @@ _SHOWN = 200_000
 
 
 class SupportSheet(Sheet):
-    """Parts with check boxes, their files, and the selected file's content.
-
-    Parameters
-    ----------
-    site
-        Returns the current sources.
-    folder
-        Returns the default output folder.
-    """
+    """Parts with check boxes, their files, and the selected file's content."""
 
     def __init__(self, site: Callable[[], SupportSite], folder: Callable[[], Path]) -> None:
         super().__init__(tr("Support bundle"), _KEYS)

@@ -11,7 +11,6 @@ from ocmm_gui.kit import later
 class Symptom:
     sign: str
     steps: str
-    """Remedies, in order."""
     codes: tuple[str, ...] = ()
     """Prefixes of related error and refusal codes."""
 

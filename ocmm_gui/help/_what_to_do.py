@@ -107,8 +107,6 @@ def _blank(sentence: str) -> str:
 
 
 class _AnswerTable(DataTable):
-    """Symptom, remedy and code of the results."""
-
     def __init__(self) -> None:
         super().__init__(
             tr("Symptoms and remedies"),
@@ -134,13 +132,7 @@ class _AnswerTable(DataTable):
 
 
 class WhatToDoSheet(Sheet):
-    """A search field and a table.
-
-    Parameters
-    ----------
-    support
-        Opens the page of the support bundle.
-    """
+    """A search field and a table."""
 
     def __init__(self, support: Callable[[], None]) -> None:
         super().__init__(tr("What to do if"), _KEYS)

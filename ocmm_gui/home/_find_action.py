@@ -19,11 +19,6 @@ class FindAction(QFrame):
     """A field with matching actions, best first, over the active page.
 
     Disabled actions are omitted unless another page provides them, which is then shown.
-
-    Parameters
-    ----------
-    over
-        Page below.
     """
 
     closed = Signal()

@@ -43,22 +43,13 @@ _FONT_PX = 17
 
 
 class SettingRow(QObject):
-    """The widgets of one setting, in four columns of a grid.
-
-    Parameters
-    ----------
-    grid, row
-        Place of the widgets.
-    below
-        Messages are shown below, for lack of room at the right.
-    """
+    """The widgets of one setting, in four columns of a grid."""
 
     committed = Signal(str, object)
     """Emits key and valid value after editing."""
     browse = Signal(str)
     """Emits the key of a path to browse for."""
     left = Signal()
-    """Escape in the field."""
 
     def __init__(
         self,

@@ -64,8 +64,6 @@ class SettingsPage(Sheet):
 
     Parameters
     ----------
-    store
-        Both documents, and start-up overrides.
     apply
         Reopens the job; None without an open job.
     """

@@ -78,18 +78,9 @@ class Choice:
 
 
 class StartWindow(QMainWindow):
-    """Choose what to open; `choice` is set when the window has closed.
-
-    Parameters
-    ----------
-    notices
-        Shows errors, and why a previous job ended.
-    recent
-        Recently used places.
-    """
+    """Choose what to open; `choice` is set when the window has closed."""
 
     closed = Signal()
-    """The window is closing."""
 
     def __init__(
         self, store: SettingsStore, notices: NoticeCentre, recent: RecentPlaces | None = None

@@ -28,7 +28,6 @@ class ActionInfo:
     """An action of the inspector."""
 
     key: str
-    """Stable name."""
     text: str
     tip: str
     """One sentence; also for screen readers."""

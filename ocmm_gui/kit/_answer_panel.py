@@ -19,17 +19,10 @@ class AnswerPanel(QFrame):
     """One line: the question, and the keys to agree and to decline.
 
     Only these two keys are captured; all others act on the window as before.
-
-    Parameters
-    ----------
-    verb
-        Effect of Return, in a word.
     """
 
     agreed = Signal()
-    """Return was pressed."""
     declined = Signal()
-    """Esc was pressed."""
 
     def __init__(self, name: str, verb: str) -> None:
         super().__init__()

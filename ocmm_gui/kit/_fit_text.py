@@ -17,12 +17,6 @@ class FitText(Painted):
 
     Parameters
     ----------
-    limit
-        Maximum pixel size of the type.
-    align
-        Alignment of the line.
-    digits
-        Use the font of numbers.
     reserve
         This text must fit as well; keeps changing digits from changing the type size.
     """

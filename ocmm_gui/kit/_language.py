@@ -55,11 +55,6 @@ def use_language(app: QCoreApplication, language: str) -> bool:
 
     Existing windows do not change: call it before creating them. Without a file, sentences are
     English and nothing is raised.
-
-    Parameters
-    ----------
-    app
-        Owner of the translators.
     """
     for translator in app.findChildren(QTranslator):
         if translator.objectName() == _MARK:

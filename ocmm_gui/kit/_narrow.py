@@ -59,10 +59,6 @@ def fit_words(text: str, font: QFont, width: float, height: float, *, wraps: boo
 
     Parameters
     ----------
-    text
-        May contain line breaks.
-    width, height
-        Room, px.
     wraps
         The painter wraps freely; otherwise one line break at most, made here.
     """
@@ -152,7 +148,6 @@ class NarrowButton(QPushButton):
         painter.drawText(self._room(), flags, found.text)
 
     def _role(self) -> QPalette.ColorRole:
-        """Return the text colour of the style sheet."""
         filled = self.isChecked() or self.property("role") == "primary"
         if filled and self.isEnabled():
             return QPalette.ColorRole.HighlightedText

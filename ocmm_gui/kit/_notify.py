@@ -60,7 +60,6 @@ class NoticeCentre(QObject):
     """Store the last notices and notify listeners; `post` is thread-safe."""
 
     posted = Signal(object)
-    """Emits a `Notice` on the window's thread."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)

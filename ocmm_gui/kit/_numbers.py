@@ -48,8 +48,6 @@ def style_of(language: str, decimal: str = "locale", units: str = "mm") -> Numbe
     ----------
     decimal
         ``locale``: that of the language; ``point`` or ``comma``.
-    units
-        ``mm`` or ``inch``.
     """
     comma = language in _COMMAS if decimal == "locale" else decimal == "comma"
     return NumberStyle(comma, units == "inch", _DAYS.get(language, NumberStyle().day))
@@ -104,10 +102,6 @@ def length_number(value_mm: float, *, signed: bool = False, decimals: int = 3) -
 
     Parameters
     ----------
-    value_mm
-        Finite, mm.
-    signed
-        Include a plus sign.
     decimals
         For mm; two more in inch.
     """
@@ -158,13 +152,7 @@ def to_mm(value: float, unit: str) -> float:
 
 
 def length_of_field(text: str) -> float:
-    """Return a typed length, mm; an explicit unit has priority over the displayed one.
-
-    Raises
-    ------
-    ValueError
-        It is not a number.
-    """
+    """Return a typed length, mm, in its own or the displayed unit; raise ValueError if invalid."""
     number, unit = split_unit(text)
     return to_mm(float(plain_number(number)), unit)
 

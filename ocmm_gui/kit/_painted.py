@@ -17,8 +17,6 @@ class Painted(QWidget):
 
     Parameters
     ----------
-    name
-        Accessible name.
     size
         Size hint, px; the layout's stretch decides.
     least

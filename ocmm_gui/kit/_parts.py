@@ -63,8 +63,6 @@ class DataTable(QTableWidget):
 
     Parameters
     ----------
-    name
-        Accessible name.
     columns
         Title and explanation of each.
     font
@@ -162,13 +160,7 @@ _ROW_PX = 28
 
 
 class NumberTable(DataTable):
-    """A small table of numbers without horizontal scrolling.
-
-    Parameters
-    ----------
-    whole
-        As high as its rows.
-    """
+    """A small table of numbers without horizontal scrolling."""
 
     def __init__(
         self,

@@ -23,8 +23,6 @@ class PathPanel(QFrame):
         Text before the field, such as ``"Write the report into the folder"``.
     asked
         Hint of the field, such as ``"Folder of the report"``.
-    folders
-        Select a folder, not a file.
     """
 
     given = Signal(object)

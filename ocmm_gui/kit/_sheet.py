@@ -39,14 +39,11 @@ class Sheet(QWidget):
 
     Parameters
     ----------
-    title
-        Also the accessible name.
     infos
         Actions; `LEAVE` is added.
     """
 
     left = Signal()
-    """Return to measuring."""
     failed = Signal(object)
     """Emits the `OcmmError` of a failed action."""
     told = Signal(str)
@@ -139,17 +136,7 @@ class FormField(OwnKeysField):
 
 
 class ChoiceBox(QComboBox):
-    """A choice whose arrow follows the theme.
-
-    Parameters
-    ----------
-    name, tip
-        Accessible name, and purpose.
-    choices
-        In order.
-    words
-        Displayed text of each; default unchanged.
-    """
+    """A choice whose arrow follows the theme."""
 
     def __init__(
         self, name: str, tip: str, choices: Sequence[str], words: Callable[[str], str] | None = None

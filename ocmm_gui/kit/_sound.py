@@ -55,8 +55,6 @@ def tone_wav(notes: Sequence[tuple[float, float]], volume: int = USUAL_VOLUME) -
 
     Parameters
     ----------
-    notes
-        In sequence.
     volume
         Per cent; perceived loudness grows about evenly with it (power of two).
     """
@@ -88,15 +86,7 @@ def step_wav(step: int, volume: int = USUAL_VOLUME) -> bytes:
 
 
 class SoundPlayer(QObject):
-    """Play `Sound` without waiting, raising or leaving processes.
-
-    Parameters
-    ----------
-    enabled
-        False keeps it silent.
-    volume
-        Per cent.
-    """
+    """Play `Sound` without waiting, raising or leaving processes."""
 
     def __init__(
         self, parent: QObject | None = None, *, enabled: bool = True, volume: int = USUAL_VOLUME
@@ -201,11 +191,6 @@ class Approach:
     """Guide to the next point: a tone that rises with every step nearer, then stops.
 
     Silent while the probe rests.
-
-    Parameters
-    ----------
-    player
-        None for silence.
     """
 
     def __init__(self, player: SoundPlayer | None) -> None:

@@ -33,7 +33,6 @@ class Theme:
     """A theme; colours as ``#rrggbb``."""
 
     name: str
-    """Name in the settings."""
     background: str
     panel: str
     border: str

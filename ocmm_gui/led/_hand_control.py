@@ -35,11 +35,6 @@ class BallLead(QObject):
 
     Moving leads, the left button touches, the wheel approaches, the arrow keys lean the probe.
     While leading, the right button turns the view and the middle one pans.
-
-    Parameters
-    ----------
-    parent
-        Destroyed before view and window.
     """
 
     pointed = Signal(object, object)
@@ -193,21 +188,7 @@ class LedProbe(Protocol):
 
 
 class HandControl(QObject):
-    """Connect strip, 3-D view and keys to the hand of the virtual rig.
-
-    Parameters
-    ----------
-    hand
-        None for real probes.
-    actions
-        By key.
-    notices
-        Shows errors.
-    to_desk
-        Shows the view.
-    page
-        Returns the name of the current page.
-    """
+    """Connect strip, 3-D view and keys to the hand; `hand` is None for real probes."""
 
     def __init__(
         self,

@@ -22,7 +22,6 @@ class TourLook:
     """Inputs of the tour."""
 
     taken: bool
-    """The user holds the probe."""
     points: int
     tip_world: Float | None
     """(3,), mm; None if unknown."""

@@ -145,13 +145,7 @@ _FACTS = (
 
 
 class BusPage(QStackedWidget):
-    """The bus report, refreshed four times a second while visible.
-
-    Parameters
-    ----------
-    pull
-        Returns the bus view; None without a bus.
-    """
+    """The bus report, refreshed four times a second while visible."""
 
     def __init__(self, pull: Callable[[], BusView | None]) -> None:
         super().__init__()

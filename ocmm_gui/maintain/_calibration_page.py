@@ -41,16 +41,7 @@ _IN_DOUBT = later("Recall jobs (F12) shows which of their verdicts hold.")
 
 
 class CalibrationPage(StatusPage[CalibrationView, CalibrationOverview]):
-    """Status, facts, trends and history of the calibration.
-
-    Parameters
-    ----------
-    pull
-        Returns the current calibration view.
-    pull_overview
-        Returns the contents of the store; called on opening and after status changes, as it reads
-        many files.
-    """
+    """Status, facts, trends and history of the calibration."""
 
     def __init__(
         self,

@@ -50,7 +50,6 @@ _TONES = {
 @dataclass(frozen=True, slots=True)
 class Line:
     cells: tuple[str, ...]
-    """Texts of the columns."""
     tone: Tone = Tone.PLAIN
 
 

@@ -14,17 +14,7 @@ TWICE_S = 8.0
 
 
 class ConfirmedActions:
-    """Write intrinsics to the cameras, and record a tip change.
-
-    Parameters
-    ----------
-    notices
-        Shows the confirmation request.
-    probe
-        Its table has the selected tip.
-    clock
-        Seconds.
-    """
+    """Write intrinsics to the cameras, and record a tip change."""
 
     def __init__(
         self,

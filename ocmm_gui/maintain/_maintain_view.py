@@ -44,22 +44,13 @@ _TOOLS = ("start", "settings", "theme", "log")
 class Page:
     title: str
     tip: str
-    """Purpose, in one sentence."""
     widget: QWidget
     actions: tuple[str, ...] = ()
     """Keys of its actions; each gets a button."""
 
 
 class MaintainView(QWidget):
-    """Pages with a list; up and down select.
-
-    Parameters
-    ----------
-    pages
-        In list order.
-    actions
-        By key.
-    """
+    """Pages with a list; up and down select."""
 
     def __init__(self, pages: Sequence[Page], actions: Mapping[str, QAction]) -> None:
         super().__init__()

@@ -102,7 +102,6 @@ class ProbeDesignPage(QWidget):
     failed = Signal(object)
     """Emits the `OcmmError` of a failed examination."""
     shown = Signal()
-    """The result is displayed."""
 
     def __init__(self, rig: Rig, body: ProbeBody) -> None:
         super().__init__()

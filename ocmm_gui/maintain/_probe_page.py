@@ -179,16 +179,7 @@ _FACTS = (
 
 
 class ProbePage(StatusPage[ProbeView, ProbeOverview]):
-    """Status, tips, trends and history of the probe.
-
-    Parameters
-    ----------
-    pull
-        Returns the current probe view.
-    pull_overview
-        Returns the contents of its store; called on opening and after status changes, as it reads
-        many files.
-    """
+    """Status, tips, trends and history of the probe."""
 
     def __init__(
         self, pull: Callable[[], ProbeView], pull_overview: Callable[[], ProbeOverview]

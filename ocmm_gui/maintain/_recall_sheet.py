@@ -50,17 +50,7 @@ class _Deciding:
 
 
 class RecallSheet(WorkSheet):
-    """Recalculate the jobs of a folder in a separate process and show the results.
-
-    Parameters
-    ----------
-    folder
-        Returns the proposed folder.
-    calibrations, probes
-        Return the record folders.
-    who
-        Returns the name of the user.
-    """
+    """Recalculate the jobs of a folder in a separate process and show the results."""
 
     def __init__(
         self,

@@ -49,12 +49,6 @@ class StatusPage(QWidget, Generic[V, H]):
 
     Parameters
     ----------
-    of
-        Subject of the status.
-    facts
-        Captions with explanations.
-    pull
-        Returns the current view.
     pull_overview
         Returns the contents of the store; called on opening and after status changes, as it reads
         many files.
@@ -109,7 +103,6 @@ class StatusPage(QWidget, Generic[V, H]):
         self._view = None
 
     def _show_overview(self, view: V, found: H) -> None:
-        """Show facts, history and trends."""
         raise NotImplementedError
 
     def word(self) -> str:
@@ -174,7 +167,6 @@ class StatusPage(QWidget, Generic[V, H]):
         self._empty.setVisible(bool(why))
 
     def _head(self) -> QHBoxLayout:
-        """Return word and sentences next to the facts."""
         words = QVBoxLayout()
         words.addWidget(self._word)
         words.addWidget(self._sentence, 1)

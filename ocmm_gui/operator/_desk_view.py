@@ -56,11 +56,6 @@ class CameraBar(QFrame):
     """Spot counts of the cameras, and which cameras see none.
 
     A blind camera does not open its image, which would cover the part.
-
-    Parameters
-    ----------
-    action
-        Command of the button.
     """
 
     def __init__(self, rig: Rig, action: QAction) -> None:
@@ -130,15 +125,7 @@ _READOUT_SHARE = 70
 
 
 class DeskView(CoachedView):
-    """Complete view for the technician.
-
-    Parameters
-    ----------
-    rig, body
-        In use.
-    actions
-        By key.
-    """
+    """Complete view for the technician."""
 
     def __init__(self, rig: Rig, body: ProbeBody, actions: dict[str, QAction]) -> None:
         super().__init__()

@@ -76,13 +76,7 @@ _PART_PX = (220, 30)
 
 
 class FarView(CoachedView):
-    """Status, feature, digits, tolerance bar, verdict and three large buttons.
-
-    Parameters
-    ----------
-    actions
-        By key; take, undo and finish get a button.
-    """
+    """Status, feature, digits, tolerance bar, verdict and three large buttons."""
 
     def __init__(self, actions: dict[str, QAction]) -> None:
         super().__init__()

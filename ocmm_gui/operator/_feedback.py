@@ -13,17 +13,7 @@ from ocmm_gui.operator._readout import Readout
 
 
 class Feedback:
-    """Sounds, also shown as flashes of the readout.
-
-    Parameters
-    ----------
-    sounds
-        Player, or None for silence.
-    notices
-        Shows whether the tone is on.
-    readout
-        Returns the visible readout.
-    """
+    """Sounds, also shown as flashes of the readout."""
 
     def __init__(
         self, sounds: SoundPlayer | None, notices: NoticeCentre, readout: Callable[[], Readout]

@@ -22,13 +22,7 @@ from ocmm_gui.kit import (
 
 
 class Guidance(QFrame):
-    """Next step, plan text, distance to the next point, and trouble.
-
-    Parameters
-    ----------
-    pixels
-        Type size.
-    """
+    """Next step, plan text, distance to the next point, and trouble."""
 
     def __init__(self, pixels: int = 16) -> None:
         super().__init__()

@@ -28,8 +28,6 @@ class PartVerdictView(Painted):
 
     Parameters
     ----------
-    limit
-        Maximum pixel size of the word.
     least
         Minimum pixel size of a reason: names that do not fit are counted.
     """

@@ -11,15 +11,7 @@ from ocmm_gui.operator._desk_view import DeskView
 
 
 class PointChoice(QObject):
-    """Select a point of the shown feature, delete it with a reason, restore the last one.
-
-    Parameters
-    ----------
-    desk
-        Marks the point in the panel and in the 3-D view.
-    notices
-        Shows that nothing can be selected.
-    """
+    """Select a point of the shown feature, delete it with a reason, restore the last one."""
 
     def __init__(self, bridge: StationBridge, desk: DeskView, notices: NoticeCentre) -> None:
         super().__init__()

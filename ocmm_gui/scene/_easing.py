@@ -13,13 +13,7 @@ _FRAME_MS = 25
 
 
 class Easing(QObject):
-    """Transition between two views, slow at both ends.
-
-    Parameters
-    ----------
-    animated
-        If False, views change at once.
-    """
+    """Transition between two views, slow at both ends."""
 
     moved = Signal(object)
     """Emits the current view, an `Orbit`."""

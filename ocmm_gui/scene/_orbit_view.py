@@ -18,17 +18,7 @@ _EYE_MM = 1500.0
 
 
 class OrbitView(Painted):
-    """Orbit with the left button or the arrow keys, pan with the right one, zoom with the wheel.
-
-    Parameters
-    ----------
-    name
-        Accessible name.
-    size, least
-        px, see `Painted`.
-    orbit
-        Initial view.
-    """
+    """Orbit with left button or arrow keys, pan with the right one, zoom with the wheel."""
 
     def __init__(
         self, name: str, size: tuple[int, int], least: tuple[int, int], orbit: Orbit
@@ -75,7 +65,6 @@ class OrbitView(Painted):
         return self._moving.isActive()
 
     def _inside(self) -> QRectF:
-        """Return the area of the scene, px."""
         return QRectF(self.rect()).adjusted(2.5, 2.5, -2.5, -2.5)
 
     def _moved(self, orbit: Orbit) -> None:

@@ -77,7 +77,6 @@ class PartDrawing(QObject):
     """Cache of a part's drawing data; returns the same scene until something changes."""
 
     changed = Signal()
-    """The mesh for motion is ready."""
     _made = Signal(object, object)
 
     def __init__(self, parent: QObject) -> None:

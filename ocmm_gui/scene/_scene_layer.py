@@ -43,12 +43,10 @@ class StillScene:
 
     items: tuple[Item, ...]
     orbit: Orbit
-    """`items`, `orbit`: contents and view."""
     size: QSize
     ratio: float
     """`size`, `ratio`: picture, px of the window, and screen pixels per window pixel."""
     background: str
-    """Background colour, also behind labels."""
     part: PartScene | None = None
     """Part that may hide items; None for none."""
 
@@ -302,7 +300,6 @@ class SceneLayer(QObject):
             self._next = None
 
     def _go_on(self) -> None:
-        """Continue painting, and show progress."""
         drawing = self._next
         if drawing is None:
             return

@@ -169,10 +169,6 @@ class ScenePainter:
 
     Parameters
     ----------
-    box
-        Picture area, px.
-    font, halo
-        Label font, and colour behind labels.
     taken
         Label-free areas, px from the upper left corner of ``box``.
     depth

@@ -56,11 +56,6 @@ class CameraPlot(QWidget):
 
     Shows the sensor region with the spots. It moves only when a spot reaches its edge, so that spot
     motion is visible.
-
-    Parameters
-    ----------
-    small
-        One of many, without axes.
     """
 
     def __init__(self, camera: CameraModel, *, small: bool = False) -> None:

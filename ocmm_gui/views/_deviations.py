@@ -131,8 +131,6 @@ def paint_scale(
         Type size relative to the screen's.
     reach_mm
         Colour reach of a point; None without colours.
-    say
-        Translates; default the window's language.
     """
     if not picture.whiskers:
         return

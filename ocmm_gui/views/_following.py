@@ -32,7 +32,6 @@ class Work:
     """Contents to be shown; places are (n, 3), mm, world."""
 
     ball: Float = field(default_factory=_none)
-    """Ball centre, or none."""
     target: Target | None = None
     """Next target; None if unknown."""
     active: Float = field(default_factory=_none)
@@ -56,8 +55,6 @@ def side_for(
 
     Parameters
     ----------
-    target, later
-        Next place and later ones.
     is_hidden
         Whether the part is between the next place and an eye in a direction (3,).
     """
@@ -72,8 +69,6 @@ def following(orbit: Orbit, work: Work, width: float, height: float, *, turned: 
 
     Parameters
     ----------
-    width, height
-        Picture, px.
     turned
         Just turned: refit in any case.
     """

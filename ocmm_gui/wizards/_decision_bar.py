@@ -14,7 +14,6 @@ class DecisionBar(QFrame):
     """One line: question, reason, Yes, No; non-modal."""
 
     decided = Signal(bool, str)
-    """Emits acceptance and reason."""
 
     def __init__(self) -> None:
         super().__init__()

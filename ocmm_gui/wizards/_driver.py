@@ -50,21 +50,14 @@ class WizardDriver(QObject):
 
     Parameters
     ----------
-    procedure
-        Also an attribute.
-    tap
-        Source of its frames.
     predict
         Predicts the quality of the result so far; None if unsupported.
-    clock
-        Time of day with zone.
     """
 
     seen = Signal(object)
     failed = Signal(object)
     """Emits the `OcmmError` of a command or of the calculation."""
     taken = Signal()
-    """An observation is on disk."""
 
     _failed_elsewhere = Signal(object)
     _taken_elsewhere = Signal()

@@ -14,13 +14,10 @@ class GuidedStack(QStackedWidget):
     left = Signal()
     """Left; the procedure has ended and can be resumed."""
     taken = Signal()
-    """An observation is on disk."""
     sounded = Signal(object)
-    """Emits a `Sound` to play."""
     told = Signal(str)
     """Emits a note for resumed sessions."""
     failed = Signal(object)
-    """Emits the `OcmmError` of a command."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -65,8 +65,6 @@ class Runner(QWidget):
     ----------
     driver
         Not started; closed by `close_driver`.
-    pages
-        By step name.
     extra
         Commands of the actions ``skip``, ``repeat`` and ``anew``, if available.
     practice
@@ -76,7 +74,6 @@ class Runner(QWidget):
     left = Signal()
     """Return to the caller; the session stays as it is."""
     sounded = Signal(object)
-    """Emits a `Sound` to play."""
 
     def __init__(
         self,

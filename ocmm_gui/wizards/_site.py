@@ -33,7 +33,6 @@ class ProbeSite:
     store: Path | None
     """Folder of its records; None if not kept."""
     tip: str = "1"
-    """Proposed tip name."""
     blocker: tuple[str, str] = ("", "")
     """Why no records are kept, and the remedy; empty if they are."""
     hold_s: float = 0.5
@@ -45,7 +44,6 @@ class WizardSite:
     """Site of wizards."""
 
     rig: Rig
-    """Rig in use."""
     body: ProbeBody
     store: Path | None
     """Folder of the rig's calibrations; None if not kept."""

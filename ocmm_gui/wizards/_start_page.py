@@ -47,7 +47,6 @@ class StartPage(QWidget):
     resumed = Signal(object)
     """Emits the `Path` of the session to resume."""
     left = Signal()
-    """Return to the caller."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -45,13 +45,7 @@ def fields(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Field, ...]:
 def begin(
     site: WizardSite, spec: WizardSpec[Any], values: Mapping[str, str], now: datetime
 ) -> Opened:
-    """Start a session with filled-in fields.
-
-    Raises
-    ------
-    OcmmError
-        A document is invalid, something is missing, or the session cannot be stored.
-    """
+    """Start a session with filled-in fields; raise OcmmError if impossible."""
     place = place_of(site, spec.subject)
     sign = require_real_name if site.practice is None else practice_name
     signed = {**values, "who": sign(values["who"])}
@@ -90,7 +84,6 @@ def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
 
 
 def _opened(spec: WizardSpec[Any], place: SessionPlace, procedure: ShownProcedure) -> Opened:
-    """Return a procedure with its calculation."""
     predict = None if spec.predict is None else partial(spec.predict, procedure)
     if not spec.is_slow:
         return Opened(procedure, place, DirectCalculation(procedure), predict)
@@ -99,13 +92,7 @@ def _opened(spec: WizardSpec[Any], place: SessionPlace, procedure: ShownProcedur
 
 
 class Wizard(GuidedStack):
-    """One wizard at a time.
-
-    Parameters
-    ----------
-    clock
-        Time of day with zone.
-    """
+    """One wizard at a time."""
 
     def __init__(
         self, site: WizardSite, clock: Callable[[], datetime] = lambda: datetime.now(UTC)

@@ -49,13 +49,7 @@ class Acquisition(Protocol):
 class ChildProcess:
     """A process that fills a ring, with JSON lines as input.
 
-    Parameters
-    ----------
-    first_lines
-        Initial standard input, which then stays open for requests: its end signals the end of this
-        process.
-    ring
-        Ring to fill; owned by this process.
+    Its standard input stays open for requests: its end signals the end of this process.
     """
 
     def __init__(self, command: Sequence[str], first_lines: bytes, ring: FrameRing) -> None:
@@ -162,7 +156,6 @@ class ChildProcess:
             self._objects.end(_gone("has ended"))
 
     def _until_end(self, process: subprocess.Popen[bytes]) -> None:
-        """Feed the process, wait for its end and store the reason in the ring."""
         if process.stdin is None or process.stdout is None or process.stderr is None:
             return
         # A process that ended at once reports why in its last output.
@@ -216,13 +209,7 @@ def _gone(why: str) -> BusError:
 
 
 class BusProcess(ChildProcess):
-    """The program ``ocmm-acq`` on an interface of this computer.
-
-    Parameters
-    ----------
-    ring
-        The ring named in `config`.
-    """
+    """The program ``ocmm-acq`` on an interface of this computer."""
 
     def __init__(self, config: BusConfig, ring: FrameRing) -> None:
         super().__init__(bus_command(), config.to_json(), ring)

@@ -83,7 +83,7 @@ class CommandPort:
     Parameters
     ----------
     input_, output
-        Descriptors of the streams; they stay open.
+        Descriptors; they stay open.
     on_end
         Called once from another thread when the input ends.
     on_failure
@@ -191,7 +191,6 @@ class CommandPort:
         return not self._mute and bool(self._pending or self._replies)
 
     def _step(self, timeout_s: float | None) -> bool:
-        """Wait for work and do it; return whether there was any."""
         sources = [self._bell_out] if self._deaf else [self._bell_out, self._input]
         sinks = [self._output] if self._output_waits() else []
         readable, writable, _ = select.select(sources, sinks, [], timeout_s)

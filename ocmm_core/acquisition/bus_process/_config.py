@@ -11,11 +11,9 @@ from ocmm_core.fieldbus.device import CameraIdentity, Intrinsics
 
 class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     interface: str
-    """Network interface of the cameras."""
     ring_path: str
     """Ring file for frames and status."""
     cameras: tuple[CameraIdentity, ...]
-    """Cameras in rig order."""
     frame_period_ns: int = 125_000
     cycle_period_ns: int = 1_000_000
     """`frame_period_ns`, `cycle_period_ns`: exposure and bus cycle periods."""

@@ -24,7 +24,6 @@ _MODULE = "ocmm_core.acquisition.bus_process._conform_process"
 class ConformConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     interface: str
     force: bool = False
-    """`interface`, `force`: see `ScanConfig`."""
     serial: int = 0
     """Serial number; 0: the only camera."""
     firmware: str = ""
@@ -40,7 +39,6 @@ class ConformNews(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     done: int = 0
     total: int = 0
-    """`done`, `total`: rules."""
     title: str = ""
     report: ConformanceReport | None = None
     """At the end; None before."""

@@ -69,12 +69,6 @@ class EthercatSource:
     ----------
     publish
         Receives the encoded `BusReport`, at every change and 20 times a second.
-    port
-        Acyclic requests to the cameras.
-    notes
-        What this computer does not allow the process; for the report.
-    host_time
-        Time of the bus; default this computer's.
 
     Raises
     ------
@@ -112,7 +106,6 @@ class EthercatSource:
         self._published: tuple[BusPhase, str, str] | None = None
         self._published_ns = self._foreign = self._foreign_until_ns = 0
         self.lateness_ns = 0
-        """Lateness of the last cycle."""
 
     @property
     def description(self) -> SourceDescription:

@@ -24,14 +24,7 @@ _MODULE = "ocmm_core.acquisition.bus_process._start"
 
 
 def bus_command(interpreter: Path | None = None) -> list[str]:
-    """Return the command that runs the bus process.
-
-    Parameters
-    ----------
-    interpreter
-        Python of the application, default the running one; a copy with rights is expected next to
-        it.
-    """
+    """Return the bus process command, for a copy of `interpreter` with rights next to it."""
     require_linux("The camera bus")
     if getattr(sys, "frozen", False):
         return _installed_command(Path(sys.executable).with_name(_INSTALLED_NAME))
@@ -54,13 +47,7 @@ def _installed_command(program: Path) -> list[str]:
 
 
 def why_not(granted: Path, ordinary: Path) -> str:
-    """Return why `granted` cannot be the interpreter of the bus process, or empty.
-
-    Parameters
-    ----------
-    ordinary
-        Interpreter that it must be a copy of.
-    """
+    """Return why `granted` cannot replace `ordinary` for the bus process, or empty."""
     again = f"run {RECIPE} again"
     try:
         there, original = granted.stat(), ordinary.stat()

@@ -26,7 +26,6 @@ _TELL_S = 0.1
 class MaintenanceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     interface: str
     force: bool = False
-    """`interface`, `force`: see `ScanConfig`."""
     serial: int
     alias: int = 0
     """Station alias to store; 0: none."""
@@ -43,7 +42,6 @@ class MaintenanceNews(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 
     done: int = 0
     total: int = 0
-    """`done`, `total`: bytes."""
     words: str = ""
     """Result, at the end; empty before."""
 

@@ -26,13 +26,7 @@ def take_priority(priority: int) -> str | None:
 
 
 def take_processor(wanted: int | None = None) -> str | None:
-    """Pin to one processor; return why not, or None.
-
-    Parameters
-    ----------
-    wanted
-        CPU number; None: the last one if there are enough.
-    """
+    """Pin to CPU `wanted`, or the last one of enough; return why not, or None."""
     allowed = sorted(os.sched_getaffinity(0))
     if wanted is not None:
         try:

@@ -26,7 +26,6 @@ MOST_SECONDS, MOST_BYTES = 3600.0, 1 << 31
 class RecordConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     interface: str
     force: bool = False
-    """`interface`, `force`: see `ScanConfig`."""
     seconds: float
     size_bytes: int
     """`seconds`, `size_bytes`: limits; the first one reached ends the recording."""
@@ -84,7 +83,6 @@ def _run(content: bytes) -> None:
 
 
 def _ended() -> bool:
-    """Return whether the parent closed standard input."""
     return bool(select.select([sys.stdin], [], [], 0.0)[0])
 
 

@@ -48,7 +48,6 @@ class ObjectLine:
         self._waiting: dict[int, queue.SimpleQueue[ObjectReply | BusError]] = {}
         self._ended: BusError | None = None
         self.garbled = 0
-        """Unreadable reply lines."""
 
     def ask(
         self,
@@ -57,19 +56,10 @@ class ObjectLine:
         progress: Progress | None = None,
         timeout_s: float = TIMEOUT_S,
     ) -> bytes:
-        """Send a request and wait for its end.
+        """Send the request that `make` returns for a number, and wait for its end.
 
-        Parameters
-        ----------
-        make
-            Returns the request for a given number.
-        timeout_s
-            Time limit between replies.
-
-        Raises
-        ------
-        BusError
-            The camera or bus process refuses, is silent, or ended.
+        `timeout_s` limits the time between replies. Raises BusError if the camera or bus process
+        refuses, is silent, or ended.
         """
         answers: queue.SimpleQueue[ObjectReply | BusError] = queue.SimpleQueue()
         with self._lock:
@@ -133,17 +123,7 @@ class ObjectProcess(Sender, Protocol):
 
 
 class RemoteObjects:
-    """Objects of one camera, through the process that owns the bus.
-
-    Parameters
-    ----------
-    process
-        Started process.
-    camera
-        Name of the camera in the rig.
-    timeout_s
-        Time limit between replies.
-    """
+    """Objects of one camera, through the process that owns the bus."""
 
     def __init__(
         self, process: ObjectProcess, camera: str, *, timeout_s: float = TIMEOUT_S
@@ -155,13 +135,7 @@ class RemoteObjects:
     def read(
         self, index: int, sub: int, *, room: int = MAX_VALUE_BYTES, progress: Progress | None = None
     ) -> bytes:
-        """Return the value of an entry of at most `room` bytes.
-
-        Raises
-        ------
-        BusError
-            The camera refuses, does not answer, or the bus process is gone.
-        """
+        """Return the value of an entry of at most `room` bytes; BusError as `ObjectLine.ask`."""
         return self._ask(
             lambda number: ObjectRequest(number, self._camera, index, sub, None, room), progress
         )

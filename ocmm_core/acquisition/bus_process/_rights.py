@@ -50,7 +50,6 @@ class ProcessRights:
     inheritable: frozenset[int]
     bounding: frozenset[int]
     ambient: frozenset[int]
-    """`effective`, `permitted`, `inheritable`, `bounding`, `ambient`: sets of capabilities(7)."""
     no_new_privileges: bool
     """Its children cannot gain rights."""
 

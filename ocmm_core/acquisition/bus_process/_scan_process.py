@@ -19,7 +19,6 @@ _MODULE = "ocmm_core.acquisition.bus_process._scan_process"
 
 class ScanConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     interface: str
-    """Network interface of the bus."""
     force: bool = False
     """Use the interface although the computer uses it for its network."""
 

@@ -36,8 +36,6 @@ class ServiceBus(ChildProcess):
         The interface is ignored: the service sets it.
     ring
         The ring named in `config`; writable by the group of the service from `start` on.
-    address
-        Socket of the service.
     """
 
     def __init__(self, config: BusConfig, ring: FrameRing, address: Path = SERVICE_SOCKET) -> None:
@@ -69,15 +67,7 @@ class ServiceBus(ChildProcess):
 def relay(address: str, source: int, sink: int) -> bool:
     """Relay `source` to the service and its output to `sink` until either ends.
 
-    Returns
-    -------
-    bool
-        True if `source` ended first.
-
-    Raises
-    ------
-    BusError
-        The service cannot be reached.
+    Returns True if `source` ended first. Raises BusError if the service cannot be reached.
     """
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as service:
         try:

@@ -27,13 +27,7 @@ _WINDOW_NS = 1_000_000_000
 
 
 class SteppedTime(HostTime):
-    """Master side of the time of a virtual bus.
-
-    Parameters
-    ----------
-    ring
-        Its words hold the time for the cameras.
-    """
+    """Master side of the time of a virtual bus, stored in words of the ring."""
 
     stretched = True
     patience = _PATIENCE

@@ -27,7 +27,6 @@ class Books(NamedTuple):
     """`elapsed`, `good`, `late`, `lost`, `bad`: cycles; ``good + late + lost + bad == elapsed``."""
     frames: int = 0
     frames_lost: int = 0
-    """`frames`, `frames_lost`: delivered frames, and lost ones."""
 
     def plus(self, **amounts: int) -> Books:
         """Return the counters with these amounts added."""

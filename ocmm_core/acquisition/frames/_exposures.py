@@ -29,13 +29,7 @@ class Given:
 
 
 class ExposureCount:
-    """Joins the frames of all cameras across bring-ups.
-
-    Parameters
-    ----------
-    n_cameras
-        Cameras that must have each exposure.
-    """
+    """Joins the frames of all cameras across bring-ups."""
 
     def __init__(self, n_cameras: int) -> None:
         self._n_cameras = n_cameras
@@ -51,15 +45,7 @@ class ExposureCount:
         return self._joiner
 
     def begin(self, schedule: Schedule, start_host_ns: int) -> int:
-        """Start the exposures of a new bring-up; return the number of lost ones.
-
-        Parameters
-        ----------
-        schedule
-            Bus times of the new exposures.
-        start_host_ns
-            Approximate host time of the first.
-        """
+        """Start a bring-up's exposures, the first near a host time; return the lost ones."""
         gap = 0
         if self._origin is None or self._joiner is None:
             self._origin = (schedule.start_ns, start_host_ns)

@@ -19,11 +19,9 @@ class FrameFlag(IntFlag):
     """Bits of a frame."""
 
     BUTTON = 1
-    """The probe button is down."""
     OVERRUN = 2
     """The camera's own buffer lost frames just before this one."""
     SATURATED = 4
-    """At least one spot is overexposed."""
     DROPPED = 8
     """The probe sensed a shock; set for a second, so that lost frames do not hide it."""
 

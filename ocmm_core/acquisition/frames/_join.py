@@ -35,8 +35,6 @@ class FrameJoiner:
 
     Parameters
     ----------
-    n_cameras
-        Cameras that must have each exposure.
     start_ns, period_ns
         Exposure k is at ``start_ns + k * period_ns``.
     capacity
@@ -69,12 +67,10 @@ class FrameJoiner:
         valid: NDArray[np.uint16],
         uv: Float,
     ) -> int:
-        """Add the next frames of one camera; return the number skipped as known or given up.
+        """Add the next frames of one camera; return the number skipped as known or lost.
 
         Parameters
         ----------
-        camera
-            Camera index.
         time_ns
             (n,): exposure times on the bus clock, rising.
         flags, valid
@@ -82,15 +78,10 @@ class FrameJoiner:
         uv
             (n, 8, 2), px.
 
-        Returns
-        -------
-        int
-            How many of them were known already or given up before, and are left out.
-
         Raises
         ------
         AcquisitionError
-            A frame was exposed away from the common schedule by more than a quarter period.
+            A frame is off the common schedule by more than a quarter period.
         """
         since = np.asarray(time_ns, dtype=np.int64) - self._start_ns
         counter = (since + self._period_ns // 2) // self._period_ns

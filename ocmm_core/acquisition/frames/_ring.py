@@ -90,16 +90,12 @@ class RingHeaderField(IntEnum):
     MEAN_PACE_PPM = 32
     """The same since the start."""
     N_SLOTS = 33
-    """Slots of every camera."""
 
 
 class FrameRing:
     """The mapped ring; use `create` (owner) or `attach` (other side).
 
-    Parameters
-    ----------
-    owner
-        The owner removes the file on `close`.
+    The owner removes the file on `close`.
     """
 
     def __init__(self, path: Path, *, owner: bool) -> None:

@@ -16,9 +16,7 @@ class SourceDescription:
     name: str
     """For people, such as ``"simulated (recommended, seed 1)"``."""
     camera_serials: tuple[int, ...]
-    """Serial number of each camera in frame order."""
     frame_period_ns: int
-    """Time between two exposures, ns."""
     cycle_period_ns: int
     """Time between two reads, ns."""
     live: bool
@@ -28,7 +26,6 @@ class SourceDescription:
     stretched: bool = False
     """A live source whose time waits for a busy computer; never real cameras."""
     n_slots: int = USUAL_SLOTS
-    """Slots of every camera."""
 
 
 @runtime_checkable

@@ -46,7 +46,6 @@ class AcquisitionStatus:
     state: AcquisitionState
     stop_reason: StopReason
     message: str
-    """`state`, `stop_reason`, `message`: state, reason for stopping and last message."""
     elapsed: int
     good: int
     late: int
@@ -118,10 +117,6 @@ class AcquisitionWorker:
 
     Parameters
     ----------
-    source
-        Opened and closed by the running thread.
-    ring
-        Receives frames, counters, state and message.
     stop
         External stop event; None creates one.
     """

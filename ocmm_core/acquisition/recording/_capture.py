@@ -54,7 +54,6 @@ class CameraAccount:
     name: str
     """Serial number, or station address if not captured."""
     answers: int = 0
-    """Process data answers."""
     damaged: int = 0
     """With a wrong checksum, or that of another camera."""
     unproven: int = 0
@@ -72,9 +71,7 @@ class CameraAccount:
     """`frames`, `missing`, `known`: frames used, frames missing between them, and repeated frames.
     """
     overruns: int = 0
-    """Reported buffer overruns."""
     restarts: int = 0
-    """Restarts of its exposures."""
 
 
 @dataclass(slots=True)
@@ -92,7 +89,6 @@ class CaptureAccount:
     """`sent`, `returned`: datagrams by command, to the cameras and back."""
     cycles: int = 0
     answered: int = 0
-    """`cycles`, `answered`: bus cycles by process data sent, and returned."""
     short: int = 0
     """Returned process data with too low a working counter."""
     joined: int = 0
@@ -100,11 +96,9 @@ class CaptureAccount:
     """`joined`, `unjoined`: exposures with a frame of every camera, and those given up."""
     first_ns: int = 0
     last_ns: int = 0
-    """`first_ns`, `last_ns`: times of the first and last packet."""
     cut_off: bool = False
     """The file ends within a packet."""
     cameras: list[CameraAccount] = field(default_factory=list)
-    """In wire order."""
 
 
 @dataclass(slots=True)
@@ -123,8 +117,6 @@ class BusCapture:
 
     Parameters
     ----------
-    path
-        File in pcap or pcapng format.
     n_cameras
         Number of cameras, if the capture does not start with their bring-up; 0: from the capture.
     """
@@ -141,7 +133,6 @@ class BusCapture:
         self._sent: Counter[int] = Counter()
         self._answered: Counter[int] = Counter()
         self.account = CaptureAccount()
-        """Results so far."""
 
     @property
     def serials(self) -> tuple[int | None, ...]:
@@ -154,13 +145,7 @@ class BusCapture:
         return self._period_ns
 
     def blocks(self) -> Iterator[FrameBlock]:
-        """Yield the complete frames in wire order; may be iterated once.
-
-        Raises
-        ------
-        InputError
-            The file is no capture, is damaged, or its layout is unknown.
-        """
+        """Yield the complete frames in wire order, once; raise InputError if unreadable."""
         for packet in self._file.packets():
             block = self._take_packet(packet)
             if block is not None:
@@ -231,7 +216,6 @@ class BusCapture:
         return found
 
     def _begin(self, areas: tuple[CameraArea, ...]) -> None:
-        """Prepare for cameras at these places; counters of the same stations continue."""
         known = dict(zip((area.station for area in self._areas), self.account.cameras, strict=True))
         self._areas = areas
         self._tracks = [_Track() for _ in areas]
@@ -349,7 +333,6 @@ class BusCapture:
 
 
 def _least_working_counter(areas: tuple[CameraArea, ...], command: int, at: int, end: int) -> int:
-    """Return the minimum working counter of process data."""
     weight = 2 if command == Command.LRW else 0
     return sum((at <= area.inputs < end) + weight * (at <= area.outputs < end) for area in areas)
 

@@ -30,11 +30,6 @@ class FrameHistory:
     Frames are copied into one circular array. Keeping the incoming blocks would avoid the copy, but
     fragments the heap: the resident memory of a window grew by 18 MiB an hour. One thread appends;
     reading is thread-safe.
-
-    Parameters
-    ----------
-    seconds, most_bytes
-        Limits.
     """
 
     def __init__(
@@ -110,13 +105,7 @@ class FrameHistory:
         return places[np.searchsorted(times, times[-1] - self._span_ns) :]
 
     def write(self, path: Path, blocks: Sequence[FrameBlock] | None = None) -> int:
-        """Write a recording for `ReplaySource`; return its number of frames.
-
-        Raises
-        ------
-        AcquisitionError
-            The file exists or cannot be written.
-        """
+        """Write a recording; return its frame count; AcquisitionError if it cannot be."""
         kept = self.blocks() if blocks is None else blocks
         with FrameRecorder(path, self.description, self._rig) as recorder:
             for block in kept:

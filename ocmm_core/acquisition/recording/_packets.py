@@ -41,7 +41,6 @@ class Packet:
     """Capture time, ns since 1970."""
     content: bytes
     whole: bool
-    """Not truncated."""
 
 
 class PacketFile:
@@ -53,13 +52,7 @@ class PacketFile:
         """The file ends within a packet; valid at the end."""
 
     def packets(self) -> Iterator[Packet]:
-        """Yield the packets.
-
-        Raises
-        ------
-        InputError
-            The file is unreadable, damaged, or no capture of Ethernet packets.
-        """
+        """Yield the packets; raise InputError if unreadable, damaged or not Ethernet."""
         try:
             stream = os.fdopen(open_guarded(self._path), "rb")
         except OSError as error:

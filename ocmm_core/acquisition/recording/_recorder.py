@@ -49,11 +49,6 @@ class FrameRecorder:
     `SYNC_PERIOD_S` and on `close`, so a power failure loses about that time at most. A sync can
     take long: record in a thread that may wait, such as the one that empties the ring.
 
-    Parameters
-    ----------
-    path
-        A file that does not exist yet.
-
     Raises
     ------
     AcquisitionError
@@ -132,13 +127,7 @@ class FrameRecorder:
             self._sync()
 
     def close(self) -> None:
-        """Sync and close; idempotent.
-
-        Raises
-        ------
-        AcquisitionError
-            The disk refuses the last frames, or the file was moved.
-        """
+        """Sync and close; idempotent; AcquisitionError if the disk fails or the file moved."""
         if self._stream.closed:
             return
         lost: AcquisitionError | None = None
@@ -234,17 +223,12 @@ class FrameRecorder:
 
 
 class ReplaySource:
-    """A recording as a source of frames, bit for bit.
+    """A recording as a source of frames, bit for bit; AcquisitionError if invalid.
 
     Parameters
     ----------
     speed
         Multiple of the recorded speed; 0 is as fast as frames are read.
-
-    Raises
-    ------
-    AcquisitionError
-        The file is not a valid recording.
     """
 
     def __init__(self, path: Path | str, speed: float = 0.0) -> None:

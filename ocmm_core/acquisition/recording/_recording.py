@@ -50,7 +50,6 @@ class RecordingHead(
     rig_identity: str
     """`rig_name`, `rig_identity`: name and SHA-256 of the rig document in use."""
     camera_serials: tuple[int, ...]
-    """Serial number of each camera in frame order."""
     frame_period_ns: int
     cycle_period_ns: int
     started_utc: str
@@ -96,11 +95,6 @@ class Recording:
     ------
     AcquisitionError
         The file is missing, unreadable, no recording, or damaged before its end.
-
-    Attributes
-    ----------
-    path, head
-        Path and header.
     """
 
     def __init__(self, path: Path | str) -> None:

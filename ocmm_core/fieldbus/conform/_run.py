@@ -171,13 +171,7 @@ def _left(bench: Bench) -> str:
 
 
 def find_place(line: ConformLine, serial: int) -> int:
-    """Return the position of a camera by serial number; 0 selects the only one.
-
-    Raises
-    ------
-    BusError
-        It is absent, or there are several and `serial` is 0.
-    """
+    """Return a camera's position, 0 for the only one; BusError if not unique."""
     from ocmm_core.fieldbus.wire import scan_devices
 
     devices = scan_devices(lambda datagram: line.exchange([datagram])[0])

@@ -57,7 +57,6 @@ class DefinitionPage(QWidget):
     """Form and LEDs on the left, picture and verdict on the right."""
 
     left = Signal()
-    """Return to the caller."""
     saved = Signal(object)
     """Emits the `Path` of the new document."""
 

@@ -25,13 +25,7 @@ _CHANGES = (
 
 
 class CompareView(QWidget):
-    """New calibration compared with the one in force.
-
-    Parameters
-    ----------
-    rig
-        Provides the front and up directions.
-    """
+    """New calibration compared with the one in force."""
 
     def __init__(self, rig: Rig) -> None:
         super().__init__()
@@ -73,13 +67,7 @@ class CompareView(QWidget):
 
 
 class ResultPage(ResultFrame):
-    """Residuals, errors in space and comparison of a camera calibration.
-
-    Parameters
-    ----------
-    errors
-        Explanation of the errors in space.
-    """
+    """Residuals, errors in space and comparison of a camera calibration."""
 
     plots = (later("Sensors"), later("Histogram"), later("Space"), later("Before/after"))
 

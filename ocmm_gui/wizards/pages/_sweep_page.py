@@ -28,13 +28,7 @@ _SOUNDS = {
 
 
 class SweepPage(HandsPage):
-    """One sweep: starts when the ball rests in the cone, ends when complete.
-
-    Parameters
-    ----------
-    second
-        The sweep at the second place.
-    """
+    """One sweep: starts when the ball rests in the cone, ends when complete."""
 
     keys = ("back", "drop", "anew", "next")
 

@@ -98,13 +98,7 @@ class ConePage(HandsPage):
 
 
 class TipScatter(Plot):
-    """Tips of all attitudes about their mean, from the front and from above.
-
-    Parameters
-    ----------
-    rig
-        Provides the up direction.
-    """
+    """Tips of all attitudes about their mean, from the front and from above."""
 
     def __init__(self, rig: Rig) -> None:
         super().__init__(tr("Tips about their mean"))

@@ -22,13 +22,8 @@ _END_S = 1.0
 class ProcessCalculation:
     """Repeatable calculation of one procedure.
 
-    Parameters
-    ----------
-    procedure
-        Receives the result.
-    resume
-        Returns the same procedure in another process; a module-level function with serialisable
-        arguments.
+    ``resume`` returns the same procedure in another process: a module-level function with
+    serialisable arguments.
     """
 
     def __init__(self, procedure: ShownProcedure, resume: Callable[[], ShownProcedure]) -> None:
@@ -82,7 +77,6 @@ class ProcessCalculation:
 
 
 def _calculate(resume: Callable[[], ShownProcedure], sender: Connection) -> None:
-    """Resume, calculate and answer, in the process."""
     answer: object
     try:
         procedure = resume()

@@ -13,7 +13,6 @@ class Field:
     label: str
     tip: str
     proposal: str = ""
-    """Initial value."""
     choices: tuple[tuple[str, str], ...] = ()
     """Permitted values with their texts; the first is proposed."""
 

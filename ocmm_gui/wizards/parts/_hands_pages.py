@@ -52,11 +52,6 @@ class HandsPage(StepPage):
     """A banner readable from afar, a map below, scores and cameras at the right.
 
     Observations and steps proceed automatically.
-
-    Parameters
-    ----------
-    told, mapped
-        Initial banner and map.
     """
 
     hands_are_full = True

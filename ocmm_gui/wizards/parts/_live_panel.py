@@ -30,13 +30,7 @@ _BAR_PX, _HIGH_PX = 14.0, 112.0
 
 
 class Score(Painted):
-    """A large number with its caption, and a progress bar.
-
-    Parameters
-    ----------
-    name
-        Counted quantity.
-    """
+    """A large number with its caption, and a progress bar."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name, (200, 110), (120, 76))

@@ -13,7 +13,6 @@ class EndTexts:
 
     accept: str
     keep: str
-    """`accept`, `keep`: buttons."""
     accepts: str
     keeps: str
     """`accepts`, `keeps`: confirmation questions."""

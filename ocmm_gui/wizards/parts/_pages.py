@@ -27,7 +27,6 @@ class StepPage(QWidget):
     commanded = Signal(object)
     """Emits a page-specific `Command` for the procedure."""
     sounded = Signal(object)
-    """Emits a `Sound` to play."""
 
     keys: tuple[str, ...] = ("back", "next")
     """Its actions in `keys.WIZARD_ACTIONS`."""
@@ -49,13 +48,7 @@ class StepPage(QWidget):
 
 
 class CollectPage(StepPage):
-    """Picture of the target on the left; score and live view on the right.
-
-    Parameters
-    ----------
-    counted
-        Quantity of the score.
-    """
+    """Picture of the target on the left; score and live view on the right."""
 
     keys: tuple[str, ...] = ("back", "drop", "automatic", "take", "next")
 
@@ -96,13 +89,7 @@ class AimsAtPoints(Protocol):
 
 
 class KnownPointsPage(CollectPage):
-    """List of reference points, the next one in the picture.
-
-    Parameters
-    ----------
-    procedure
-        Receives the choice of the next point.
-    """
+    """List of reference points, the next one in the picture."""
 
     keys = ("back", "drop", "skip", "automatic", "take", "next")
 
@@ -189,13 +176,7 @@ class SeatsView(Protocol):
 
 
 class SeatsPage(CollectPage):
-    """The two seats visited first and last, the next one in the picture.
-
-    Parameters
-    ----------
-    again
-        Second visit.
-    """
+    """The two seats visited first and last, the next one in the picture."""
 
     def __init__(self, rig: Rig, view: type[SeatsView], *, again: bool) -> None:
         super().__init__(rig, tr("Seats visited"))

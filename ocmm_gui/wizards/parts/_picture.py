@@ -23,13 +23,7 @@ Contents = Callable[[Theme], Sequence[Item]]
 
 
 class ScenePicture(Painted):
-    """A static 3-D picture, seen from behind the cameras and slightly from above.
-
-    Parameters
-    ----------
-    rig
-        Provides volume and camera directions.
-    """
+    """A static 3-D picture, seen from behind the cameras and slightly from above."""
 
     def __init__(self, name: str, rig: Rig) -> None:
         super().__init__(name, SCENE_SIZE, SCENE_LEAST)
@@ -139,7 +133,6 @@ class BarPlace:
     ends_world: Float
     """(2, 3), mm."""
     nests: int
-    """Marks along it."""
     done: int
     shares: tuple[float, ...] = ()
     """Relative positions along it, 0 to 1; evenly spaced if empty."""

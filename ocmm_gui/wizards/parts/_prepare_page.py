@@ -50,13 +50,7 @@ def planned_lines(seen: Seen) -> Planned:
 
 
 class PreparePage(StepPage):
-    """Fixed facts of the session, next to a picture of the plan.
-
-    Parameters
-    ----------
-    planned
-        Returns the plan; None if unknown in advance.
-    """
+    """Fixed facts of the session, next to a picture of the plan."""
 
     def __init__(self, rig: Rig, planned: Callable[[Seen], Planned] | None = None) -> None:
         super().__init__()

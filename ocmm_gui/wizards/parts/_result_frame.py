@@ -48,13 +48,7 @@ class Said:
 
 
 class PlotTabs(QWidget):
-    """Several plots, one visible; selected with buttons or the keys 1 to 4.
-
-    Parameters
-    ----------
-    plots
-        Titles with widgets.
-    """
+    """Several plots, one visible; selected with buttons or the keys 1 to 4."""
 
     def __init__(self, plots: Sequence[tuple[str, QWidget]]) -> None:
         super().__init__()
@@ -98,13 +92,7 @@ class PlotTabs(QWidget):
 
 
 class ResultFrame(StepPage):
-    """Plots on the left, selected with the keys 1 to 4; the verdict on the right.
-
-    Parameters
-    ----------
-    plots
-        Titles with widgets.
-    """
+    """Plots on the left, selected with the keys 1 to 4; the verdict on the right."""
 
     keys: tuple[str, ...] = (
         "back", "calculate", "keep", "accept", "plot1", "plot2", "plot3", "plot4",

@@ -72,13 +72,7 @@ class Seen:
     """Duration of the running calculation, s; None if none is running."""
 
     def view_as(self, kind: type[V]) -> V:
-        """Return the snapshot as the type of the page's procedure.
-
-        Raises
-        ------
-        TypeError
-            The page belongs to another procedure: an error in `_registry`.
-        """
+        """Return the snapshot as a page's type; TypeError for an error in `_registry`."""
         if not isinstance(self.view, kind):
             raise TypeError(f"the page shows {kind.__name__}, not {type(self.view).__name__}")
         return self.view
