@@ -50,18 +50,16 @@ class PlanList(Sheet):
         """List plans."""
         self.list.clear()
         for plan in plans:
+            remarks = tuple(map(said, plan.remarks))
             where = tr("shipped with OCMM") if is_shipped(plan.path) else str(plan.path)
             item = QListWidgetItem(
                 tr("{name}, part {part}; {release}\n{where}").format(
-                    name=plan.name,
-                    part=plan.part,
-                    release=", ".join(map(said, plan.remarks)),
-                    where=where,
+                    name=plan.name, part=plan.part, release=", ".join(remarks), where=where
                 ),
                 self.list,
             )
             item.setData(_PATH, plan.path)
-            item.setToolTip(literal("\n".join((str(plan.path), *map(said, plan.remarks)))))
+            item.setToolTip(literal("\n".join((str(plan.path), *remarks))))
             item.setSizeHint(QSize(200, _ROW_PX))
         self.say(tr("Return or F8 goes on with the selected plan."))
         if plans:
