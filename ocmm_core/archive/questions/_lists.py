@@ -38,7 +38,8 @@ def today(archive: Archive, asked: Asked) -> ArchiveAnswer:
         for entry in Judge(archive).rows(
             f"SELECT {JUDGED}, changed_utc, part, serial, operator, state, verdict, points,"  # noqa: S608
             " simulated, requirements FROM archived_line"
-            " WHERE changed_utc >= :low AND changed_utc < :high ORDER BY changed_utc DESC, job_id DESC",
+            " WHERE changed_utc >= :low AND changed_utc < :high"
+            " ORDER BY changed_utc DESC, job_id DESC",
             {"low": low, "high": high}, asked.most, lambda entry: _is_at(entry, asked),
         )
         if _is_at(entry, asked)

@@ -70,6 +70,39 @@ def check(plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")]) -
 
 
 @plan_app.command()
+def account(
+    plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Inspection plan to write: .csv or .xlsx.")
+    ],
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Write the requirements of the imported files with balloon numbers, as an inspection plan.
+
+    Each requirement is in the plan, with its characteristics, or left out, with the reason.
+    """
+    from ocmm_core.cli.measure._account import print_requirements
+    from ocmm_core.documents import write_atomic
+    from ocmm_core.export.report import account_file
+    from ocmm_core.inspection.plan import load_plan
+
+    loaded = load_plan(plan)
+    if not loaded.requirements:
+        raise InputError(
+            "plan.no_account",
+            f"{plan}: the plan has no requirements of a model, QIF document or table.",
+            "Import one: ocmm plan import.",
+        )
+    if output.suffix.lower() not in (".csv", ".xlsx"):
+        raise InputError("plan.output", f"{output}: not .csv or .xlsx.", "Give another name.")
+    _require_free(output, overwrite=overwrite)
+    write_atomic(output, account_file(loaded, output.suffix))
+    console = make_console()
+    console.print(str(output), highlight=False, markup=False)
+    print_requirements(loaded, console)
+
+
+@plan_app.command()
 def release(
     plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
     who: Annotated[
