@@ -10,7 +10,7 @@ from pathlib import Path
 from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
 
-SKIPPED_BY_USER = "skipped by --skip"
+SKIPPED_BY_USER = "skipped as stated"
 _LISTED = 12
 _SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma", "|": "bar", " ": "blank"}
 
@@ -42,7 +42,7 @@ class TableOptions:
             if part and match is None:
                 raise InputError(
                     "table.skip",
-                    f"--skip is {shortened(self.skip)}.",
+                    f"{shortened(self.skip)} does not name lines to skip.",
                     "Give the count of first lines, such as 3, or ranges, such as 4-9,12-12.",
                 )
             if match is not None:
