@@ -55,12 +55,12 @@ def check(plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")]) -
     constructions = say(f"{n_made:d} construction{'' if n_made == 1 else 's'}")
     characteristics = say(f"{n_wanted:d} characteristic{'' if n_wanted == 1 else 's'}")
     count = requirement_count(loaded)
-    is_partial = count is not None and not count.is_whole
-    word = say("partial") if is_partial else say("good")
-    console.print(
-        say(f"{plan}: {word}. {features} with {points}, {constructions}, {characteristics}."),
-        highlight=False,
-    )
+    words = say(f"{plan}: good. {features} with {points}, {constructions}, {characteristics}.")
+    if count is not None and not count.is_whole:
+        words = say(
+            f"{plan}: partial. {features} with {points}, {constructions}, {characteristics}."
+        )
+    console.print(words, highlight=False)
     print_requirements(loaded, console)
     console.print(
         say(f"Plan release: {say(plan_release(plan).words)}."), highlight=False, markup=False
