@@ -10,6 +10,7 @@ from pathlib import Path
 from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
 
+SKIPPED_BY_USER = "skipped as stated"
 _LISTED = 12
 _SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma", "|": "bar", " ": "blank"}
 

@@ -49,15 +49,16 @@ class PlanList(Sheet):
         """List plans."""
         self.list.clear()
         for plan in plans:
+            remarks = tuple(map(said, plan.remarks))
             where = tr("shipped with OCMM") if is_shipped(plan.path) else str(plan.path)
             item = QListWidgetItem(
                 tr("{name}, part {part}; {release}\n{where}").format(
-                    name=plan.name, part=plan.part, release=said(plan.release.words), where=where
+                    name=plan.name, part=plan.part, release=", ".join(remarks), where=where
                 ),
                 self.list,
             )
             item.setData(_PATH, plan.path)
-            item.setToolTip(literal(f"{plan.path}\n{said(plan.release.words)}"))
+            item.setToolTip(literal("\n".join((str(plan.path), *remarks))))
             item.setSizeHint(QSize(200, _ROW_PX))
         self.say(tr("Return or F8 goes on with the selected plan."))
         if plans:

@@ -323,8 +323,8 @@ class JobSheet(Sheet):
         self.plans.addItem(tr("{name} (current job)").format(name=station.job.plan.name))
         for card in others:
             changed = ", " + tr("changed since") if card.path == station.job.plan_file else ""
-            release = said(card.release.words)
-            self.plans.addItem(f"{card.name}, {card.path.name}{changed}, {release}")
+            remarks = ", ".join(map(said, card.remarks))
+            self.plans.addItem(f"{card.name}, {card.path.name}{changed}, {remarks}")
             self.plans.setItemData(
                 self.plans.count() - 1, literal(str(card.path)), Qt.ItemDataRole.ToolTipRole
             )

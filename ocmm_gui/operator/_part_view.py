@@ -11,6 +11,7 @@ from ocmm_gui.kit import (
     Painted,
     fitted,
     paint_mark,
+    said,
     said_word,
     text_font,
     tr,
@@ -61,7 +62,8 @@ class PartVerdictView(Painted):
             return ()
         part = self._job.part_verdict
         simulated = (SIMULATED_LINE,) if self._job.simulated else ()
-        return (*simulated, *(part.reasons or (part.summary.counted,)))
+        counted = (said(part.requirement_words),) if part.is_partial else ()
+        return (*simulated, *counted, *(part.reasons or (part.summary.counted,)))
 
     def type_pixels(self) -> tuple[int, int]:
         """Return the pixel sizes of the word and of the lines below."""

@@ -55,6 +55,12 @@ HARMLESS_ATTRIBUTES = frozenset({
 """Identity, and digits for display."""
 
 
+_STATED = (
+    "TargetValue", "MaxValue", "MinValue", "ToleranceValue", "MaterialCondition",
+)  # fmt: skip
+"""Elements that describe a requirement in its account."""
+
+
 class Node:
     """An element that notes which of its children and attributes were read.
 
@@ -260,6 +266,18 @@ class References:
             made, count = f"{name[: 60 - len(end)]}{end}", count + 1
         self._names.add((element, made.casefold()))
         return made
+
+    def stated(self, item: etree._Element, nominal: etree._Element | None) -> list[str]:
+        """Return the numbers of a characteristic as the document states them, with their units."""
+        own = "" if nominal is None else nominal.findtext(f"{Q}CharacteristicDefinitionId") or ""
+        found = dict.fromkeys(
+            f"{local_name(one)} {text}{' ' if unit else ''}{unit}"
+            for part in (item, nominal, self._by_id.get(own.strip()))
+            for one in ([] if part is None else part.iter(*(f"{Q}{name}" for name in _STATED)))
+            if (text := " ".join((one.text or "").split())[:40])
+            for unit in [one.get("linearUnit") or one.get("angularUnit") or ""]
+        )
+        return list(found)
 
     def add_feature(self, item: etree._Element, nominal: etree._Element, name: str) -> None:
         """Note the name of a feature that the plan has."""

@@ -8,7 +8,8 @@ Read `_plan` (features and characteristics), `_file` (the document), `_step_chec
 `_edit` (changes: a plan in, another one out), `_shelf` (plans of a folder), `_file_beside` (files
 that it names), `_picture`, `_cad_model` (the part that is shown).
 It is filled by `_csv`, `_teach` and `_surface_profile` (of faces of the model). `_stored_plan`
-reads the plan of a job file; `_plan_release` releases a plan by name.
+reads the plan of a job file; `_plan_release` releases a plan by name; `_requirements` keeps the
+account of the files that were imported.
 It must not know points or sessions.
 """
 
@@ -77,6 +78,15 @@ if TYPE_CHECKING:
         release_plan,
         require_released,
     )
+    from ocmm_core.inspection.plan._requirements import (
+        PlanSource,
+        Requirement,
+        RequirementState,
+        requirement_count,
+        requirement_states,
+        source_of,
+        with_requirements,
+    )
     from ocmm_core.inspection.plan._shelf import PlanSummary, list_plans, plan_card
     from ocmm_core.inspection.plan._step_checks import step_fault
     from ocmm_core.inspection.plan._stored_plan import stored_plan
@@ -108,6 +118,10 @@ else:
         _plan_release=(
             "RELEASE_EVENT note_release plan_release release_in_job release_plan require_released"
         ),
+        _requirements=(
+            "PlanSource Requirement RequirementState requirement_count requirement_states "
+            "source_of with_requirements"
+        ),
         _shelf="PlanSummary plan_card list_plans",
         _step_checks="step_fault",
         _stored_plan="stored_plan",
@@ -131,7 +145,10 @@ __all__ = [
     "NotedRoom",
     "PartOfPlan",
     "Plan",
+    "PlanSource",
     "PlanSummary",
+    "Requirement",
+    "RequirementState",
     "add_characteristic",
     "add_construction",
     "add_feature",
@@ -161,7 +178,10 @@ __all__ = [
     "remove_item",
     "replace_item",
     "require_released",
+    "requirement_count",
+    "requirement_states",
     "save_plan",
+    "source_of",
     "step_fault",
     "stored_plan",
     "surface_profile",
@@ -173,6 +193,7 @@ __all__ = [
     "with_model_fit",
     "with_picture",
     "with_profiles",
+    "with_requirements",
     "without_file",
     "without_model",
 ]

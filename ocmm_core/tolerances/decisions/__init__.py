@@ -54,6 +54,7 @@ if TYPE_CHECKING:
         WORST_FIRST,
         PartVerdict,
         PartWord,
+        RequirementCount,
         VerdictSummary,
         judge_part,
         summarise,
@@ -68,7 +69,10 @@ else:
         _deviations="DeviationClass DeviationPicture NO_DEVIATIONS Whisker deviation_picture",
         _result="CharacteristicResult LOWEST_TUR U_LABEL U_WORDS Verdict",
         _results="Known evaluate_all evaluate_one",
-        _verdict="NO_VERDICT PartVerdict PartWord VerdictSummary WORST_FIRST judge_part summarise",
+        _verdict=(
+            "NO_VERDICT PartVerdict PartWord RequirementCount VerdictSummary WORST_FIRST "
+            "judge_part summarise"
+        ),
     )
 
 __all__ = [
@@ -87,6 +91,7 @@ __all__ = [
     "PartVerdict",
     "PartWord",
     "ProcessCapability",
+    "RequirementCount",
     "Rule",
     "Signal",
     "Verdict",

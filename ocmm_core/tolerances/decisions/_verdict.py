@@ -102,10 +102,42 @@ _AS_VERDICT = {
 
 
 @dataclass(frozen=True, slots=True)
+class RequirementCount:
+    """How many requirements of a model, document or table a plan contains."""
+
+    present: int
+    total: int
+    notes: int
+    """Notes for people; no plan contains them."""
+    origin: str
+    """``model``, ``QIF document``, ``table``, or ``sources`` for several kinds."""
+
+    @property
+    def is_whole(self) -> bool:
+        """Return whether the plan contains everything that its sources ask for."""
+        return self.present == self.total and not self.notes
+
+    @property
+    def words(self) -> str:
+        """Return the count as a sentence without its full stop."""
+        found, kind = self.present, self.origin
+        if not self.notes:
+            return f"{found:d} of {self.total:d} requirements of the {kind} are in this plan"
+        return (
+            f"{found:d} of {self.total:d} requirements of the {kind} are in this plan, "
+            f"notes left out: {self.notes:d}"
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class PartVerdict:
-    """The verdict on the whole part."""
+    """The verdict on the whole part.
+
+    Texts show `headline`, never the word alone: it names the requirements that the plan lacks.
+    """
 
     word: PartWord
+    """For decisions of the program and for columns with a fixed set of words."""
     summary: VerdictSummary
     failing: tuple[str, ...]
     unproven: tuple[str, ...]
@@ -113,7 +145,28 @@ class PartVerdict:
     missing_features: tuple[str, ...]
     """Names of incomplete features, also skipped ones."""
     unmeasured: tuple[str, ...]
-    """Names of the characteristics that are NOT MEASURED or PROVISIONAL."""
+    """Names of the characteristics without a final value: NOT MEASURED or PROVISIONAL."""
+    requirements: RequirementCount | None = None
+    """Of the sources of the plan; None without a source."""
+
+    @property
+    def requirement_words(self) -> str:
+        """Return how many requirements of its sources the plan contains, or an empty text."""
+        return "" if self.requirements is None else self.requirements.words
+
+    @property
+    def is_partial(self) -> bool:
+        """Return whether the sources of the plan ask for more than the plan contains."""
+        return self.requirements is not None and not self.requirements.is_whole
+
+    @property
+    def headline(self) -> str:
+        """Return the word, with the count of requirements if the plan lacks some.
+
+        For example ``PART CONFORMS: 18 of 52 requirements of the model are in this plan``.
+        """
+        count = self.requirement_words if self.is_partial else ""
+        return f"{self.word.value}: {count}" if count else self.word.value
 
     @property
     def complete(self) -> bool:
@@ -142,14 +195,16 @@ class PartVerdict:
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Return the word and the reasons, without repeating the word of the first reason."""
+        """Return headline and reasons; a first reason with the same word replaces the headline."""
         if self.reasons and self.reasons[0].startswith(f"{self.word.value}: "):
-            return self.reasons
-        return (self.word.value, *self.reasons)
+            return (*self.reasons, *((self.requirement_words,) if self.is_partial else ()))
+        return (self.headline, *self.reasons)
 
 
 def judge_part(
-    results: Sequence[CharacteristicResult], missing_features: Iterable[str]
+    results: Sequence[CharacteristicResult],
+    missing_features: Iterable[str],
+    requirements: RequirementCount | None = None,
 ) -> PartVerdict:
     """Return the verdict on a part.
 
@@ -161,7 +216,9 @@ def judge_part(
     results
         All characteristics, in the order of the plan.
     missing_features
-        Names of incomplete features.
+        Names of features that are not done.
+    requirements
+        How many requirements of its sources the plan contains; they do not change the word.
     """
     summary = summarise(results)
     named = {
@@ -181,5 +238,6 @@ def judge_part(
     else:
         word = PartWord.CONFORMS if results else PartWord.NO_TOLERANCE
     return PartVerdict(
-        word, summary, named[Verdict.NOT_CONFORM], named[Verdict.NOT_PROVEN], missing, unmeasured
-    )
+        word, summary, named[Verdict.NOT_CONFORM], named[Verdict.NOT_PROVEN], missing, unmeasured,
+        requirements,
+    )  # fmt: skip
