@@ -12,7 +12,14 @@ from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.tables._account import TableOptions
-from ocmm_core.units import MeasureUnit, UnitStatement, find_unit, named_unit, unit_statement
+from ocmm_core.units import (
+    MeasureUnit,
+    UnitStatement,
+    find_unit,
+    named_unit,
+    scaled,
+    unit_statement,
+)
 
 _REMEDY = "State the unit of all lengths with --unit, such as --unit mm."
 _SAME = 1e-9
@@ -31,6 +38,12 @@ class UnitChoice:
     """Broadcasts over (n, 3): mm of each coordinate or row."""
     of_column: Mapping[str, str] = field(default_factory=dict)
     """Symbols by role, if the columns have different units."""
+
+    def in_mm(self, values: Float) -> Float:
+        """Return coordinates (n, 3), mm."""
+        if bool(np.all(self.factors == 1.0)):
+            return values
+        return np.asarray(np.vectorize(scaled, otypes=[np.float64])(values, self.factors))
 
 
 def statements_in(lines: Iterable[tuple[int, str]]) -> list[tuple[int, UnitStatement]]:

@@ -6,6 +6,7 @@ import math
 import re
 import unicodedata
 from dataclasses import dataclass
+from decimal import Context, Decimal
 from typing import Literal, TypeAlias
 
 from ocmm_core.errors import InputError
@@ -28,7 +29,8 @@ _EXAMPLES: dict[Dimension, str] = {
 }
 
 _PREFIXES = (
-    ("kilo", "k", 1e3), ("deci dezi", "d", 1e-1), ("centi zenti", "c", 1e-2),
+    ("kilo", "k", 1e3), ("hecto hekto", "h", 1e2), ("deca deka", "da", 1e1),
+    ("deci dezi", "d", 1e-1), ("centi zenti", "c", 1e-2),
     ("milli mili", "m", 1e-3), ("micro mikro", "µ", 1e-6), ("micro mikro", "u", 1e-6),
     ("nano", "n", 1e-9),
 )  # fmt: skip
@@ -38,6 +40,23 @@ _MULTIPLE = re.compile(
     r"(?P<times>\d{1,9}(?:[.,]\d{1,9})?(?:e[+-]?\d{1,2})?))\s*[*x×·]?\s*(?P<unit>[^\s*x×·/^].*)",
     re.IGNORECASE,
 )
+
+
+_EXACT = Context(prec=60)
+
+
+def scaled(value: float, factor: float) -> float:
+    """Return the product of two decimal numbers, rounded once: 1.5 inch is 38.1 mm.
+
+    Parameters
+    ----------
+    value, factor
+        Their shortest notations are multiplied: of 1.5 and 25.4, not of their nearest binary
+        numbers.
+    """
+    if factor == 1.0 or not math.isfinite(value):
+        return value
+    return float(_EXACT.multiply(Decimal(repr(float(value))), Decimal(repr(float(factor)))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +110,9 @@ def _lengths() -> dict[str, MeasureUnit]:
     ]
     for words, symbol, scale in _PREFIXES:
         names = " ".join(word + base for word in words.split() for base in _METRES.split())
-        sizes.append(("µm" if symbol == "u" else f"{symbol}m", f"{symbol}m {names}", 1e3 * scale))
+        sizes.append(
+            ("µm" if symbol == "u" else f"{symbol}m", f"{symbol}m {names}", scaled(1e3, scale))
+        )
     return _table(sizes, "length")
 
 
@@ -168,7 +189,7 @@ def find_unit(text: str, dimension: Dimension | None = None) -> MeasureUnit | No
     if unit is None or unit.dimension == "temperature" or _MULTIPLE.fullmatch(multiple["unit"]):
         return None
     if multiple["power"]:
-        scale = 10.0 ** int(multiple["power"])
+        scale = float(f"1e{multiple['power']}")
     elif multiple["part"]:
         scale = 1.0 / max(int(multiple["part"]), 1)
     else:
@@ -176,7 +197,7 @@ def find_unit(text: str, dimension: Dimension | None = None) -> MeasureUnit | No
     if not 0.0 < scale < math.inf:
         return None
     symbol = unit.symbol if scale == 1.0 else plain
-    return MeasureUnit(symbol, unit.dimension, scale * unit.factor)
+    return MeasureUnit(symbol, unit.dimension, scaled(scale, unit.factor))
 
 
 def named_unit(text: str, dimension: Dimension, where: str) -> MeasureUnit:

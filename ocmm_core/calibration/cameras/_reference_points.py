@@ -38,7 +38,7 @@ import numpy as np
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Pixels, Points3
 from ocmm_core.tables import NamedColumns, TextTable, read_table
-from ocmm_core.units import named_unit
+from ocmm_core.units import named_unit, scaled
 
 MAX_COORDINATE_MM = 1e5
 
@@ -89,10 +89,11 @@ def load_reference_points(path: Path | str) -> KnownPoints:
     line, unit = table.value("unit", "the unit of the coordinates")
     size = named_unit(unit, "length", f"{table.path}, line {line}").factor
     table.unit(axes)
-    sigma = size * _positive(table, "uncertainty", "the uncertainty of the points", zero=True)
+    what = "the uncertainty of the points"
+    sigma = scaled(_positive(table, "uncertainty", what, zero=True), size)
     _, frame = table.value("frame", "the reference of the coordinates")
     positions = np.array(
-        [[size * table.number(row, axis) for axis in ("x", "y", "z")] for row in table.rows]
+        [[scaled(table.number(row, axis), size) for axis in axes] for row in table.rows]
     )
     far = np.abs(positions).max(axis=1) > MAX_COORDINATE_MM
     if far.any():

@@ -30,7 +30,7 @@ from ocmm_core.tables import (
     preview_table,
     read_table,
 )
-from ocmm_core.units import named_unit
+from ocmm_core.units import named_unit, scaled
 
 NEEDED = ("name", "shape", "x", "y", "z")
 OPTIONAL = (
@@ -156,7 +156,8 @@ def _feature(table: TextTable, row: TextRow, scales: dict[str, float]) -> Nomina
         if not cells[column].text:
             raise cells[column].fault("is empty", "Give the place of the feature.")
     values = {
-        column: scales.get(column, 1.0) * _number(table, cells.get(column)) for column in _NUMBERS
+        column: scaled(_number(table, cells.get(column)), scales.get(column, 1.0))
+        for column in _NUMBERS
     }
     direction = (values["i"], values["j"], values["k"])
     if any(direction) and abs(math.hypot(*direction) - 1.0) > _UNIT_VECTOR:

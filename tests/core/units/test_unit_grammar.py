@@ -7,7 +7,7 @@ import math
 import pytest
 
 from ocmm_core.errors import InputError
-from ocmm_core.units import agreed_unit, find_unit, heading_unit, named_unit, unit_statement
+from ocmm_core.units import agreed_unit, find_unit, heading_unit, named_unit, scaled, unit_statement
 
 
 @pytest.mark.parametrize(
@@ -104,3 +104,14 @@ def test_unclear_statements_are_no_units(text: str) -> None:
 )  # fmt: skip
 def test_headings_with_units(cell: str, parts: tuple[str, str]) -> None:
     assert heading_unit(cell) == parts
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "mm"),
+    [(1.5, "inch", 38.1), (0.375, "inch", 9.525), (-0.007, "in", -0.1778), (1.1, "ft", 335.28),
+     (0.3, "µm", 0.0003), (3.3, "mil", 0.08382), (0.7, "cm", 7.0), (1e-5, "m", 0.01)],
+)  # fmt: skip
+def test_converted_lengths_are_rounded_once(value: float, unit: str, mm: float) -> None:
+    found = find_unit(unit, "length")
+    assert found is not None
+    assert scaled(value, found.factor) == mm
