@@ -108,7 +108,7 @@ def _lengths() -> dict[str, MeasureUnit]:
         ("µm", "µ micron microns mikron", 1e-3),
         ("Å", "angstrom angstroms å", 1e-7),
     ]
-    for words, symbol, scale in _PREFIXES:
+    for words, sign, scale in _PREFIXES:
         names = " ".join(word + base for word in words.split() for base in _METRES.split())
         sizes.append(
             ("µm" if symbol == "u" else f"{symbol}m", f"{symbol}m {names}", scaled(1e3, scale))
