@@ -110,9 +110,8 @@ def _lengths() -> dict[str, MeasureUnit]:
     ]
     for words, sign, scale in _PREFIXES:
         names = " ".join(word + base for word in words.split() for base in _METRES.split())
-        sizes.append(
-            ("µm" if symbol == "u" else f"{symbol}m", f"{symbol}m {names}", scaled(1e3, scale))
-        )
+        symbol = "µm" if sign == "u" else f"{sign}m"
+        sizes.append((symbol, f"{sign}m {names}", scaled(1e3, scale)))
     return _table(sizes, "length")
 
 
