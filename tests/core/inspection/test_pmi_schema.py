@@ -19,13 +19,13 @@ MODIFIERS = (
     "MINOR_DIAMETER NOT_CONVEX PITCH_DIAMETER RECIPROCITY_REQUIREMENT SEPARATE_REQUIREMENT "
     "STATISTICAL_TOLERANCE TANGENT_PLANE SEPARATE_ZONE ASSOCIATED_MINMAX_FEATURE "
     "UNITED_FEATURE"
-).split()
+)
 DATUM_MODIFIERS = (
     "ANY_CROSS_SECTION ANY_LONGITUDINAL_SECTION BASIC CONTACTING_FEATURE "
     "DEGREE_OF_FREEDOM_CONSTRAINT_U DISTANCE_VARIABLE FREE_STATE LEAST_MATERIAL_REQUIREMENT "
     "LINE MAJOR_DIAMETER MAXIMUM_MATERIAL_REQUIREMENT MINOR_DIAMETER ORIENTATION "
     "PITCH_DIAMETER PLANE POINT TRANSLATION"
-).split()
+)
 PARTS = {
     "#40": (
         "GEOMETRIC_TOLERANCE_WITH_DEFINED_UNIT(#41) "
@@ -167,13 +167,13 @@ def test_no_modifier_and_no_part_is_ignored() -> None:
     place = body("#40")
     changes = [
         changed("#40", place.replace(".MAXIMUM_MATERIAL_REQUIREMENT.", text))
-        for word in MODIFIERS
+        for word in MODIFIERS.split()
         for text in (f".{word}.", f".MAXIMUM_MATERIAL_REQUIREMENT.,.{word}.")
     ]
     compartment = "DATUM_REFERENCE_COMPARTMENT('',$,#20,.F.,#46,({}))"
     changes += [
         changed("#45", compartment.format(text))
-        for word in DATUM_MODIFIERS
+        for word in DATUM_MODIFIERS.split()
         for text in (f".{word}.", f"SIMPLE_DATUM_REFERENCE_MODIFIER(.{word}.)")
     ]
     changes += [changed("#45", compartment.format("#41"))]
