@@ -21,7 +21,7 @@ from ocmm_core.units import (
     unit_statement,
 )
 
-_REMEDY = "State the unit of all lengths with --unit, such as --unit mm."
+_REMEDY = "State the unit of all lengths, such as mm."
 _SAME = 1e-9
 
 
@@ -80,8 +80,8 @@ def choose_unit(
         A unit is unknown, or two statements contradict each other.
     """
     if options.unit:
-        unit = named_unit(options.unit, "length", "--unit")
-        return UnitChoice(unit.symbol, unit.factor, "--unit", np.array([unit.factor]))
+        unit = named_unit(options.unit, "length", "stated unit")
+        return UnitChoice(unit.symbol, unit.factor, "your statement", np.array([unit.factor]))
     stated: tuple[int, MeasureUnit] | None = None
     for line, statement in statements:
         if statement.unit is None:
