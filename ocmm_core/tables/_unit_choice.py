@@ -80,7 +80,7 @@ def choose_unit(
         A unit is unknown, or two statements contradict each other.
     """
     if options.unit:
-        unit = named_unit(options.unit, "length", "stated unit")
+        unit = named_unit(options.unit, "length")
         return UnitChoice(unit.symbol, unit.factor, "your statement", np.array([unit.factor]))
     stated: tuple[int, MeasureUnit] | None = None
     for line, statement in statements:

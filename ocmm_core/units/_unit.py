@@ -7,6 +7,7 @@ import re
 import unicodedata
 from dataclasses import dataclass
 from decimal import Context, Decimal
+from pathlib import Path
 from typing import Literal, TypeAlias
 
 from ocmm_core.errors import InputError
@@ -23,9 +24,9 @@ _MARKS = str.maketrans(
 _SI_OF: dict[Dimension, float] = {"length": 1e-3, "angle": math.radians(1.0), "temperature": 1.0}
 _BASE: dict[Dimension, str] = {"length": "mm", "angle": "degrees", "temperature": "kelvin"}
 _EXAMPLES: dict[Dimension, str] = {
-    "length": "mm, cm, m, µm, inch, mil or ft",
-    "angle": "deg, rad, gon, arcmin or arcsec",
-    "temperature": "°C, K or °F",
+    "length": "mm, cm, m, µm, inch, mil, ft",
+    "angle": "deg, rad, gon, arcmin, arcsec",
+    "temperature": "°C, K, °F",
 }
 
 _PREFIXES = (
@@ -199,13 +200,15 @@ def find_unit(text: str, dimension: Dimension | None = None) -> MeasureUnit | No
     return MeasureUnit(symbol, unit.dimension, scaled(scale, unit.factor))
 
 
-def named_unit(text: str, dimension: Dimension, where: str) -> MeasureUnit:
+def named_unit(
+    text: str, dimension: Dimension, path: Path | str = "", line: int = 0
+) -> MeasureUnit:
     """Return the unit that ``text`` names.
 
     Parameters
     ----------
-    where
-        Start of the sentence of an error: file, and line or item.
+    path, line
+        Place of the name, for the sentence of an error; empty and 0 if a user typed it.
 
     Raises
     ------
@@ -214,10 +217,12 @@ def named_unit(text: str, dimension: Dimension, where: str) -> MeasureUnit:
     """
     unit = find_unit(text, dimension)
     if unit is None:
+        kind, name, examples = dimension, text[:_LONGEST], _EXAMPLES[dimension]
         raise InputError(
             "unit.unknown",
-            f"{where}: {text[:_LONGEST]!r} is not a known unit of {dimension}.",
-            f"Use {_EXAMPLES[dimension]}.",
+            f"{f'{path}, line {line}: ' if line else f'{path}: ' if path else ''}"
+            f"{name!r} is not a known unit of {kind}.",
+            f"Use one of {examples}.",
         )
     return unit
 

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
         SpotTable,
         load_reference_points,
         load_spots,
+        read_reference_points,
         write_reference_points,
         write_spots,
     )
@@ -55,8 +56,8 @@ else:
         _network="calibrate_rig",
         _procedure_known_points="KnownPointsProcedure",
         _reference_points=(
-            "KnownPoints SpotTable load_reference_points load_spots write_reference_points "
-            "write_spots"
+            "KnownPoints SpotTable load_reference_points load_spots "
+            "read_reference_points write_reference_points write_spots"
         ),
     )
 
@@ -80,6 +81,7 @@ __all__ = [
     "kernel",
     "load_reference_points",
     "load_spots",
+    "read_reference_points",
     "spot_rows",
     "write_reference_points",
     "write_spots",

@@ -18,7 +18,7 @@ from ocmm_core.units import named_unit
 Pattern: TypeAlias = tuple[str, str, Points3, Pixels]
 
 UNITS_MM = {
-    word: named_unit(word, "length", "").factor
+    word: named_unit(word, "length").factor
     for word in ("inches", "centimetres", "metres", "micrometres")
 }
 """A list in one of these that was taken for millimetres makes the rig this much too small."""

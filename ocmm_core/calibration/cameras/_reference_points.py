@@ -14,7 +14,7 @@ Reference positions, from a CMM::
 coordinate in that unit, independent from point to point; ``length uncertainty``, which may be left
 out, that of all lengths together, as a ratio: 3 um/m is 3e-6. ``frame`` says in words what the
 coordinates refer to and becomes the world frame. Without a column ``name`` the points are numbered
-from 1.
+from 1. Headings may have the words of other programs, such as ``Point`` or ``X-Koordinate``.
 
 Spots, the mean of many exposures at each point::
 
@@ -37,11 +37,12 @@ import numpy as np
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Pixels, Points3
-from ocmm_core.tables import NamedColumns, TextTable, read_table
+from ocmm_core.tables import NamedColumns, TableAccount, TableOptions, TextTable, read_table
 from ocmm_core.units import named_unit, scaled
 
 MAX_COORDINATE_MM = 1e5
 
+_AXES = ("x", "y", "z")
 _LENGTH = "length uncertainty"
 
 MAX_LENGTH_SIGMA = 1e-3
@@ -74,8 +75,26 @@ class SpotTable:
     """Standard deviation of one averaged spot, px per axis."""
 
 
+@dataclass(frozen=True, slots=True)
+class ReferenceList:
+    """Reference points, and the account of the reader."""
+
+    points: KnownPoints
+    account: TableAccount
+
+
 def load_reference_points(path: Path | str) -> KnownPoints:
-    """Return the reference points of the list at ``path``.
+    """Return the reference points of the list at ``path``, see `read_reference_points`."""
+    return read_reference_points(Path(path)).points
+
+
+def read_reference_points(path: Path, options: TableOptions | None = None) -> ReferenceList:
+    """Return the reference points of a list, and the account of the reader.
+
+    Parameters
+    ----------
+    options
+        Its unit replaces that of the header, also for the uncertainty.
 
     Raises
     ------
@@ -84,26 +103,27 @@ def load_reference_points(path: Path | str) -> KnownPoints:
         uncertainty that is no small ratio, a name twice, a cell that is no number or a coordinate
         of more than 100 m.
     """
-    axes = ("x", "y", "z")
-    table = read_table(path, NamedColumns(axes, axes))
-    line, unit = table.value("unit", "the unit of the coordinates")
-    size = named_unit(unit, "length", f"{table.path}, line {line}").factor
-    table.unit(axes)
+    options = options or TableOptions()
+    table = read_table(path, NamedColumns(_AXES, _AXES, optional=("name",)), options)
+    if not options.unit:
+        line, stated = table.value("unit", "the unit of the coordinates")
+        named_unit(stated, "length", table.path, line)
+    unit = table.unit(_AXES, options)
     what = "the uncertainty of the points"
-    sigma = scaled(_positive(table, "uncertainty", what, zero=True), size)
+    sigma = scaled(_positive(table, "uncertainty", what, zero=True), unit.factor)
     _, frame = table.value("frame", "the reference of the coordinates")
-    positions = np.array(
-        [[scaled(table.number(row, axis), size) for axis in axes] for row in table.rows]
-    )
+    rows = [[table.number(row, axis) for axis in _AXES] for row in table.rows]
+    positions = unit.in_mm(np.array(rows))
     far = np.abs(positions).max(axis=1) > MAX_COORDINATE_MM
     if far.any():
         row = table.rows[int(np.argmax(far))]
         raise InputError(
             "reference_points.unit",
             f"{table.path}, line {row.line}: a coordinate is more than 100 m.",
-            f"Check the unit {unit!r} in the header of the list.",
+            f"Check the unit {unit.symbol!r} of the list.",
         )
-    return KnownPoints(_names(table), positions, sigma, frame, _length_sigma(table))
+    points = KnownPoints(_names(table), positions, sigma, frame, _length_sigma(table))
+    return ReferenceList(points, table.account(unit))
 
 
 def load_spots(path: Path | str, points: KnownPoints) -> SpotTable:

@@ -24,10 +24,8 @@ from ocmm_core.tables import (
     NamedColumns,
     TableAccount,
     TableOptions,
-    TablePreview,
     TextRow,
     TextTable,
-    preview_table,
     read_table,
 )
 from ocmm_core.units import named_unit, scaled
@@ -56,16 +54,6 @@ class FeatureTable:
 
 
 @dataclass(frozen=True, slots=True)
-class FeaturePreview:
-    """Lines of a table for an import page, and its features if the reader takes them."""
-
-    preview: TablePreview
-    table: FeatureTable | None
-    options: TableOptions
-    """With which it was read."""
-
-
-@dataclass(frozen=True, slots=True)
 class _Cell:
     """A cell and its place."""
 
@@ -80,26 +68,6 @@ class _Cell:
             f"{self.path}, line {self.line}, column '{self.column}': {self.text[:60]!r} {what}.",
             remedy,
         )
-
-
-def features_from_csv(path: Path | str) -> tuple[NominalFeature, ...]:
-    """Return the features of a table, see `feature_table`."""
-    return feature_table(path).features
-
-
-def preview_features(path: Path, options: TableOptions) -> FeaturePreview:
-    """Return the lines of a table, with its features or the error of the reader.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read at all.
-    """
-    try:
-        table = feature_table(path, options)
-    except InputError as error:
-        return FeaturePreview(preview_table(path, options, error), None, options)
-    return FeaturePreview(preview_table(path, options, table.account), table, options)
 
 
 def feature_table(path: Path | str, options: TableOptions | None = None) -> FeatureTable:
@@ -124,7 +92,7 @@ def feature_table(path: Path | str, options: TableOptions | None = None) -> Feat
     scales = dict(zip(present, factors, strict=True))
     if "angle" in table.units:
         line, text = table.units["angle"]
-        scales["angle"] = named_unit(text, "angle", f"{table.path}, line {line}").factor
+        scales["angle"] = named_unit(text, "angle", table.path, line).factor
     found: list[NominalFeature] = []
     lines: dict[str, int] = {}
     for row in table.rows:

@@ -160,7 +160,9 @@ def check_entity(file: Part21, number: int, role: str) -> None:
             word_of = "fewer" if len(arguments) < min(parts[word]) else "other or more"
             msg = f"#{number} has {len(arguments)} arguments, {word_of} than its type"
             raise BadEntityError(msg)
-    for user in () if users is None else file.users_of(number):
+    if users is None:
+        return
+    for user in file.users_of(number):
         types = file.types(user)
         odd = types - users - _SHOWN
         is_item = role in ("tolerance", "dimension")

@@ -21,7 +21,7 @@ from ocmm_core.inspection.plan import (
     add_characteristic,
     add_construction,
     add_feature,
-    features_from_csv,
+    feature_table,
     load_plan,
     move_item,
     new_plan,
@@ -169,7 +169,7 @@ SLOT;Round slot;1;2;3;;;;;;;
 def test_a_table_gives_features(tmp_path: Path) -> None:
     path = tmp_path / "t.csv"
     path.write_text(CSV.replace("SLOT;Round slot", "BALL;sphere").replace("3;;;;;;;", "3;;;;6;;;"))
-    top, bore, ball = features_from_csv(path)
+    top, bore, ball = feature_table(path).features
     assert (top.point, top.points, top.text) == ((0.0, 0.0, 10.5), 6, "Touch all corners")
     assert (bore.diameter, bore.side, bore.point) == (8.02, "inner", (12.25, -3.5, 10.0))
     assert (ball.shape, ball.direction) == (Shape.SPHERE, (0.0, 0.0, 1.0))
@@ -200,7 +200,7 @@ def test_a_fault_of_a_table_names_line_and_column(
     path = tmp_path / "t.csv"
     path.write_text(content)
     with pytest.raises(InputError) as caught:
-        features_from_csv(path)
+        feature_table(path)
     for word in told:
         assert word in str(caught.value)
 

@@ -237,7 +237,7 @@ def test_every_line_is_in_the_account(tmp_path: Path) -> None:
     assert account.taken == 2
     assert [one.role for one in account.columns] == ["name", "x", "y", "z", ""]
     words = " ".join(account.sentences())
-    for part in ("Columns left out: 'dev'", "Unit mm (from line 2)", "Line 8 left out"):
+    for part in ("Columns left out: 'dev'", "Unit mm, stated in line 2", "Line 8 left out"):
         assert part in words
 
 

@@ -35,7 +35,7 @@ def test_lengths(text: str, factor: float) -> None:
 def test_other_words_are_not_lengths(text: str) -> None:
     assert find_unit(text, "length") is None
     with pytest.raises(InputError, match="line 3"):
-        named_unit(text, "length", "a.txt, line 3")
+        named_unit(text, "length", "a.txt", 3)
 
 
 def test_angles_and_temperatures() -> None:
