@@ -83,7 +83,10 @@ def choose_unit(
         unit = named_unit(options.unit, "length")
         return UnitChoice(unit.symbol, unit.factor, "your statement", np.array([unit.factor]))
     stated: tuple[int, MeasureUnit] | None = None
+    has_unit = bool(columns or rows) or any(one.unit for _, one in statements)
     for line, statement in statements:
+        if statement.is_mention and has_unit:
+            continue
         if statement.unit is None:
             raise _unknown(path, line, statement.text)
         stated = _agreed(path, stated, (line, statement.unit))

@@ -83,7 +83,8 @@ def _lengths() -> dict[str, MeasureUnit]:
         (
             "inch",
             "in inch inches zoll pouce pouces pulgada pulgadas pollice pollici polegada polegadas "
-            "duim tum \" '' internationalinch",
+            "duim tum \" '' internationalinch "
+            "英寸 吋 インチ 인치 дюйм дюймы дюймах",
             25.4,
         ),
         (
@@ -108,6 +109,10 @@ def _lengths() -> dict[str, MeasureUnit]:
         ("µin", "microinch microinches uin", 25.4e-6),
         ("µm", "µ micron microns mikron", 1e-3),
         ("Å", "angstrom angstroms å", 1e-7),
+        ("mm", "毫米 公厘 ミリ ミリメートル 밀리미터 мм миллиметр миллиметры миллиметрах", 1.0),
+        ("cm", "厘米 センチメートル см", 10.0),
+        ("µm", "微米 ミクロン マイクロメートル мкм", 1e-3),
+        ("m", "米 メートル м метр метры метрах", 1e3),
     ]
     for words, sign, scale in _PREFIXES:
         names = " ".join(word + base for word in words.split() for base in _METRES.split())
@@ -120,8 +125,8 @@ def _table(sizes: list[tuple[str, str, float]], of: Dimension) -> dict[str, Meas
     found: dict[str, MeasureUnit] = {}
     for symbol, names, factor in sizes:
         unit = MeasureUnit(symbol, of, factor)
-        for name in (_key(symbol), *names.split()):
-            found[name] = unit
+        for name in (symbol, *names.split()):
+            found[_key(name)] = unit
     return found
 
 

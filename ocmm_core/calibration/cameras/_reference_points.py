@@ -29,7 +29,6 @@ no row for that camera. Separators and decimal signs: `ocmm_core.tables`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -81,11 +80,6 @@ class ReferenceList:
 
     points: KnownPoints
     account: TableAccount
-
-
-def load_reference_points(path: Path | str) -> KnownPoints:
-    """Return the reference points of the list at ``path``, see `read_reference_points`."""
-    return read_reference_points(Path(path)).points
 
 
 def read_reference_points(path: Path, options: TableOptions | None = None) -> ReferenceList:
@@ -170,34 +164,6 @@ def load_spots(path: Path | str, points: KnownPoints) -> SpotTable:
         camera[index] = table.number(row, "u"), table.number(row, "v")
     serials = tuple(sorted(spots))
     return SpotTable(serials, np.stack([spots[serial] for serial in serials]), sigma_px)
-
-
-def write_reference_points(points: KnownPoints) -> bytes:
-    """Return the list as `load_reference_points` reads it, in mm with decimal points; for tests."""
-    lines = [
-        "# ocmm reference points",
-        "# unit: mm",
-        f"# uncertainty: {points.sigma!r}",
-        f"# length uncertainty: {points.length_sigma!r}",
-        f"# frame: {points.frame}",
-        "name,x,y,z",
-    ]
-    for name, position in zip(points.names, points.positions_world.tolist(), strict=True):
-        lines.append(",".join([name, *(repr(value) for value in position)]))
-    return ("\n".join(lines) + "\n").encode()
-
-
-def write_spots(spots: SpotTable, names: Sequence[str]) -> bytes:
-    """Return the table as `load_spots` reads it; ``names`` are those of the reference points.
-
-    For tests: nothing in the product asks for it.
-    """
-    lines = ["# ocmm spots", f"# sigma: {spots.sigma_px!r}", "point,serial,u,v"]
-    for serial, camera in zip(spots.serials, spots.uv, strict=True):
-        for name, (u, v) in zip(names, camera.tolist(), strict=True):
-            if np.isfinite(u) and np.isfinite(v):
-                lines.append(f"{name},{serial},{u!r},{v!r}")
-    return ("\n".join(lines) + "\n").encode()
 
 
 def _positive(table: TextTable, key: str, what: str, zero: bool = False) -> float:

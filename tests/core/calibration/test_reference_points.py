@@ -5,15 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.cameras import (
-    KnownPoints,
-    SpotTable,
-    load_reference_points,
-    load_spots,
-    write_reference_points,
-    write_spots,
-)
+from ocmm_core.calibration.cameras import KnownPoints, SpotTable, load_spots, read_reference_points
 from ocmm_core.errors import InputError
+from tests.core.calibration.table_writers import write_reference_points, write_spots
 
 pytestmark = pytest.mark.numerics
 
@@ -26,7 +20,7 @@ POINTS = KnownPoints(("A", "B"), np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]), 0
 def points_of(tmp_path: Path, text: str, encoding: str = "utf-8") -> KnownPoints:
     path = tmp_path / "points.csv"
     path.write_bytes(text.encode(encoding))
-    return load_reference_points(path)
+    return read_reference_points(path).points
 
 
 def spots_of(tmp_path: Path, text: str) -> SpotTable:
@@ -112,7 +106,7 @@ def test_a_file_that_is_no_text_or_not_there(tmp_path: Path) -> None:
         points_of(tmp_path, "# unit: \u00b5m", "utf-16-le")
     assert caught.value.code == "table.not_text"
     with pytest.raises(InputError, match="file not found"):
-        load_reference_points(tmp_path / "elsewhere.csv")
+        read_reference_points(tmp_path / "elsewhere.csv")
 
 
 def test_spots_are_sorted_to_points_and_cameras(tmp_path: Path) -> None:
@@ -160,7 +154,7 @@ def test_what_is_written_is_read_bit_by_bit(tmp_path: Path) -> None:
     spots = SpotTable((11, 22), uv, 0.01 / 3.0)
     (tmp_path / "p.csv").write_bytes(write_reference_points(points))
     (tmp_path / "s.csv").write_bytes(write_spots(spots, points.names))
-    back = load_reference_points(tmp_path / "p.csv")
+    back = read_reference_points(tmp_path / "p.csv").points
     assert back.names == points.names
     assert (back.sigma, back.frame) == (points.sigma, points.frame)
     assert back.length_sigma == points.length_sigma

@@ -10,7 +10,7 @@ import time
 import pytest
 
 from ocmm_core.inspection.pmi import Dimension, Pmi, Tolerance, may_say_tolerances, read_pmi
-from tests.core.inspection.pmi_texts import FACES, SIZE, UNITS, WHOLE, ZONE, text_of
+from tests.core.inspection.pmi_texts import FACES, SIZE, UNITS, WHOLE, ZONE, labels_of, text_of
 
 MM = "LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({}),#1)"
 VALUE = (
@@ -273,10 +273,10 @@ def test_comments_and_texts_that_look_like_entities_are_none() -> None:
 
 def test_labels_are_counted_as_another_reader_does() -> None:
     # One size; the label ends at its own aspect; flatness and position; datum A once.
-    assert read().labels == (1, 2, 1)
+    assert labels_of(read()) == (1, 2, 1)
     note = "DRAUGHTING_CALLOUT('note',())"
-    assert read(_60=note).labels == (2, 2, 1)
-    assert read(_24="", _25="").labels == (1, 1, 0)
+    assert labels_of(read(_60=note)) == (2, 2, 1)
+    assert labels_of(read(_24="", _25="")) == (1, 1, 0)
 
 
 def test_a_text_without_a_word_of_tolerances_need_not_be_read() -> None:

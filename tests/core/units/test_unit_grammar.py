@@ -61,6 +61,8 @@ def test_name_and_factor_agree() -> None:
         ("UNITS/INCH,ANGDEC", "inch"),
         ("Einheit: Zoll", "inch"), ("Alle Maße in mm", "mm"), ("units: deg, mm", "mm"),
         ("all values in um", "µm"), ("exported in inches", "inch"), ("[mm]", "mm"), ("G20", "inch"),
+        ("CMM export (inch)", "inch"), ("单位\N{FULLWIDTH COLON}毫米", "mm"),
+        ("単位: インチ", "inch"), ("Единицы: дюймы", "inch"), ("Единица измерения: мм", "mm"),
         ('units = "mm"', "mm"), ("x, y, z in mm", "mm"), ("comment unit mm", "mm"),
     ],
 )  # fmt: skip
@@ -90,6 +92,20 @@ def test_unclear_statements_are_no_units(text: str) -> None:
     found = unit_statement(text)
     assert found is not None
     assert found.unit is None
+
+
+@pytest.mark.parametrize(
+    "text", ["All dimensions INCH", "Measured in imperial", "IPS template, Zoll", "寸法 インチ"]
+)
+def test_a_mentioned_unit_is_asked_for(text: str) -> None:
+    found = unit_statement(text)
+    assert found is not None
+    assert (found.unit, found.is_mention) == (None, True)
+
+
+@pytest.mark.parametrize("text", ["probe 4, 2 inch stem", "1/2-inch ball", "pinch, thousand"])
+def test_a_property_in_inch_is_no_unit(text: str) -> None:
+    assert unit_statement(text) is None
 
 
 @pytest.mark.parametrize(
