@@ -11,7 +11,7 @@ from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
 from ocmm_core.tables._account import SkippedRows, TableAccount, TableColumn, TableOptions
 from ocmm_core.tables._grid import heading_cells, read_grid
-from ocmm_core.tables._headings import role_of
+from ocmm_core.tables._headings import is_summary, role_of
 from ocmm_core.tables._numbers import NumberGrammar, grammar_of, is_number
 from ocmm_core.tables._text import bytes_of, text_lines
 from ocmm_core.tables._unit_choice import UnitChoice, choose_unit, statements_in
@@ -113,7 +113,8 @@ class TextTable:
         """
         units = {name: found for name, found in self.units.items() if name in roles}
         stated = statements_in(self.comments)
-        return choose_unit(self.path, stated, units, options or TableOptions(), (), roles)
+        rows = [(row.line, row.cells["unit"]) for row in self.rows if "unit" in row.cells]
+        return choose_unit(self.path, stated, units, options or TableOptions(), rows, roles)
 
     def account(self, unit: UnitChoice) -> TableAccount:
         """Return what was read and left out."""
@@ -157,10 +158,9 @@ def read_table(
     names = [heading_unit(cell) for cell in heading_cells(text, grid.separator)]
     while len(names) > 1 and not names[-1][0]:
         names.pop()
-    columns = _roles([cell for cell, _ in names], wanted)
-    has_heading = True
+    columns, has_heading = _roles([cell for cell, _ in names], wanted), True
     if options.columns:
-        columns, has_heading = _stated(options.columns, columns, wanted)
+        columns, has_heading = _stated(options.columns, [cell for cell, _ in names], wanted)
     _check_columns(path, line, columns, wanted)
     if has_heading:
         grid.log.add(line, text, "is the heading")
@@ -179,6 +179,10 @@ def read_table(
                 f"{path}, line {number}: there are {len(cells)} cells, but {len(columns)} columns.",
                 f"Give every column a cell.{hint * (grid.separator == ',')}",
             )
+        words = [cell for cell in cells if cell and not is_number(cell)]
+        if words and is_summary(words):
+            grid.log.add(number, row, "not a point by its first word")
+            continue
         of_name = {name: cell for name, cell in zip(columns, cells, strict=True) if name}
         rows.append(TextRow(number, of_name))
     if not rows:

@@ -93,7 +93,8 @@ def choose_unit(
     own = {role: (line, _known(path, line, text)) for role, (line, text) in columns.items()}
     distinct = {unit.factor for _, unit in own.values()}
     of_column: dict[str, str] = {}
-    if len(distinct) > 1:
+    is_partial = len(own) < len(roles) and stated is None
+    if len(distinct) > 1 or (is_partial and distinct - {1.0}):
         return _by_column(path, own, stated, rows, roles)
     for line, unit in own.values():
         of_column = dict.fromkeys(own, unit.symbol) if len(own) < len(roles) else {}

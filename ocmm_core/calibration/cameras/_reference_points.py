@@ -98,7 +98,7 @@ def read_reference_points(path: Path, options: TableOptions | None = None) -> Re
         of more than 100 m.
     """
     options = options or TableOptions()
-    table = read_table(path, NamedColumns(_AXES, _AXES, optional=("name",)), options)
+    table = read_table(path, NamedColumns(_AXES, _AXES, optional=("name", "unit")), options)
     if not options.unit:
         line, stated = table.value("unit", "the unit of the coordinates")
         named_unit(stated, "length", table.path, line)

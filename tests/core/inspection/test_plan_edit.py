@@ -187,6 +187,7 @@ def test_a_table_gives_features(tmp_path: Path) -> None:
         ('name,shape,x,y,z\n"A$(x)",Plane,1,2,3\n', ("line 2", "column 'name'")),
         ("name,shape,x,y,z\nA,Blob,1,2,3\n", ("line 2", "column 'shape'", "Plane")),
         ("name;shape;x;y;z\nA;Plane;1.234;2,5;3\n", ("line 2", "'1.234' could be")),
+        ("name;shape;x;y;z;diameter [in]\nA;Cylinder;1;2;3;0.4\n", ("line 1", "diameter inch")),
         ("name;shape;x;y;z;k\nA;Plane;1;2;3;25.4\n", ("line 2", "the length 25.4")),
         ("name;shape;x;y;z\nA;Plane;nan;2;3\n", ("line 2", "column 'x'")),
         ("name;shape;x;y;z\nA;Plane;1e999;2;3\n", ("line 2", "column 'x'")),
