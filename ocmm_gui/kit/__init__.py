@@ -122,6 +122,7 @@ if TYPE_CHECKING:
         use_shortcuts,
     )
     from ocmm_gui.kit._sound import USUAL_VOLUME, Approach, Sound, SoundPlayer, verdict_sound
+    from ocmm_gui.kit._table_import import TableImport
     from ocmm_gui.kit._texts import (
         PlainLabel,
         later,
@@ -185,6 +186,7 @@ else:
             "make_button shortcuts_of show_mode usable_keys use_shortcuts"
         ),
         _sound="USUAL_VOLUME Approach Sound SoundPlayer verdict_sound",
+        _table_import="TableImport",
         _texts="PlainLabel later literal said said_word tr tr_all with_unit",
         _theme=(
             "CAP_HEIGHT DEFAULT_THEME THEMES WRAPPED Theme Themed apply_theme digit_font dress "
@@ -241,6 +243,7 @@ __all__ = [
     "Sheet",
     "Sound",
     "SoundPlayer",
+    "TableImport",
     "Theme",
     "Themed",
     "active_feature",

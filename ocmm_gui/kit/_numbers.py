@@ -18,9 +18,9 @@ from numbers import Real
 from typing import Any, ClassVar
 
 from ocmm_core.tables import typed_number
+from ocmm_core.units import find_unit, named_unit, scaled
 
-INCH_MM = 25.4
-"""Exact, by the definition of 1959."""
+INCH_MM = named_unit("inch", "length").factor
 
 _INCH_DECIMALS = 2
 """Additional decimals: 0.001 mm is 0.00004 in."""
@@ -121,7 +121,7 @@ _TYPED_DECIMALS = 8
 """Of an inch in a field: half a step is a tenth of the nanometre to which it is read."""
 
 _READ_DECIMALS = 6
-_UNITS_MM = {"mm": 1.0, "in": INCH_MM, "inch": INCH_MM, '"': INCH_MM, "\N{DOUBLE PRIME}": INCH_MM}
+_WITH_UNIT = re.compile(r"(?P<number>.*?[\d.,])?\s*(?P<unit>[^\d\s.,+-]\D*)")
 
 
 def field_length(value_mm: float) -> str:
@@ -137,18 +137,17 @@ def field_length(value_mm: float) -> str:
 
 
 def split_unit(text: str) -> tuple[str, str]:
-    """Return a typed number and the unit after it, or an empty text."""
-    text = text.strip()
-    for unit in sorted(_UNITS_MM, key=len, reverse=True):
-        if text.lower().endswith(unit):
-            return text[: -len(unit)].strip(), unit
-    return text, ""
+    """Return a number as it was typed, and the unit of length behind it or an empty text."""
+    found = _WITH_UNIT.fullmatch(text.strip())
+    if found is None or find_unit(found["unit"], "length") is None:
+        return text.strip(), ""
+    return (found["number"] or "").strip(), found["unit"]
 
 
 def to_mm(value: float, unit: str) -> float:
-    """Return a length in mm; without unit it is in the displayed one."""
-    factor = _UNITS_MM[unit or unit_word()]
-    return value if factor == 1.0 else round(factor * value, _READ_DECIMALS)
+    """Return a length in mm; without a unit it is in the one that is shown."""
+    factor = named_unit(unit or unit_word(), "length").factor
+    return value if factor == 1.0 else round(scaled(value, factor), _READ_DECIMALS)
 
 
 def length_of_field(text: str) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from datetime import datetime
 from enum import Enum, auto
 from pathlib import Path
@@ -14,6 +14,7 @@ from ocmm_core.calibration.probe_design import require_temperature
 from ocmm_core.calibration.records import CalibrationStore, ProbeStore, rig_in_force
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError, InputError, OcmmError
+from ocmm_core.tables import TableOptions
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import plain_number, tr
@@ -264,6 +265,18 @@ def given(values: Mapping[str, str], key: str, what: str) -> Path:
     if not text:
         raise InputError("wizard.missing", f"No file given for {what}.", "Name one.")
     return Path(text).expanduser()
+
+
+def table_options(values: Mapping[str, str], key: str) -> TableOptions:
+    """Return the statements of the import page about the table of a field."""
+    return TableOptions(**{
+        one.name: values.get(f"{key}.{one.name}", "") for one in fields(TableOptions)
+    })  # fmt: skip
+
+
+def table_values(key: str, options: TableOptions) -> dict[str, str]:
+    """Return statements about a table as `table_options` reads them."""
+    return {f"{key}.{name}": text for name, text in asdict(options).items()}
 
 
 def temperature(text: str) -> float | None:

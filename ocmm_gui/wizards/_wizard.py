@@ -11,7 +11,8 @@ from typing import Any
 from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind, sessions
 from ocmm_core.calibration.records import practice_name, require_real_name
 from ocmm_core.errors import OcmmError
-from ocmm_gui.kit import said, said_word, time_words, tr
+from ocmm_core.tables import TableOptions, preview_table
+from ocmm_gui.kit import TableImport, Theme, said, said_word, time_words, tr
 from ocmm_gui.wizards._driver import WizardDriver
 from ocmm_gui.wizards._guided_stack import GuidedStack
 from ocmm_gui.wizards._registry import WIZARDS, WizardSpec, wizard_of
@@ -23,9 +24,12 @@ from ocmm_gui.wizards._site import (
     Opened,
     SessionPlace,
     WizardSite,
+    named,
     place_of,
     require_store,
     store_of,
+    table_values,
+    temperature,
 )
 from ocmm_gui.wizards._start_page import StartPage
 from ocmm_gui.wizards.parts import WHO, Field, ProcessCalculation, ShownProcedure
@@ -107,6 +111,15 @@ class Wizard(GuidedStack):
         self.start.begun.connect(self._begin)
         self.start.resumed.connect(self._resume)
         self.start.left.connect(self.leave)
+        self._asked: tuple[Field, ...] = ()
+        self._values: dict[str, str] = {}
+        self._reads: Field | None = None
+        self.tables = TableImport("name,x,y,z,-")
+        self.tables.changed.connect(self._read_table)
+        self.tables.taken.connect(self._take_table)
+        self.tables.declined.connect(self._decline_table)
+        self.tables.setContentsMargins(18, 12, 18, 12)
+        self.addWidget(self.tables)
 
     def topic(self) -> str:
         """Return the manual topic of the procedure."""
@@ -130,11 +143,57 @@ class Wizard(GuidedStack):
             spec.texts.title, spec.texts.purpose, asked, offered,
             practice=self._site.practice is not None,
         )  # fmt: skip
+        self._asked = asked
         self.setCurrentWidget(self.start)
         self.start.show_trouble(trouble)
 
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        super().set_theme(theme)
+        self.tables.set_theme(theme)
+
     def _begin(self, values: dict[str, str]) -> None:
-        self._run(lambda: begin(self._site, self._spec, values, self._clock()))
+        """Start a session, after the tables that it reads were shown and accepted."""
+        try:
+            named(values)
+            temperature(values.get("temperature", ""))
+        except OcmmError as error:
+            self._refuse(error)
+            return
+        self._values = values
+        self._reads = next((one for one in self._asked if _is_to_be_shown(one, values)), None)
+        if self._reads is None:
+            self._run(lambda: begin(self._site, self._spec, values, self._clock()))
+            return
+        path = Path(values[self._reads.key].strip()).expanduser()
+        self.tables.open_table(path)
+        self._read_table(path, TableOptions())
+
+    def _read_table(self, path: Path, options: TableOptions) -> None:
+        if self._reads is None or self._reads.table is None:
+            return
+        try:
+            found = preview_table(path, options, self._reads.table)
+        except OcmmError as error:
+            self._refuse(error)
+            return
+        self.tables.show_preview(found)
+        self.setCurrentWidget(self.tables)
+
+    def _take_table(self, _table: object) -> None:
+        if self._reads is not None:
+            stated = table_values(self._reads.key, self.tables.options())
+            self.setCurrentWidget(self.start)
+            self._begin({**self._values, **stated})
+
+    def _refuse(self, error: OcmmError) -> None:
+        """Show on the first page why a session cannot start."""
+        self._decline_table()
+        self.start.show_trouble(said(f"{error.what} {error.remedy}"))
+
+    def _decline_table(self) -> None:
+        self._reads = None
+        self.setCurrentWidget(self.start)
 
     def _resume(self, path: Path) -> None:
         self._run(lambda: resume(self._site, self._spec, path))
@@ -143,7 +202,7 @@ class Wizard(GuidedStack):
         try:
             opened = make()
         except OcmmError as error:
-            self.start.show_trouble(said(f"{error.what} {error.remedy}"))
+            self._refuse(error)
             return
         driver = WizardDriver(
             opened.procedure, self._site.tap_for(opened.procedure, self.failed.emit),
@@ -157,6 +216,13 @@ class Wizard(GuidedStack):
             practice=self._site.practice is not None,
         )  # fmt: skip
         self._show_runner(runner, driver, opened.procedure.base.torn)
+
+
+def _is_to_be_shown(field: Field, values: Mapping[str, str]) -> bool:
+    """Return whether a field names a table that the user has not seen yet."""
+    key, value = field.only_with
+    is_needed = field.table is not None and values.get(key, "") == value
+    return is_needed and bool(values[field.key].strip()) and f"{field.key}.unit" not in values
 
 
 def _commands(

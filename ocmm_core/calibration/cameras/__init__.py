@@ -36,10 +36,8 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.cameras._reference_points import (
         KnownPoints,
         SpotTable,
-        load_reference_points,
         load_spots,
-        write_reference_points,
-        write_spots,
+        read_reference_points,
     )
 else:
     __getattr__ = door(
@@ -54,10 +52,7 @@ else:
         _model_fit="OUTLIER_PROBABILITY fit_camera",
         _network="calibrate_rig",
         _procedure_known_points="KnownPointsProcedure",
-        _reference_points=(
-            "KnownPoints SpotTable load_reference_points load_spots write_reference_points "
-            "write_spots"
-        ),
+        _reference_points="KnownPoints SpotTable load_spots read_reference_points",
     )
 
 __all__ = [
@@ -78,9 +73,7 @@ __all__ = [
     "empty_rows",
     "fit_camera",
     "kernel",
-    "load_reference_points",
     "load_spots",
+    "read_reference_points",
     "spot_rows",
-    "write_reference_points",
-    "write_spots",
 ]

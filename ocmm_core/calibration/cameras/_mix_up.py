@@ -13,11 +13,15 @@ from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import CameraModel
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Pixels, Points3
+from ocmm_core.units import named_unit
 
 Pattern: TypeAlias = tuple[str, str, Points3, Pixels]
 
-UNITS_MM = {"inches": 25.4, "centimetres": 10.0, "metres": 1000.0, "micrometres": 1e-3}
-"""Factor by which the rig is too small if such a list is read as millimetres."""
+UNITS_MM = {
+    word: named_unit(word, "length").factor
+    for word in ("inches", "centimetres", "metres", "micrometres")
+}
+"""A list in one of these that was taken for millimetres makes the rig this much too small."""
 
 UNIT_TOLERANCE = 0.15
 """Relative deviation of a baseline from the rig document within which the unit is named."""

@@ -13,7 +13,8 @@ Reference positions, from a CMM::
 ``unit`` is one of `ocmm_core.units`; ``uncertainty`` is the standard uncertainty (k = 1) of one
 coordinate in that unit, independent between points; the optional ``length uncertainty`` is that of
 all lengths together, as a ratio: 3 um/m is 3e-6. ``frame`` describes the coordinate system, which
-becomes the world frame. Without a column ``name`` the points are numbered from 1.
+becomes the world frame. Without a column ``name`` the points are numbered from 1. Headings may have
+the words of other programs, such as ``Point`` or ``X-Koordinate``.
 
 Spots, the mean of many exposures at each point::
 
@@ -28,7 +29,6 @@ for it. Separators and decimal signs: `ocmm_core.tables`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,11 +36,12 @@ import numpy as np
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Pixels, Points3
-from ocmm_core.tables import NamedColumns, TextTable, read_table
-from ocmm_core.units import named_unit
+from ocmm_core.tables import NamedColumns, TableAccount, TableOptions, TextTable, read_table
+from ocmm_core.units import named_unit, scaled
 
 MAX_COORDINATE_MM = 1e5
 
+_AXES = ("x", "y", "z")
 _LENGTH = "length uncertainty"
 
 MAX_LENGTH_SIGMA = 1e-3
@@ -73,8 +74,21 @@ class SpotTable:
     """Standard deviation of one averaged spot, px per axis."""
 
 
-def load_reference_points(path: Path | str) -> KnownPoints:
-    """Return the reference points of the list at ``path``.
+@dataclass(frozen=True, slots=True)
+class ReferenceList:
+    """Reference points, and the account of the reader."""
+
+    points: KnownPoints
+    account: TableAccount
+
+
+def read_reference_points(path: Path, options: TableOptions | None = None) -> ReferenceList:
+    """Return the reference points of a list, and the account of the reader.
+
+    Parameters
+    ----------
+    options
+        Its unit replaces that of the header, also for the uncertainty.
 
     Raises
     ------
@@ -82,25 +96,27 @@ def load_reference_points(path: Path | str) -> KnownPoints:
         Not such a list, no unit, uncertainty or frame, an unknown unit, a length uncertainty above
         `MAX_LENGTH_SIGMA`, a duplicate name, a cell without a number, or a coordinate over 100 m.
     """
-    axes = ("x", "y", "z")
-    table = read_table(path, NamedColumns(axes, axes))
-    line, unit = table.value("unit", "the unit of the coordinates")
-    size = named_unit(unit, "length", f"{table.path}, line {line}").factor
-    table.unit(axes)
-    sigma = size * _positive(table, "uncertainty", "the uncertainty of the points", zero=True)
+    options = options or TableOptions()
+    table = read_table(path, NamedColumns(_AXES, _AXES, optional=("name", "unit")), options)
+    if not options.unit:
+        line, stated = table.value("unit", "the unit of the coordinates")
+        named_unit(stated, "length", table.path, line)
+    unit = table.unit(_AXES, options)
+    what = "the uncertainty of the points"
+    sigma = scaled(_positive(table, "uncertainty", what, zero=True), unit.factor)
     _, frame = table.value("frame", "the reference of the coordinates")
-    positions = np.array(
-        [[size * table.number(row, axis) for axis in ("x", "y", "z")] for row in table.rows]
-    )
+    rows = [[table.number(row, axis) for axis in _AXES] for row in table.rows]
+    positions = unit.in_mm(np.array(rows))
     far = np.abs(positions).max(axis=1) > MAX_COORDINATE_MM
     if far.any():
         row = table.rows[int(np.argmax(far))]
         raise InputError(
             "reference_points.unit",
             f"{table.path}, line {row.line}: a coordinate is more than 100 m.",
-            f"Check the unit {unit!r} in the header of the list.",
+            f"Check the unit {unit.symbol!r} of the list.",
         )
-    return KnownPoints(_names(table), positions, sigma, frame, _length_sigma(table))
+    points = KnownPoints(_names(table), positions, sigma, frame, _length_sigma(table))
+    return ReferenceList(points, table.account(unit))
 
 
 def load_spots(path: Path | str, points: KnownPoints) -> SpotTable:
@@ -147,31 +163,6 @@ def load_spots(path: Path | str, points: KnownPoints) -> SpotTable:
         camera[index] = table.number(row, "u"), table.number(row, "v")
     serials = tuple(sorted(spots))
     return SpotTable(serials, np.stack([spots[serial] for serial in serials]), sigma_px)
-
-
-def write_reference_points(points: KnownPoints) -> bytes:
-    """Return the list in the format of `load_reference_points`, in mm; for tests."""
-    lines = [
-        "# ocmm reference points",
-        "# unit: mm",
-        f"# uncertainty: {points.sigma!r}",
-        f"# length uncertainty: {points.length_sigma!r}",
-        f"# frame: {points.frame}",
-        "name,x,y,z",
-    ]
-    for name, position in zip(points.names, points.positions_world.tolist(), strict=True):
-        lines.append(",".join([name, *(repr(value) for value in position)]))
-    return ("\n".join(lines) + "\n").encode()
-
-
-def write_spots(spots: SpotTable, names: Sequence[str]) -> bytes:
-    """Return the table in the format of `load_spots`, by point names; for tests."""
-    lines = ["# ocmm spots", f"# sigma: {spots.sigma_px!r}", "point,serial,u,v"]
-    for serial, camera in zip(spots.serials, spots.uv, strict=True):
-        for name, (u, v) in zip(names, camera.tolist(), strict=True):
-            if np.isfinite(u) and np.isfinite(v):
-                lines.append(f"{name},{serial},{u!r},{v!r}")
-    return ("\n".join(lines) + "\n").encode()
 
 
 def _positive(table: TextTable, key: str, what: str, zero: bool = False) -> float:

@@ -117,7 +117,7 @@ if TYPE_CHECKING:
         record_shock,
         require_no_doubt_since,
     )
-    from ocmm_core.calibration.guided._shot_table import Shot, load_shots, write_shots
+    from ocmm_core.calibration.guided._shot_table import Shot, load_shots
     from ocmm_core.calibration.guided._touches import (
         RestingTouch,
         joint_covariance,
@@ -162,7 +162,7 @@ else:
             "from_spots is_ended require_probe sessions to_spots utc_text"
         ),
         _shocks="ShockDetector record_shock require_no_doubt_since",
-        _shot_table="Shot load_shots write_shots",
+        _shot_table="Shot load_shots",
         _touches="RestingTouch joint_covariance shared_covariance tips_of touch_of",
     )
 
@@ -258,5 +258,4 @@ __all__ = [
     "touch_of",
     "utc_text",
     "viewer_axes",
-    "write_shots",
 ]

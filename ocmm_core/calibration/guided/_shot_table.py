@@ -17,7 +17,6 @@ is the standard deviation of a spot, px per axis. Separators and decimal signs: 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
@@ -91,19 +90,6 @@ def load_shots(path: Path | str, rig: Rig, n_leds: int) -> tuple[Shot, ...]:
             raise _wrong(table, row.line, "this spot occurs already", "Keep one of the rows.")
         shot.uv[camera, led] = table.number(row, "u"), table.number(row, "v")
     return tuple(shots.values())
-
-
-def write_shots(shots: Sequence[Shot], rig: Rig) -> bytes:
-    """Return the table in the format of `load_shots`, one sigma for all; for tests."""
-    lines = ["# ocmm shots", f"# sigma: {shots[0].sigma_px!r}", ",".join(_COLUMNS)]
-    for number, shot in enumerate(shots, start=1):
-        for camera, of_camera in zip(rig.cameras, shot.uv.tolist(), strict=True):
-            for led, (u, v) in enumerate(of_camera, start=1):
-                if np.isfinite(u) and np.isfinite(v):
-                    lines.append(
-                        f"{number},{shot.kind},{shot.place},{camera.serial},{led},{u!r},{v!r}"
-                    )
-    return ("\n".join(lines) + "\n").encode()
 
 
 def _led(table: TextTable, row: TextRow, count: int) -> int:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.pivot._poses import pivot_of_poses
     from ocmm_core.calibration.pivot._robust import free_poses
     from ocmm_core.calibration.pivot._start import locate_targets, mean_shape, start_pivot
-    from ocmm_core.calibration.pivot._sweep_table import load_sweeps, write_sweeps
+    from ocmm_core.calibration.pivot._sweep_table import load_sweeps
     from ocmm_core.calibration.pivot._validation import (
         OTHER_ATTITUDE,
         OTHER_PLACE_MM,
@@ -57,7 +57,7 @@ else:
         _poses="pivot_of_poses",
         _robust="free_poses",
         _start="locate_targets mean_shape start_pivot",
-        _sweep_table="load_sweeps write_sweeps",
+        _sweep_table="load_sweeps",
         _validation="OTHER_ATTITUDE OTHER_PLACE_MM PivotValidation attitude_between validate_pivot",
     )
 
@@ -91,5 +91,4 @@ __all__ = [
     "start_pivot",
     "thesis_pivot",
     "validate_pivot",
-    "write_sweeps",
 ]

@@ -16,7 +16,6 @@ signs: `ocmm_core.tables`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -71,19 +70,6 @@ def load_sweeps(path: Path | str, rig: Rig, n_leds: int) -> tuple[PivotSweep, ..
         PivotSweep.even(np.array([own[number] for number in sorted(own)]), sigma_px)
         for own in frames
     )
-
-
-def write_sweeps(sweeps: Sequence[PivotSweep], rig: Rig) -> bytes:
-    """Return the table in the format of `load_sweeps`, one sigma for all; for tests."""
-    sigma_px = float(sweeps[0].sigma_px[0])
-    lines = ["# ocmm sweeps", f"# sigma: {sigma_px!r}", ",".join(_COLUMNS)]
-    for number, sweep in enumerate(sweeps, start=1):
-        for frame, spots in enumerate(sweep.uv.tolist(), start=1):
-            for camera, of_camera in zip(rig.cameras, spots, strict=True):
-                for led, (u, v) in enumerate(of_camera, start=1):
-                    if np.isfinite(u) and np.isfinite(v):
-                        lines.append(f"{number},{frame},{camera.serial},{led},{u!r},{v!r}")
-    return ("\n".join(lines) + "\n").encode()
 
 
 def _count(table: TextTable, row: TextRow, column: str, most: int | None) -> int:

@@ -28,13 +28,7 @@ if TYPE_CHECKING:
         without_model,
     )
     from ocmm_core.inspection.plan._climate import climate_for, material_expansion
-    from ocmm_core.inspection.plan._csv import (
-        FeaturePreview,
-        FeatureTable,
-        feature_table,
-        features_from_csv,
-        preview_features,
-    )
+    from ocmm_core.inspection.plan._csv import FeatureTable, feature_table
     from ocmm_core.inspection.plan._doubts import nominal_doubts
     from ocmm_core.inspection.plan._edit import (
         EDITED,
@@ -102,7 +96,7 @@ else:
         __name__,
         _cad_model="PartOfPlan carry_model part_of_plan with_model without_model",
         _climate="climate_for material_expansion",
-        _csv="FeaturePreview FeatureTable feature_table features_from_csv preview_features",
+        _csv="FeatureTable feature_table",
         _doubts="nominal_doubts",
         _edit=(
             "EDITED HEAD_FIELDS add_characteristic add_construction add_feature move_item "
@@ -139,7 +133,6 @@ __all__ = [
     "USUAL_BALL_RADIUS",
     "CadModel",
     "EnvironmentLimits",
-    "FeaturePreview",
     "FeatureTable",
     "Material",
     "NotedRoom",
@@ -159,7 +152,6 @@ __all__ = [
     "environment_doubt",
     "environment_words",
     "feature_table",
-    "features_from_csv",
     "list_plans",
     "load_plan",
     "material_expansion",
@@ -172,7 +164,6 @@ __all__ = [
     "part_of_plan",
     "plan_card",
     "plan_release",
-    "preview_features",
     "release_in_job",
     "release_plan",
     "remove_item",

@@ -26,13 +26,11 @@ from ocmm_core.tables import (
     NamedColumns,
     TableAccount,
     TableOptions,
-    TablePreview,
     TextRow,
     TextTable,
-    preview_table,
     read_table,
 )
-from ocmm_core.units import named_unit
+from ocmm_core.units import named_unit, scaled
 
 NEEDED = ("name", "shape", "x", "y", "z")
 OPTIONAL = (
@@ -90,16 +88,6 @@ class FeatureTable:
 
 
 @dataclass(frozen=True, slots=True)
-class FeaturePreview:
-    """Lines of a table for an import page, and its features if the reader takes them."""
-
-    preview: TablePreview
-    table: FeatureTable | None
-    options: TableOptions
-    """With which it was read."""
-
-
-@dataclass(frozen=True, slots=True)
 class _Cell:
     """A cell and its place."""
 
@@ -114,26 +102,6 @@ class _Cell:
             f"{self.path}, line {self.line}, column '{self.column}': {self.text[:60]!r} {what}.",
             remedy,
         )
-
-
-def features_from_csv(path: Path | str) -> tuple[NominalFeature, ...]:
-    """Return the features of a table, see `feature_table`."""
-    return feature_table(path).features
-
-
-def preview_features(path: Path, options: TableOptions) -> FeaturePreview:
-    """Return the lines of a table, with its features or the error of the reader.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read at all.
-    """
-    try:
-        table = feature_table(path, options)
-    except InputError as error:
-        return FeaturePreview(preview_table(path, options, error), None, options)
-    return FeaturePreview(preview_table(path, options, table.account), table, options)
 
 
 def feature_table(path: Path | str, options: TableOptions | None = None) -> FeatureTable:
@@ -158,7 +126,7 @@ def feature_table(path: Path | str, options: TableOptions | None = None) -> Feat
     scales = dict(zip(present, factors, strict=True))
     if "angle" in table.units:
         line, text = table.units["angle"]
-        scales["angle"] = named_unit(text, "angle", f"{table.path}, line {line}").factor
+        scales["angle"] = named_unit(text, "angle", table.path, line).factor
     found: list[NominalFeature] = []
     lines: dict[str, int] = {}
     for row in table.rows:
@@ -192,7 +160,8 @@ def _feature(table: TextTable, row: TextRow, scales: dict[str, float]) -> Nomina
         if not cells[column].text:
             raise cells[column].fault("is empty", "Give the place of the feature.")
     values = {
-        column: scales.get(column, 1.0) * _number(table, cells.get(column)) for column in _NUMBERS
+        column: scaled(_number(table, cells.get(column)), scales.get(column, 1.0))
+        for column in _NUMBERS
     }
     direction = (values["i"], values["j"], values["k"])
     if any(direction) and abs(math.hypot(*direction) - 1.0) > _UNIT_VECTOR:
