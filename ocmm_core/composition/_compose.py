@@ -32,6 +32,7 @@ from ocmm_core.inspection.plan import (
     load_plan,
     note_release,
     plan_release,
+    require_consistent,
     require_released,
     stored_plan,
 )
@@ -87,7 +88,9 @@ def build_station(request: StationRequest) -> BuiltStation:
     if request.resume is None:
         if request.released_only:
             require_released(request.plan, plan_release(request.plan))
-        return _built(request, load_plan(request.plan), None)
+        plan = load_plan(request.plan)
+        require_consistent(request.plan, plan)
+        return _built(request, plan, None)
     job = JobFile.open(request.resume)
     try:
         return _built(request, stored_plan(job.head), job)

@@ -41,10 +41,15 @@ OverwriteOption = Annotated[
 
 @plan_app.command()
 def check(plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")]) -> None:
-    """Check a plan and its release, and list missing pictures and sizes for the guidance."""
+    """Check a plan: contradictions, its release, missing pictures and sizes for the guidance.
+
+    Code 1: the plan has errors, such as a nominal that its feature contradicts or limits that are
+    not yet set. It cannot be released or measured before they are corrected.
+    """
     from ocmm_core.inspection.plan import load_plan, plan_release
 
     loaded = load_plan(plan)
+    errors = _print_findings(loaded)
     console = make_console()
     n_features, n_made = len(loaded.features), len(loaded.constructions)
     n_points = sum(feature.points for feature in loaded.features)
@@ -53,15 +58,30 @@ def check(plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")]) -
     points = say(f"{n_points:d} point{'' if n_points == 1 else 's'}")
     constructions = say(f"{n_made:d} construction{'' if n_made == 1 else 's'}")
     characteristics = say(f"{n_wanted:d} characteristic{'' if n_wanted == 1 else 's'}")
-    console.print(
-        say(f"{plan}: good. {features} with {points}, {constructions}, {characteristics}."),
-        highlight=False,
-    )
+    contents = say(f"{features} with {points}, {constructions}, {characteristics}.")
+    found = say(f"not valid, {errors} error{'' if errors == 1 else 's'}.") if errors else ""
+    console.print(f"{plan}: {found or say('good.')} {contents}", highlight=False, markup=False)
     console.print(
         say(f"Plan release: {say(plan_release(plan).words)}."), highlight=False, markup=False
     )
     for warning in warnings_of(loaded, plan.parent):
         console.print(say(warning), style="yellow", highlight=False)
+    if errors:
+        raise typer.Exit(1)
+
+
+def _print_findings(plan: Plan) -> int:
+    """Print the contradictions of a plan, and return the number of errors."""
+    from ocmm_core.inspection.plan import plan_findings
+
+    found = plan_findings(plan)
+    for one in found:
+        word = say_word("Error") if one.is_error else say_word("Warning")
+        make_console().print(
+            f"{word}: {say(one.what)} {say(one.remedy)}",
+            style="red" if one.is_error else "yellow", highlight=False, markup=False,
+        )  # fmt: skip
+    return sum(one.is_error for one in found)
 
 
 @plan_app.command()
@@ -355,6 +375,7 @@ def _write(plan: Plan, output: Path, *, overwrite: bool, silent: bool = False) -
         told = f", {count} characteristic{'' if count == 1 else 's'}" if count else ""
         features = f"{len(plan.features)} feature{'' if len(plan.features) == 1 else 's'}"
         make_console().print(say(f"{output}: {features}{told}."), highlight=False)
+        _print_findings(plan)
 
 
 def _require_free(output: Path, *, overwrite: bool) -> None:

@@ -65,3 +65,5 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     faces: tuple[NominalFace, ...] = ()
     """Of the model, for the profile of a surface: what every ball centre is held against. Without
     them it is the nominal surface of each feature."""
+    limits: Literal["set", "proposed"] = "set"
+    """``"proposed"``: the program chose the limits; not valid until a person sets them."""
