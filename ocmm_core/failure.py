@@ -26,6 +26,10 @@ EXIT_INTERNAL = 3
 """Exit code of every command that met the unexpected."""
 
 CODE = "internal.failure"
+REOPEN = "Open the job again."
+"""Remedy of what fails while a job is measured."""
+AGAIN = "Try again."
+"""Remedy of everything else."""
 MOST_LOGS = 50
 """Older log files of failures are removed."""
 _LONGEST_MESSAGE = 200
@@ -33,7 +37,9 @@ _LONGEST_MESSAGE = 200
 _numbers = itertools.count(1)
 
 
-def contained(error: BaseException, part: str, safe: str = "") -> OcmmError:
+def contained(
+    error: BaseException, part: str, safe: str = "", remedy: str = AGAIN
+) -> OcmmError:
     """Return what to tell of an exception; the traceback of an unexpected one is in a file then.
 
     Never raises, whatever is wrong with the disk or with the exception itself.
@@ -46,20 +52,24 @@ def contained(error: BaseException, part: str, safe: str = "") -> OcmmError:
         What failed, as the beginning of a sentence: "The reconstruction".
     safe
         Sentence that says what is not lost; may be empty.
+    remedy
+        `REOPEN` where a job is measured.
     """
-    told = described(error, part, safe)
+    told = described(error, part, safe, remedy)
     if not isinstance(told, InternalError) or told is cause_of(error):
         return told
     return InternalError(told.code, told.what, f"{told.remedy} {_kept(error, part)}")
 
 
-def described(error: BaseException, part: str, safe: str = "") -> OcmmError:
+def described(
+    error: BaseException, part: str, safe: str = "", remedy: str = AGAIN
+) -> OcmmError:
     """Return what to tell of an exception, as `contained`, at once: nothing is written."""
     cause = cause_of(error)
     if isinstance(cause, OcmmError):
         return cause
     what = f"{part} failed: {_named(cause)}{_place(cause)}."
-    return InternalError(CODE, what, f"{safe} Open the job again.".strip())
+    return InternalError(CODE, what, f"{safe} {remedy}".strip())
 
 
 def cause_of(error: BaseException) -> BaseException:

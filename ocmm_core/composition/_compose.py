@@ -201,14 +201,14 @@ def _new_job(
     header = JobHeader(request.operator, plan.part, request.serial, request.order, request.batch)
     check_header(header)
     job_path = _job_path(request.out, plan)
-    require_new_serial(request.out, request.batch, request.serial, passed_over.append)
+    require_new_serial(request.out, header.batch, header.serial, passed_over.append)
     head = make_head(
         plan=request.plan,
         rig=request.rig,
         probe=request.probe,
-        operator=request.operator,
-        part=plan.part,
-        serial=request.serial,
+        operator=header.operator,
+        part=header.part,
+        serial=header.serial,
     )
     head = replace(head, rig_text=calibration.rig_text, probe_text=probe.probe_text)
     job = JobFile.create(job_path, head)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ocmm_core.documents import digest, read_text
 from ocmm_core.errors import OcmmError
-from ocmm_core.failure import contained
+from ocmm_core.failure import REOPEN, contained
 from ocmm_core.inspection.evaluation import JobHeader
 from ocmm_core.inspection.plan import (
     load_plan,
@@ -158,7 +158,7 @@ class JobChange:
                 before.session.pausing.resume()
             if isinstance(error, OcmmError) or not isinstance(error, Exception):
                 raise
-            raise contained(error, "The change of the job", _NOTHING_CHANGED) from error
+            raise contained(error, "The change of the job", _NOTHING_CHANGED, remedy=REOPEN) from error
         self._parts.begin(after)
         self._events.emit(self._events.changed)
         return words

@@ -7,6 +7,7 @@ trial, so that neither a drift nor a memory favours a part.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from ocmm_core.documents import Document, load_document, write_new
 from ocmm_core.errors import InputError, StorageError
+from ocmm_core.names import label_fault
 from ocmm_core.studies._gauge_rr import LEAST_OPERATORS, LEAST_PARTS, LEAST_TRIALS
 
 STUDY_SCHEMA = "ocmm.msa-plan/1"
@@ -80,10 +82,8 @@ def plan_study(
     if count > _MOST:
         raise InputError("msa.too_large", f"{count} measurements.", f"At most {_MOST}.")
     for word in (name, *parts, *operators):
-        if not word.strip() or any(one in '"\\' or not one.isprintable() for one in word):
-            raise InputError(
-                "msa.name", f"{word!r} cannot be a name.", "Use letters, digits and blanks."
-            )
+        if fault := label_fault(word):
+            raise InputError("msa.name", f"The name {word!r} {fault}.", "Correct the name.")
     rng = np.random.default_rng([seed, 12])
     runs: list[StudyRun] = []
     codes = rng.permutation(count) + 1
@@ -98,15 +98,20 @@ def plan_study(
 def plan_text(plan: StudyPlan) -> str:
     """Return a plan as TOML."""
     head = (
-        f'schema = "{plan.schema}"\nunit = "{plan.unit}"\nname = "{plan.name}"\n'
+        f'schema = "{plan.schema}"\nunit = "{plan.unit}"\nname = {_toml(plan.name)}\n'
         f"seed = {plan.seed}\n"
     )
     runs = [
-        f'[[runs]]\ncode = "{one.code}"\npart = "{one.part}"\noperator = "{one.operator}"\n'
+        f"[[runs]]\ncode = {_toml(one.code)}\npart = {_toml(one.part)}\n"
+        f"operator = {_toml(one.operator)}\n"
         f"trial = {one.trial}\n"
         for one in plan.runs
     ]
     return "\n".join([head, *runs])
+
+
+def _toml(name: str) -> str:
+    return json.dumps(name, ensure_ascii=False)
 
 
 def store_plan(path: Path, plan: StudyPlan) -> None:

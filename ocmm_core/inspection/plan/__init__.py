@@ -62,7 +62,6 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.plan._picture import carry_pictures, with_picture, without_file
     from ocmm_core.inspection.plan._plan import (
         MAX_EXPANSION_PPM,
-        NAME_PATTERN,
         CadModel,
         Material,
         Plan,
@@ -104,7 +103,7 @@ else:
         _file="save_plan",
         _findings="PlanFinding plan_findings require_consistent",
         _picture="carry_pictures with_picture without_file",
-        _plan="CadModel MAX_EXPANSION_PPM Material NAME_PATTERN Plan check_plan load_plan",
+        _plan="CadModel MAX_EXPANSION_PPM Material Plan check_plan load_plan",
         _plan_release=(
             "RELEASE_EVENT note_release plan_release release_in_job release_plan require_released"
         ),
@@ -120,7 +119,6 @@ __all__ = [
     "ENVIRONMENT_EVENT",
     "HEAD_FIELDS",
     "MAX_EXPANSION_PPM",
-    "NAME_PATTERN",
     "RELEASE_EVENT",
     "USUAL_BALL_RADIUS",
     "CadModel",

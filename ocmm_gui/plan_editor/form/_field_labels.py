@@ -15,7 +15,7 @@ from ocmm_gui.kit import later, said_word, tr, tr_all, unit_word
 Words = tuple[str, str]
 """Label and explanation."""
 
-_NAME = (later("Name"), later("Letters, digits, spaces, _ . -"))
+_NAME = (later("Name"), later("Letters, digits, spaces, _ . - /"))
 _LIST = later("Names, separated by commas")
 
 _ALL: Mapping[str, Words] = {

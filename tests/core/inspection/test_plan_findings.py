@@ -281,7 +281,7 @@ CONTRADICTIONS: dict[str, Callable[[Plan, Generator], Plan]] = {
 def test_honest_plans_are_not_accused() -> None:
     for number in range(amount(300, 3000)):
         plan = honest(number)
-        found = [one for one in plan_findings(plan)]
+        found = plan_findings(plan)
         assert not found, (number, found[0])
     for name in ("demo.toml", "gauge.toml", "quick.toml"):
         assert plan_findings(load_plan(resource("plans", name))) == ()
