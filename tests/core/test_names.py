@@ -53,9 +53,9 @@ BAD = {
     NFD: "NFC",
 }
 HOSTILE = (
-    *GOOD, "..", "../../etc/passwd", "..\\..\\x", ".hidden", "-rf", "~x", "CON", "con.txt", "LPT¹", "nul",
-    "a:b", "a*?", "a.", "a..", "<>|", "A/B", "A_B", "A\\B", "C:\\x", "\U0001d538" * 60, "零" * 60, "a\u202eb",
-    "\ud800", "", " ",
+    *GOOD, "..", "../../etc/passwd", "..\\..\\x", ".hidden", "-rf", "~x", "CON", "con.txt", "LPT¹",
+    "nul", "a:b", "a*?", "a.", "a..", "<>|", "A/B", "A_B", "A\\B", "C:\\x", "\U0001d538" * 60, "零" * 60,
+    "a\u202eb", "\ud800", "", " ",
 )  # fmt: skip
 
 
