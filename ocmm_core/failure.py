@@ -19,6 +19,7 @@ from pathlib import Path
 from types import TracebackType
 
 from ocmm_core import __version__
+from ocmm_core.console import print_in_any_encoding
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InternalError, OcmmError
 
@@ -37,9 +38,7 @@ _LONGEST_MESSAGE = 200
 _numbers = itertools.count(1)
 
 
-def contained(
-    error: BaseException, part: str, safe: str = "", remedy: str = AGAIN
-) -> OcmmError:
+def contained(error: BaseException, part: str, safe: str = "", remedy: str = AGAIN) -> OcmmError:
     """Return what to tell of an exception; the traceback of an unexpected one is in a file then.
 
     Never raises, whatever is wrong with the disk or with the exception itself.
@@ -61,9 +60,7 @@ def contained(
     return InternalError(told.code, told.what, f"{told.remedy} {_kept(error, part)}")
 
 
-def described(
-    error: BaseException, part: str, safe: str = "", remedy: str = AGAIN
-) -> OcmmError:
+def described(error: BaseException, part: str, safe: str = "", remedy: str = AGAIN) -> OcmmError:
     """Return what to tell of an exception, as `contained`, at once: nothing is written."""
     cause = cause_of(error)
     if isinstance(cause, OcmmError):
@@ -91,7 +88,7 @@ def log_folder() -> Path:
 
 
 def hold_standard_streams() -> None:
-    """Put the null device in the place of standard streams that are closed.
+    """Replace closed standard streams by the null device; let the others print any character.
 
     Else the next file that is opened gets the number of a closed one, and everything printed is
     written into it: into a job file, for example.
@@ -108,6 +105,7 @@ def hold_standard_streams() -> None:
             mode = "w" if number else "r"
             stream = os.fdopen(number, mode, encoding="utf-8", errors="replace", closefd=False)
             setattr(sys, name, stream)
+    print_in_any_encoding()
 
 
 class ThreadNet:

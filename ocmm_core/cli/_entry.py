@@ -11,7 +11,7 @@ from typing import NoReturn, TextIO
 
 from ocmm_core.acquisition.bus_process import hold_nothing
 from ocmm_core.blas import use_one_thread
-from ocmm_core.cli.terminal import print_in_any_encoding, say
+from ocmm_core.cli.terminal import say
 from ocmm_core.errors import InternalError, OcmmError, StorageError
 from ocmm_core.failure import (
     AGAIN,
@@ -37,7 +37,6 @@ _MEASURING = ("measure", "demo")
 def main() -> None:
     """Run the command line; every fault, also an unexpected one, is a sentence and its remedy."""
     hold_standard_streams()
-    print_in_any_encoding()
     try:
         _main()
     except SystemExit as end:

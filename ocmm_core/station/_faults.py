@@ -128,7 +128,9 @@ class StationFaults:
         with self._lock:
             if part in self._beside:
                 return
-            self._beside[part] = Fault(described(error, part, remedy=REOPEN), part, time.monotonic())
+            self._beside[part] = Fault(
+                described(error, part, remedy=REOPEN), part, time.monotonic()
+            )
         told = _with_words(contained(error, part, remedy=REOPEN), "Measuring continues.")
         with self._lock:
             self._beside[part] = replace(self._beside[part], error=told)

@@ -158,7 +158,9 @@ class JobChange:
                 before.session.pausing.resume()
             if isinstance(error, OcmmError) or not isinstance(error, Exception):
                 raise
-            raise contained(error, "The change of the job", _NOTHING_CHANGED, remedy=REOPEN) from error
+            raise contained(
+                error, "The change of the job", _NOTHING_CHANGED, remedy=REOPEN
+            ) from error
         self._parts.begin(after)
         self._events.emit(self._events.changed)
         return words

@@ -8,7 +8,7 @@ trial, so that neither a drift nor a memory favours a part.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import msgspec
@@ -97,21 +97,16 @@ def plan_study(
 
 def plan_text(plan: StudyPlan) -> str:
     """Return a plan as TOML."""
-    head = (
-        f'schema = "{plan.schema}"\nunit = "{plan.unit}"\nname = {_toml(plan.name)}\n'
-        f"seed = {plan.seed}\n"
+    head = {field: getattr(plan, field) for field in ("schema", "unit", "name", "seed")}
+    runs = [f"[[runs]]\n{_entries(msgspec.to_builtins(one))}" for one in plan.runs]
+    return "\n".join([_entries(head), *runs])
+
+
+def _entries(values: Mapping[str, object]) -> str:
+    # JSON writes text and whole numbers as TOML does.
+    return "".join(
+        f"{key} = {json.dumps(value, ensure_ascii=False)}\n" for key, value in values.items()
     )
-    runs = [
-        f"[[runs]]\ncode = {_toml(one.code)}\npart = {_toml(one.part)}\n"
-        f"operator = {_toml(one.operator)}\n"
-        f"trial = {one.trial}\n"
-        for one in plan.runs
-    ]
-    return "\n".join([head, *runs])
-
-
-def _toml(name: str) -> str:
-    return json.dumps(name, ensure_ascii=False)
 
 
 def store_plan(path: Path, plan: StudyPlan) -> None:

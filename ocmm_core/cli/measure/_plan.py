@@ -58,9 +58,11 @@ def check(plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")]) -
     points = say(f"{n_points:d} point{'' if n_points == 1 else 's'}")
     constructions = say(f"{n_made:d} construction{'' if n_made == 1 else 's'}")
     characteristics = say(f"{n_wanted:d} characteristic{'' if n_wanted == 1 else 's'}")
-    contents = say(f"{features} with {points}, {constructions}, {characteristics}.")
-    found = say(f"not valid, {errors} error{'' if errors == 1 else 's'}.") if errors else ""
-    console.print(f"{plan}: {found or say('good.')} {contents}", highlight=False, markup=False)
+    if errors:
+        words = say(f"{plan}: not valid, {errors} error{'' if errors == 1 else 's'}.")
+    else:
+        words = say(f"{plan}: good. {features} with {points}, {constructions}, {characteristics}.")
+    console.print(words, highlight=False, markup=False)
     console.print(
         say(f"Plan release: {say(plan_release(plan).words)}."), highlight=False, markup=False
     )
@@ -76,9 +78,8 @@ def _print_findings(plan: Plan) -> int:
 
     found = plan_findings(plan)
     for one in found:
-        word = say_word("Error") if one.is_error else say_word("Warning")
         make_console().print(
-            f"{word}: {say(one.what)} {say(one.remedy)}",
+            f"{'✖' if one.is_error else '▲'} {say(one.what)} {say(one.remedy)}",
             style="red" if one.is_error else "yellow", highlight=False, markup=False,
         )  # fmt: skip
     return sum(one.is_error for one in found)

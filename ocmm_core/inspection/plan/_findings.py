@@ -48,8 +48,8 @@ class PlanFinding:
 
     what: str
     remedy: str
-    item: str = ""
-    """Name of the feature or characteristic; empty for the plan or its alignment."""
+    item: str = "alignment"
+    """Name of the feature or characteristic, or ``alignment``."""
     is_error: bool = True
     """The plan is not valid: it cannot be released and no job is started by it."""
 
@@ -63,14 +63,13 @@ def plan_findings(plan: Plan) -> tuple[PlanFinding, ...]:
 
 
 def require_consistent(path: Path, plan: Plan) -> None:
-    """Raise InputError with the first error of `plan_findings`, and the number of all."""
-    errors = [one for one in plan_findings(plan) if one.is_error]
-    if errors:
-        more = f" (1 of {len(errors)} errors)" if len(errors) > 1 else ""
+    """Raise InputError with the first error of `plan_findings`."""
+    found = plan_findings(plan)
+    if found and found[0].is_error:
         raise InputError(
             "plan.contradiction",
-            f"{path}: the plan is not valid{more}: {errors[0].what}",
-            f"{errors[0].remedy} The plan page and 'ocmm plan check' list all errors.",
+            f"{path}: the plan is not valid. {found[0].what}",
+            f"{found[0].remedy} The plan page and 'ocmm plan check' list all errors.",
         )
 
 
@@ -110,11 +109,11 @@ def _alignment(plan: Plan) -> Iterator[PlanFinding]:
             f"Even a nominal part could not be aligned: {error.what}", error.remedy
         )  # fmt: skip
         return
-    yield from _datums(plan, datums_in_precedence(bound.rule)[0], bound.nominals, "The alignment")
+    yield from _datums(plan, datums_in_precedence(bound.rule)[0], bound.nominals)
 
 
 def _datums(
-    plan: Plan, datums: Sequence[str], nominals: dict[str, Float], user: str, item: str = ""
+    plan: Plan, datums: Sequence[str], nominals: dict[str, Float], item: str = "alignment"
 ) -> Iterator[PlanFinding]:
     """Yield datums that take no degree of freedom from the part."""
     if any(name not in nominals for name in datums):
@@ -122,13 +121,13 @@ def _datums(
     try:
         left = freedoms_left(datums, plan.shapes, nominals)
     except FitError as error:
-        yield PlanFinding(f"{user}: {error.what}", error.remedy, item)
+        yield PlanFinding(f"{item}: {error.what}", error.remedy, item)
         return
     for place, (before, after) in enumerate(pairwise(left)):
         if before == after:
             held = " and ".join(datums[:place])
             yield PlanFinding(
-                f"{user}: datum {datums[place]} takes none of the {before} degrees of freedom "
+                f"{item}: datum {datums[place]} takes none of the {before} degrees of freedom "
                 f"that {held} leaves open; it is parallel to it, coaxial with it or lies on it.",
                 "Choose a datum across the ones before it, or remove this datum.",
                 item,
@@ -174,9 +173,9 @@ def _overlap(one: NominalFeature, other: NominalFeature, gap: Float, way: Float)
 
 def _twice(one: NominalFeature, other: NominalFeature, *, is_error: bool) -> PlanFinding:
     shape = one.shape.value.lower()
-    verb = "are the same" if is_error else "overlap: both lie on the same"
+    names = f"{one.name} and {other.name}"
     return PlanFinding(
-        f"{one.name} and {other.name} {verb} {shape}.",
+        f"{names} are the same {shape}." if is_error else f"{names} overlap on one {shape}.",
         f"Remove one of them, or correct the point, direction or sizes of {other.name}.",
         other.name,
         is_error,
@@ -189,7 +188,7 @@ def _characteristics(plan: Plan) -> Iterator[PlanFinding]:
     for item in plan.characteristics:
         spec = spec_of(item.kind)
         if spec.datums_make_frame:
-            yield from _datums(plan, item.datums, nominals, item.name, item.name)
+            yield from _datums(plan, item.datums, nominals, item.name)
         unit = "mm" if spec.unit == "mm" else "°"
         yield from _limits(item, unit)
         value = drawn_value(item, nominals, shapes, bound)
@@ -208,11 +207,11 @@ def _characteristics(plan: Plan) -> Iterator[PlanFinding]:
 
 
 def _limits(item: Characteristic, unit: str) -> Iterator[PlanFinding]:
+    low, high = f"{item.lower:g}", f"{item.upper:g}"
     if item.limits == "proposed":
         yield PlanFinding(
-            f"{item.name}: the limits {item.lower:g} to {item.upper:g} {unit} are proposed and "
-            "not yet set.",
-            'Enter the limits of the drawing, or confirm these: limits = "set".',
+            f"{item.name}: the limits {low} to {high} {unit} are proposed and not yet set.",
+            "Enter the limits of the drawing, or confirm these (limits: set).",
             item.name,
         )
         return
@@ -226,7 +225,7 @@ def _limits(item: Characteristic, unit: str) -> Iterator[PlanFinding]:
     usual = _FIT_MM + _FIT_SHARE * abs(item.nominal) if item.kind in _SIZES else 0.0
     if beyond > usual:
         yield PlanFinding(
-            f"{item.name}: the limits {item.lower:g} to {item.upper:g} {unit} exclude the nominal "
+            f"{item.name}: the limits {low} to {high} {unit} exclude the nominal "
             f"{item.nominal:g} {unit}; limits are deviations from it.",
             "Check the signs, and that the limits are not sizes.",
             item.name,
