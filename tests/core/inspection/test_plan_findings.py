@@ -5,6 +5,7 @@ The nominals of the honest plans come from the dimensions of a block, not from t
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -34,6 +35,7 @@ from ocmm_core.tolerances.zones import Characteristic
 from tests.host import amount
 
 SEED = 20261128
+ROOT = Path(__file__).resolve().parents[3]
 Z, X, Y = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 
@@ -309,6 +311,22 @@ def test_each_kind_of_characteristic_is_compared_with_its_features() -> None:
     flat = {kind for kind, spec in KINDS.items() if spec.geometry is None and spec.form_alone}
     framed = {kind for kind, spec in KINDS.items() if spec.datums_make_frame}
     assert set(KINDS) - names - flat - framed == set()
+
+
+def test_the_plan_of_the_manual_is_complete_and_valid(tmp_path: Path) -> None:
+    """The German page has the same plan."""
+    pages = [ROOT / "docs" / "plans.md", ROOT / "docs" / "de" / "plans.md"]
+    (text, german) = (
+        re.findall(r"```toml\n(schema.*?)```", page.read_text(), re.DOTALL) for page in pages
+    )
+    assert text == german
+    path = tmp_path / "bracket.toml"
+    path.write_text(text[0], encoding="utf-8")
+    plan = load_plan(path)
+    assert plan_findings(plan) == ()
+    assert plan.alignment is not None
+    points = sum(feature.points for feature in plan.features)
+    assert f"4 features with {points} points" in pages[0].read_text()
 
 
 def test_limits_that_exclude_the_nominal_are_a_warning(tmp_path: Path) -> None:
