@@ -110,6 +110,21 @@ def frames_of_datums(
     return _frames([_element(name, geometries, shapes, nominals) for name in datums])
 
 
+def freedoms_left(
+    datums: Sequence[str], shapes: Mapping[str, Shape], nominals: Mapping[str, Float]
+) -> tuple[int, ...]:
+    """Return the degrees of freedom open before the first datum and after each, by the nominals.
+
+    Raises
+    ------
+    FitError
+        A datum has no nominal, or hardly constrains the part.
+    """
+    elements = [_element(name, nominals, shapes, nominals) for name in datums]
+    cuts = (elements[:count] for count in range(len(elements) + 1))
+    return tuple(next(_ways(Held.free(), cut)).freedom.count for cut in cuts)
+
+
 def _frames(elements: Sequence[_Element]) -> list[DatumFrame]:
     ways = _ways(Held.free(), elements)
     return [_frame_of(held, elements, place) for place, held in enumerate(ways)]

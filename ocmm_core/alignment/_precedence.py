@@ -91,7 +91,7 @@ def refit_under_precedence(
     """
     if not isinstance(rule, BoundAlignment):
         return ConstrainedAssociation(actual, {})
-    datums, others = _datums(rule.rule)
+    datums, others = datums_in_precedence(rule.rule)
     if any(name not in actual for name in datums) or len(datums) < 2:
         return ConstrainedAssociation(actual, {})
     again, _ = in_precedence(datums, actual, rule.shapes, rule.nominals, rule.choice)
@@ -106,7 +106,7 @@ def datums_refit_by(
     """Return the datums of a part frame re-associated by `refit_under_precedence`."""
     if not isinstance(rule, BoundAlignment):
         return ()
-    return may_be_refit(_datums(rule.rule)[0], actual)
+    return may_be_refit(datums_in_precedence(rule.rule)[0], actual)
 
 
 def may_be_refit(datums: Sequence[str], actual: Mapping[str, ActualFeature]) -> tuple[str, ...]:
@@ -215,14 +215,14 @@ def _nearer(direction: Float, measured: Float) -> Float:
     return direction if float(direction @ measured) >= 0.0 else -direction
 
 
-def _datums(rule: Alignment) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def datums_in_precedence(rule: Alignment) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the datums in precedence of a rule, and other features used unchanged."""
     match rule:
         case PlaneAxisPoint() | DatumReferenceFrame():
             return rule.features, ()
         case BestFit() if rule.start is not None:
-            return _datums(rule.start)[0], rule.points
+            return datums_in_precedence(rule.start)[0], rule.points
         case ReferencePoints() if rule.start is not None:
             names = tuple(item.feature for item in rule.conditions)
-            return _datums(rule.start)[0], names
+            return datums_in_precedence(rule.start)[0], names
     return (), ()

@@ -32,6 +32,7 @@ from ocmm_core.inspection.plan import (
     load_plan,
     note_release,
     plan_release,
+    require_consistent,
     require_released,
     stored_plan,
 )
@@ -80,7 +81,9 @@ def build_station(request: StationRequest) -> BuiltStation:
     if request.resume is None:
         if request.released_only:
             require_released(request.plan, plan_release(request.plan))
-        return _built(request, load_plan(request.plan), None)
+        plan = load_plan(request.plan)
+        require_consistent(request.plan, plan)
+        return _built(request, plan, None)
     job = JobFile.open(request.resume)
     try:
         return _built(request, stored_plan(job.head), job)
@@ -191,14 +194,14 @@ def _new_job(
     header = JobHeader(request.operator, plan.part, request.serial, request.order, request.batch)
     check_header(header)
     job_path = _job_path(request.out, plan)
-    require_new_serial(request.out, request.batch, request.serial, passed_over.append)
+    require_new_serial(request.out, header.batch, header.serial, passed_over.append)
     head = make_head(
         plan=request.plan,
         rig=request.rig,
         probe=request.probe,
-        operator=request.operator,
-        part=plan.part,
-        serial=request.serial,
+        operator=header.operator,
+        part=header.part,
+        serial=header.serial,
     )
     head = replace(head, rig_text=calibration.rig_text, probe_text=probe.probe_text)
     job = JobFile.create(job_path, head)

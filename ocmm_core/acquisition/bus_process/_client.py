@@ -23,7 +23,7 @@ from ocmm_core.acquisition.frames import (
     leave_error,
 )
 from ocmm_core.errors import AcquisitionError, BusError
-from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained
 
 _KILL_S = 2.0
 _SEND_S = 2.0
@@ -197,7 +197,7 @@ class ChildProcess:
                 for line in lines.push(content):
                     self._objects.receive(line)
         except Exception as error:
-            told = contained(error, "Reading from the bus process")
+            told = contained(error, "Reading from the bus process", remedy=REOPEN)
             end = BusError(told.code, told.what, told.remedy)
         self._objects.end(end)
 

@@ -15,7 +15,7 @@ from collections import deque
 from collections.abc import Callable
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.failure import contained
+from ocmm_core.failure import REOPEN, contained
 from ocmm_core.fieldbus.objects import (
     MAX_LINE_BYTES,
     CancelRequest,
@@ -184,7 +184,7 @@ class CommandPort:
                 pass
         except Exception as error:
             # Without this thread the end of the application would not be noticed.
-            self._on_failure(contained(error, "The connection to the application"))
+            self._on_failure(contained(error, "The connection to the application", remedy=REOPEN))
             self._on_end()
 
     def _output_waits(self) -> bool:

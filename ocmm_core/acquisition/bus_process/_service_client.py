@@ -19,7 +19,7 @@ from ocmm_core.acquisition.bus_process._client import ChildProcess
 from ocmm_core.acquisition.bus_process._config import BusConfig
 from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.errors import BusError, InternalError
-from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained
 
 SERVICE_SOCKET = Path("/run/ocmm/acq.sock")
 EXIT_FAILED = 2
@@ -105,7 +105,7 @@ def main() -> None:
     except (BrokenPipeError, ConnectionResetError):
         ours = False
     except Exception as error:
-        told = contained(error, "The relay to the camera bus service")
+        told = contained(error, "The relay to the camera bus service", remedy=REOPEN)
         sys.stderr.write(f"{told}\n")
         sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
     if not ours:

@@ -11,7 +11,7 @@ from ocmm_core.acquisition.frames._frames import Cycle, CycleVerdict
 from ocmm_core.acquisition.frames._ring import FrameRing, RingHeaderField
 from ocmm_core.acquisition.frames._source import FrameSource
 from ocmm_core.errors import AcquisitionError, InternalError, OcmmError
-from ocmm_core.failure import CODE, contained, described
+from ocmm_core.failure import CODE, REOPEN, contained, described
 from ocmm_core.fieldbus.report import pace_words
 
 _WAIT_S = 0.002
@@ -104,10 +104,10 @@ def _pace(ring: FrameRing, which: RingHeaderField) -> float | None:
 def leave_error(ring: FrameRing, error: Exception) -> None:
     """Store in a ring why its writer ends."""
     # Status before the log: disks can be slow.
-    told = described(error, "The acquisition")
+    told = described(error, "The acquisition", remedy=REOPEN)
     ring.set_text(str(told))
     ring.set_word(RingHeaderField.INTERNAL, int(isinstance(told, InternalError)))
-    ring.set_text(str(contained(error, "The acquisition")))
+    ring.set_text(str(contained(error, "The acquisition", remedy=REOPEN)))
 
 
 class AcquisitionWorker:

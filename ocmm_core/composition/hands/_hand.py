@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.errors import OcmmError
-from ocmm_core.failure import contained
+from ocmm_core.failure import REOPEN, contained
 
 Watcher = Callable[[FrameBlock], None]
 
@@ -78,6 +78,6 @@ class Hand(ABC):
                 if self._wanted():
                     self._show(watcher)
         except Exception as error:
-            self._failed(contained(error, self.named, self._safe))
+            self._failed(contained(error, self.named, self._safe, remedy=REOPEN))
         finally:
             self.close()

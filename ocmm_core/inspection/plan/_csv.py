@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -19,8 +19,9 @@ import numpy as np
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan._edit import add_feature, usual_points
-from ocmm_core.inspection.plan._plan import NAME_PATTERN, Plan
+from ocmm_core.inspection.plan._plan import Plan
 from ocmm_core.inspection.plan._requirements import Requirement, source_of, with_requirements
+from ocmm_core.names import name_fault, normal_name
 from ocmm_core.tables import (
     SKIPPED_BY_USER,
     NamedColumns,
@@ -145,13 +146,9 @@ def feature_table(path: Path | str, options: TableOptions | None = None) -> Feat
 
 def _feature(table: TextTable, row: TextRow, scales: dict[str, float]) -> NominalFeature:
     cells = {name: _Cell(table.path, row.line, name, text) for name, text in row.cells.items()}
-    name = cells["name"]
-    if not NAME_PATTERN.fullmatch(name.text):
-        raise name.fault(
-            "is not a valid name",
-            "A name has 1 to 60 letters, digits, spaces, '_', '.' or '-' and starts with a "
-            "letter, a digit or '_'.",
-        )
+    name = replace(cells["name"], text=normal_name(cells["name"].text))
+    if fault := name_fault(name.text):
+        raise name.fault(f"is not a valid name: it {fault}", "Correct the name.")
     word = cells["shape"]
     shape = _SHAPES.get(re.sub("[^a-z]", "", word.text.lower()))
     if shape is None:

@@ -69,3 +69,5 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """Faces of the model to compare ball centres with, for the profile of a surface; default: the
     nominal surface of each feature.
     """
+    limits: Literal["set", "proposed"] = "set"
+    """``"proposed"``: the program chose the limits; not valid until a person sets them."""
