@@ -62,7 +62,7 @@ def make(
 ) -> None:
     """Write the paper of cameras, of a qualified tip, or of an acceptance test.
 
-    A digital calibration certificate (DCC 3.1.2), its signature by this station, and pages with a
+    A digital calibration certificate (DCC 3.2.1), signed by this station (XAdES), and pages with a
     graph. As found and after adjustment are both in it, or it says that one was not determined. It
     calls itself a calibration
     certificate only where a procedure names an accreditation.
@@ -76,8 +76,8 @@ def make(
     paper = certificate_of_folder(folder, sheet, tip, calibration=calibration, as_found=as_found)
     console = make_console(soft_wrap=True)
     if not pages:
-        for path in write_certificate(paper, out):
-            console.print(f"{lead('Certificate  ')}{path}", highlight=False, markup=False)
+        path = write_certificate(paper, out)
+        console.print(f"{lead('Certificate  ')}{path}", highlight=False, markup=False)
         return
     options = [str(folder), "--out", str(out), "--given", msgspec.json.encode(given).decode()]
     options += ["--tip", tip] if tip else []
@@ -144,7 +144,7 @@ def artefact(
         Expansion,
         artefact_text,
         read_dcc,
-        trusted_laboratories,
+        trusted_signers,
     )
     from ocmm_core.seals import KeyFolder
 
@@ -153,7 +153,7 @@ def artefact(
         if expansion is None or expansion_sigma is None
         else Expansion(expansion, expansion_sigma)
     )
-    dcc = read_dcc(read_bytes(file), trusted_laboratories(KeyFolder().folder))
+    dcc = read_dcc(read_bytes(file), trusted_signers(KeyFolder()))
     text = artefact_text(dcc, kind, due, quantity=quantity, expansion=grows)
     write_new(out, text.encode("utf-8"))
     # The reader of the product has the last word: what it refuses does not stay.
