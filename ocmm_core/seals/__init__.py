@@ -77,9 +77,7 @@ else:
         _ring="KnownKey",
         _signature="NOT_SIGNED SealState SealWord Signature Signed judge_signature sign",
         _tokens="TokenPlace",
-        _x509=(
-            "DocumentKey document_key station_certificate station_of write_station_certificate"
-        ),
+        _x509=("DocumentKey document_key station_certificate station_of write_station_certificate"),
     )
 
 __all__ = [

@@ -52,7 +52,7 @@ def document_key(key: StationKey, what: str) -> DocumentKey:
         The token with the key of the station does not answer.
     """
     private, station = ec.generate_private_key(ec.SECP256R1()), station_certificate(key)
-    usage = x509.KeyUsage(True, True, False, False, False, False, False, False, False)  # noqa: FBT003
+    usage = x509.KeyUsage(True, True, False, False, False, False, False, False, False)
     builder = (
         _named(station.subject, _name(f"OCMM {shown_key(key.fingerprint)}: {what[:40]}"))
         .public_key(private.public_key())
@@ -66,7 +66,7 @@ def document_key(key: StationKey, what: str) -> DocumentKey:
 def station_certificate(key: StationKey) -> x509.Certificate:
     """Return the self-signed certificate of a station; errors as `document_key`."""
     name = _name(f"{_STATION} {shown_key(key.fingerprint)}")
-    usage = x509.KeyUsage(False, False, False, False, False, True, False, False, False)  # noqa: FBT003
+    usage = x509.KeyUsage(False, False, False, False, False, True, False, False, False)
     builder = (
         _named(name, name)
         .public_key(key_of(key.public))
@@ -120,7 +120,7 @@ def _issued(builder: x509.CertificateBuilder, key: StationKey) -> x509.Certifica
     The builder signs with a private key only, so it signs with a passing one of the same kind, and
     the signature is replaced. The signed part does not depend on the key that signs it.
     """
-    if len(key.public) == 32:  # noqa: PLR2004
+    if len(key.public) == 32:
         passing = builder.sign(Ed25519PrivateKey.generate(), None)
         signature = key.sign(passing.tbs_certificate_bytes)
     else:
@@ -140,4 +140,4 @@ def _tagged(tag: int, content: bytes) -> bytes:
     """Return DER of a tag and its content (X.690, 8.1.3)."""
     size = len(content)
     length = size.to_bytes((size.bit_length() + 7) // 8, "big")
-    return bytes([tag]) + (bytes([0x80 | len(length)]) if size >= 0x80 else b"") + length + content  # noqa: PLR2004
+    return bytes([tag]) + (bytes([0x80 | len(length)]) if size >= 0x80 else b"") + length + content

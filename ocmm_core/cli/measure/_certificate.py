@@ -140,12 +140,7 @@ def artefact(
     """Make the document of a bar or a sphere from its certificate: nobody types a number."""
     from ocmm_core.calibration.records import load_bar, load_sphere
     from ocmm_core.documents import read_bytes, write_new
-    from ocmm_core.export.certificate import (
-        Expansion,
-        artefact_text,
-        read_dcc,
-        trusted_signers,
-    )
+    from ocmm_core.export.certificate import Expansion, artefact_text, read_dcc, trusted_signers
     from ocmm_core.seals import KeyFolder
 
     grows = (

@@ -47,6 +47,7 @@ if TYPE_CHECKING:
         CERTIFICATE_ENDING,
         SEAL_SUFFIX,
         check_dcc_seal,
+        signed_certificates,
         write_certificate,
         write_certificates,
     )
@@ -71,7 +72,8 @@ else:
         _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",
         _reader="Dcc DccQuantity read_dcc",
         _seal=(
-            "CERTIFICATE_ENDING SEAL_SUFFIX check_dcc_seal write_certificate write_certificates"
+            "CERTIFICATE_ENDING SEAL_SUFFIX check_dcc_seal signed_certificates write_certificate "
+            "write_certificates"
         ),
         _xml_signature=(
             "TrustedSigners XmlSignature XmlSignatureWord trust_laboratory trusted_signers"
@@ -108,6 +110,7 @@ __all__ = [
     "open_certificate_clauses",
     "read_dcc",
     "rule_said",
+    "signed_certificates",
     "trust_laboratory",
     "trusted_signers",
     "write_certificate",

@@ -158,8 +158,10 @@ def _root(content: bytes) -> etree._Element:
 def _in_text(node: etree._Element) -> bool:
     """Return whether a comment or instruction is inside a text."""
     parent = node.getparent()
-    return parent is not None and bool("".join(parent.itertext()).strip()) and not len(
-        [one for one in parent if one.tag not in _NO_ELEMENTS]
+    return (
+        parent is not None
+        and bool("".join(parent.itertext()).strip())
+        and not len([one for one in parent if one.tag not in _NO_ELEMENTS])
     )
 
 

@@ -93,28 +93,33 @@ def write_certificate(paper: Certificate, folder: Path) -> Path:
     return folder / name
 
 
-def write_certificates(papers: Sequence[tuple[Certificate, Pages]], folder: Path) -> tuple[
-    Path, ...
-]:  # fmt: skip
-    """Write pages and signed DCC of every certificate, all files or none.
-
-    The pages contain the DCC.
-
-    Returns
-    -------
-    Paths of the files, certificate by certificate, the pages first.
+def write_certificates(
+    papers: Sequence[tuple[Certificate, Pages]], folder: Path
+) -> tuple[Path, ...]:
+    """Write what `signed_certificates` returns, all files or none, and return their paths.
 
     Raises
     ------
     StorageError
         As `write_certificate`; nothing is written then.
     """
+    files = signed_certificates(papers, folder)
+    write_together(files)
+    return tuple(files)
+
+
+def signed_certificates(
+    papers: Sequence[tuple[Certificate, Pages]], folder: Path
+) -> dict[Path, bytes]:
+    """Return pages and signed DCC of every certificate; the pages contain the DCC.
+
+    Errors as `write_certificate`, and those of ``papers``.
+    """
     files: dict[Path, bytes] = {}
     for paper, pages in papers:
         name, content = _signed(paper)
         files |= {folder / f"{paper.number}.pdf": pages({name: content}), folder / name: content}
-    write_together(files)
-    return tuple(files)
+    return files
 
 
 def check_dcc_seal(path: Path, keys: KeyFolder) -> DccFound:

@@ -183,9 +183,7 @@ def _verified(
         return "it does not cover the whole document", None
     # A certificate of years ago was signed with a key that has expired since.
     moment = leaf.not_valid_after_utc - timedelta(seconds=1)
-    config = SignatureConfiguration(
-        location="./", expect_references=True, verification_time=moment
-    )
+    config = SignatureConfiguration(location="./", expect_references=True, verification_time=moment)
     try:
         verified = _verifier()().verify(root, x509_cert=leaf, expect_config=config)
     except (SignXMLException, InvalidSignature, ValueError, etree.LxmlError) as error:
@@ -201,7 +199,9 @@ def _rewritten(root: etree._Element, signature: etree._Element, content: bytes) 
     target = signature.find("{*}Object/{*}QualifyingProperties")
     named = target is not None and target.get("Target") == f"#{signature.get('Id')}"
     value = (signature.findtext(f"{_DS}SignatureValue") or "").encode()
-    return not named or base64.b64encode(base64.b64decode(value)) != value or content != _written(root)
+    return (
+        not named or base64.b64encode(base64.b64decode(value)) != value or content != _written(root)
+    )
 
 
 def _written(root: etree._Element) -> bytes:
