@@ -34,6 +34,8 @@ from PySide6.QtGui import QColor, QColorSpace, QPainter, QPdfWriter, QPen
 _OFF = -9000
 """Of the marks, tenths of a millimetre: far off the page."""
 _MARK = re.compile(rb"-9000 -(\d+) m\n-9000 -\d+ l\nS\n")
+_RANGE = re.compile(rb"^(<\w{4}> <\w{4}> )(.*)$", re.MULTILINE)
+"""Of a font's codes, and the characters that they are copied as."""
 _TYPES = {".json": "application/json", ".xml": "text/xml", ".csv": "text/csv"}
 _XMP = """<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>
 <x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">
@@ -197,10 +199,17 @@ def _marked(content: bytes, tags: Sequence[PageTag]) -> tuple[list[int], bytes]:
 
 
 def _clean_fonts(page: PageObject) -> None:
-    """Remove the lists of characters of fonts: optional, and incomplete as Qt writes them."""
+    """Correct what Qt writes of fonts: spaces copied as tabs, incomplete lists of characters."""
     for font in page["/Resources"].get("/Font", {}).values():
         for under in font.get("/DescendantFonts", ()):
+            # Optional in PDF/A-3 (6.2.11.4.2).
             under["/FontDescriptor"].pop("/CIDSet", None)
+        stream = font["/ToUnicode"]
+        stream.set_data(_RANGE.sub(_with_spaces, stream.get_data()))
+
+
+def _with_spaces(match: re.Match[bytes]) -> bytes:
+    return match[1] + match[2].replace(b"<0009>", b"<0020>")
 
 
 def _intent(writer: PdfWriter) -> DictionaryObject:

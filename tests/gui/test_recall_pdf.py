@@ -62,7 +62,7 @@ def test_the_record_is_inside_and_every_page_names_it() -> None:
     assert "Bore 60" in said
     made = recall.pdf_bytes(RECORD)
     assert made.startswith(b"%PDF-")
-    assert seal(RECORD) in pdf_writer.streams(made)
+    assert attached(made)[1] == {"recall.json": seal(RECORD)}
     foot = f"Recall SHA-256 {record_hash(RECORD)}"
     for index in range(len(canvas.pages)):
         paint = partial(pdf_writer.paint_with_foot, canvas=canvas, index=index, foot=foot)

@@ -416,9 +416,9 @@ def test_pages_dcc_and_signature_are_one_write(cameras: Certificate, tmp_path: P
     # The last of the three files cannot be written: a folder is in its place.
     (folder / f"{cameras.number}.dcc.xml.sig.json").mkdir(parents=True)
     with pytest.raises(StorageError, match="cannot be written"):
-        write_certificates([(cameras, b"%PDF")], folder)
+        write_certificates([(cameras, lambda _: b"%PDF")], folder)
     assert [path.name for path in folder.iterdir()] == [f"{cameras.number}.dcc.xml.sig.json"]
     (folder / f"{cameras.number}.dcc.xml.sig.json").rmdir()
-    written = write_certificates([(cameras, b"%PDF")], folder)
+    written = write_certificates([(cameras, lambda _: b"%PDF")], folder)
     assert set(written) == set(folder.iterdir())
     assert [path.suffix for path in written] == [".pdf", ".xml", ".json"]
