@@ -217,7 +217,7 @@ def test_the_command_line_writes_it_by_the_program_that_draws(
 def test_a_file_without_what_was_put_in_is_not_kept(
     data: ReportData, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pdf_writer, "streams", lambda made: [])
+    monkeypatch.setattr(pdf_writer, "attached", lambda made: (1, {}))
     with pytest.raises(StorageError) as caught:
         pdf.write_pdf(data, tmp_path)
     assert caught.value.code == "export.pdf"
