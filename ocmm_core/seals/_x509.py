@@ -25,6 +25,8 @@ from ocmm_core.seals._public import fingerprint_of, key_of, public_text, shown_k
 from ocmm_core.seals._signature import SealState, SealWord
 
 _STATION = "OCMM station"
+_LONGEST_NAME = 64
+"""Bytes (X.520, ub-common-name)."""
 _SINCE = datetime(2026, 1, 1, tzinfo=UTC)
 # RFC 5280, 4.1.2.5: no well-defined expiration. Archived certificates must stay verifiable.
 _UNTIL = datetime(9999, 12, 31, 23, 59, 59, tzinfo=UTC)
@@ -44,7 +46,7 @@ def document_key(key: StationKey, what: str) -> DocumentKey:
     Parameters
     ----------
     what
-        Name of the document; the first 40 characters are in the certificate.
+        Name of the document; as much of it as has room is in the certificate.
 
     Raises
     ------
@@ -54,7 +56,7 @@ def document_key(key: StationKey, what: str) -> DocumentKey:
     private, station = ec.generate_private_key(ec.SECP256R1()), station_certificate(key)
     usage = x509.KeyUsage(True, True, False, False, False, False, False, False, False)
     builder = (
-        _named(station.subject, _name(f"OCMM {shown_key(key.fingerprint)}: {what[:40]}"))
+        _named(station.subject, _name(f"OCMM {shown_key(key.fingerprint)}: {what}"))
         .public_key(private.public_key())
         .serial_number(x509.random_serial_number())
         .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
@@ -111,7 +113,8 @@ def _named(issuer: x509.Name, subject: x509.Name) -> x509.CertificateBuilder:
 
 def _name(text: str) -> x509.Name:
     plain = "".join(sign if sign.isprintable() else " " for sign in text)
-    return x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, plain)])
+    short = plain.encode()[:_LONGEST_NAME].decode(errors="ignore")
+    return x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, short)])
 
 
 def _issued(builder: x509.CertificateBuilder, key: StationKey) -> x509.Certificate:

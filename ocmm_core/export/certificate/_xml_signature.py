@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import copy
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import timedelta
@@ -17,6 +18,7 @@ from enum import StrEnum
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
+from xml.sax.saxutils import escape
 
 from cryptography import x509
 from cryptography.exceptions import InvalidSignature
@@ -32,6 +34,17 @@ if TYPE_CHECKING:
     from signxml.verifier import XMLVerifier
 
 _DS = "{http://www.w3.org/2000/09/xmldsig#}"
+_XADES = "http://uri.etsi.org/01903/v1.3.2#"
+_FILLED = (f"{_DS}SignedInfo", f"{_DS}SignatureValue", f"{_DS}KeyInfo",
+           f"{{{_XADES}}}SignedProperties")  # fmt: skip
+"""Elements whose content is signed or is the signature."""
+_FRAME = (
+    f'<ds:Signature xmlns:ds="{_DS[1:-1]}" Id="{{id}}"><ds:SignedInfo></ds:SignedInfo>'
+    "<ds:SignatureValue></ds:SignatureValue><ds:KeyInfo></ds:KeyInfo><ds:Object>"
+    f'<xades:QualifyingProperties xmlns:xades="{_XADES}" Target="#{{id}}"><xades:SignedProperties>'
+    "</xades:SignedProperties></xades:QualifyingProperties></ds:Object></ds:Signature>"
+)
+"""A signature of a station without that, in exclusive canonical form."""
 _LARGEST = 100_000
 _FOLDER = "laboratories"
 
@@ -196,12 +209,16 @@ def _verified(
 
 def _rewritten(root: etree._Element, signature: etree._Element, content: bytes) -> bool:
     """Return whether a document is spelled otherwise than a station writes it."""
-    target = signature.find("{*}Object/{*}QualifyingProperties")
-    named = target is not None and target.get("Target") == f"#{signature.get('Id')}"
     value = (signature.findtext(f"{_DS}SignatureValue") or "").encode()
-    return (
-        not named or base64.b64encode(base64.b64decode(value)) != value or content != _written(root)
-    )
+    frame = copy.deepcopy(signature)
+    for one in list(frame.iter()):
+        if one.tag in _FILLED:
+            one.clear(keep_tail=True)
+    wanted = _FRAME.format(id=escape(signature.get("Id", "")))
+    unsigned = etree.tostring(frame, method="c14n", exclusive=True, with_comments=True).decode()
+    plain = base64.b64encode(base64.b64decode(value)) == value
+    notes = root.getroottree().xpath("//comment() | //processing-instruction()")
+    return bool(notes) or not (plain and unsigned == wanted and content == _written(root))
 
 
 def _written(root: etree._Element) -> bytes:
