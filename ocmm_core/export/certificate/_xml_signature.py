@@ -9,7 +9,6 @@ trusted issued it. This station signs as XAdES-B-B (ETSI EN 319 132-1), envelope
 from __future__ import annotations
 
 import base64
-import binascii
 import copy
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -21,7 +20,7 @@ from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
 
 from cryptography import x509
-from cryptography.exceptions import InvalidSignature
+from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
 from cryptography.hazmat.primitives.serialization import Encoding
 from lxml import etree
 
@@ -46,6 +45,8 @@ _FRAME = (
 )
 """A signature of a station without that, in exclusive canonical form."""
 _LARGEST = 100_000
+_DAMAGED = (ValueError, TypeError, AttributeError, LookupError, AssertionError, etree.LxmlError)
+"""Raised by `signxml` for elements that are missing or of another kind."""
 _FOLDER = "laboratories"
 
 
@@ -166,7 +167,7 @@ def xml_signature(
         signer = chain[0].subject.rfc4514_string()[:200]
         own = len(chain) > 1 and _issued(chain[1], chain[1]) and _issued(chain[0], chain[1])
         station = station_of(chain[1], trusted.stations) if own else None
-    except (ValueError, TypeError, binascii.Error):
+    except (ValueError, TypeError, UnsupportedAlgorithm):
         return _invalid("", "its certificate cannot be read"), root
     if station is not None:
         signer = station.signer
@@ -199,7 +200,7 @@ def _verified(
     config = SignatureConfiguration(location="./", expect_references=True, verification_time=moment)
     try:
         verified = _verifier()().verify(root, x509_cert=leaf, expect_config=config)
-    except (SignXMLException, InvalidSignature, ValueError, etree.LxmlError) as error:
+    except (SignXMLException, UnsupportedAlgorithm, InvalidSignature, *_DAMAGED) as error:
         return str(error)[:200] or type(error).__name__, None
     first = verified[0] if isinstance(verified, list) else verified
     if first.signed_xml is None or first.signed_xml.tag != root.tag:
@@ -261,7 +262,7 @@ def _signer() -> type[XMLSigner]:
 def _issued(leaf: x509.Certificate, issuer: x509.Certificate) -> bool:
     try:
         leaf.verify_directly_issued_by(issuer)
-    except (ValueError, TypeError, InvalidSignature):
+    except (ValueError, TypeError, UnsupportedAlgorithm, InvalidSignature):
         return False
     try:
         limits = issuer.extensions.get_extension_for_class(x509.BasicConstraints).value
