@@ -55,6 +55,7 @@ _RULES = (
 )
 _CHART = 520.0
 _SCALE = 270.0
+_EPOCH = "1970-01-01T00:00:00+00:00"
 _MOST_SIGNALS = 12
 _MOST_REASONS = 20
 
@@ -87,10 +88,12 @@ def batch_pdf(found: Comparison, paper: Paper) -> bytes:
     return written_pdf(
         canvas,
         lambda painter, index: paint_with_foot(painter, canvas, index, foot),
-        {f"{found.plan}.json": _values(found)},
+        {"batch.json": _values(found)},
         title=speech.say(f"Statistics of a batch: {found.plan}"),
         software=__version__,
-        utc=max(part.created_utc for trend in found.trends for part in trend.parts),
+        utc=max(
+            (part.created_utc for trend in found.trends for part in trend.parts), default=_EPOCH
+        ),
     )
 
 
