@@ -12,6 +12,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from typing import cast
 from xml.sax.saxutils import escape
 
 from pypdf import PageObject, PdfReader, PdfWriter
@@ -26,6 +27,7 @@ from pypdf.generic import (
     NameObject,
     NumberObject,
     PdfObject,
+    StreamObject,
     TextStringObject,
 )
 from PySide6.QtCore import QPointF
@@ -106,8 +108,8 @@ def archival_pdf(
     ).encode()  # fmt: skip
     for page in writer.pages:
         _clean_fonts(page)
-    # Of Qt, with the time of writing.
-    root["/Metadata"].get_object().set_data(xmp)
+    # Qt's has the time of writing.
+    cast("StreamObject", root["/Metadata"].get_object()).set_data(xmp)
     root[_n("Lang")] = TextStringObject(facts.language)
     root[_n("MarkInfo")] = _dict(Marked=BooleanObject(value=True))
     root[_n("ViewerPreferences")] = _dict(DisplayDocTitle=BooleanObject(value=True))
@@ -148,11 +150,11 @@ def attached(pdf: bytes) -> tuple[int, dict[str, bytes]]:
 
 def _structure(writer: PdfWriter, tags: Sequence[PageTag]) -> IndirectObject:
     """Turn the marks into marked content and return the tree of the elements."""
-    root = _add(writer, _dict(Type=_n("StructTreeRoot")))
-    document = _add(writer, _dict(Type=_n("StructElem"), S=_n("Document"), P=root))
+    tree, top = _dict(Type=_n("StructTreeRoot")), ArrayObject()
+    root = _add(writer, tree)
+    document = _add(writer, _dict(Type=_n("StructElem"), S=_n("Document"), P=root, K=top))
     nodes: list[IndirectObject] = []
     kids: list[ArrayObject] = [ArrayObject() for _ in tags]
-    top = ArrayObject()
     for index, tag in enumerate(tags):
         parent = document if tag.parent < 0 else nodes[tag.parent]
         node = _dict(Type=_n("StructElem"), S=_n(tag.role), P=parent, K=kids[index])
@@ -164,20 +166,20 @@ def _structure(writer: PdfWriter, tags: Sequence[PageTag]) -> IndirectObject:
         (top if tag.parent < 0 else kids[tag.parent]).append(nodes[-1])
     places = ArrayObject()
     for number, page in enumerate(writer.pages):
-        found, content = _marked(page.get_contents().get_data(), tags)
+        drawn, place = page.get_contents(), page.indirect_reference
+        found, content = _marked(b"" if drawn is None else drawn.get_data(), tags)
         for mark, index in enumerate(found):
             kids[index].append(
-                _dict(Type=_n("MCR"), Pg=page.indirect_reference, MCID=NumberObject(mark))
+                _dict(Type=_n("MCR"), Pg=cast("IndirectObject", place), MCID=NumberObject(mark))
             )
         page[_n("Contents")] = _add(writer, _stream(content).flate_encode())
         page[_n("StructParents")] = NumberObject(number)
         page[_n("Tabs")] = _n("S")
         places += [NumberObject(number), ArrayObject(nodes[index] for index in found)]
-    document.get_object()[_n("K")] = top
-    root.get_object().update({
-        _n("K"): document, _n("ParentTree"): _add(writer, _dict(Nums=places)),
-        _n("ParentTreeNextKey"): NumberObject(len(writer.pages)),
-    })  # fmt: skip
+    after = NumberObject(len(writer.pages))
+    tree.update(_dict(
+        K=document, ParentTree=_add(writer, _dict(Nums=places)), ParentTreeNextKey=after
+    ))  # fmt: skip
     return root
 
 
@@ -200,7 +202,7 @@ def _marked(content: bytes, tags: Sequence[PageTag]) -> tuple[list[int], bytes]:
 
 def _clean_fonts(page: PageObject) -> None:
     """Correct what Qt writes of fonts: spaces copied as tabs, incomplete lists of characters."""
-    for font in page["/Resources"].get("/Font", {}).values():
+    for font in cast("DictionaryObject", page["/Resources"]).get("/Font", {}).values():
         for under in font.get("/DescendantFonts", ()):
             # Optional in PDF/A-3 (6.2.11.4.2).
             under["/FontDescriptor"].pop("/CIDSet", None)
@@ -230,7 +232,6 @@ def _file(writer: PdfWriter, name: str, content: bytes, stamp: str) -> Dictionar
     return _dict(
         Type=_n("Filespec"), F=TextStringObject(name), UF=TextStringObject(name),
         EF=_dict(F=stream, UF=stream), AFRelationship=_n("Data"),
-        Desc=TextStringObject("Data of these pages"),
     )  # fmt: skip
 
 
