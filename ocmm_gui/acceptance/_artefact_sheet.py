@@ -14,7 +14,7 @@ from ocmm_core.acceptance import ArtefactEntry, typed_entry
 from ocmm_core.composition import AcceptanceBench
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
-from ocmm_core.export.certificate import artefact_fields, read_dcc, trusted_laboratories
+from ocmm_core.export.certificate import artefact_fields, read_dcc, trusted_signers
 from ocmm_core.failure import contained
 from ocmm_core.seals import KeyFolder
 from ocmm_gui.acceptance._artefact_form import ArtefactForm
@@ -71,7 +71,7 @@ class _Reading:
 
     def __call__(self, tell: Teller) -> dict[str, str]:
         tell(later("Reading the certificate"), 0.3)
-        dcc = read_dcc(read_bytes(self.path), trusted_laboratories(KeyFolder().folder))
+        dcc = read_dcc(read_bytes(self.path), trusted_signers(KeyFolder()))
         return artefact_fields(dcc, self.kind, quantity=self.quantity)
 
 

@@ -130,6 +130,9 @@ def digit_font(pixels: float, *, bold: bool = True) -> QFont:
 def _sized(font: QFont, pixels: float, bold: bool) -> QFont:
     font.setPixelSize(max(1, round(pixels)))
     font.setBold(bold)
+    # A copied "ff" must be two letters: hashes have many.
+    for feature in ("liga", "clig", "dlig"):
+        font.setFeature(QFont.Tag(feature), 0)
     return font
 
 
