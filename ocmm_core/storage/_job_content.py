@@ -21,6 +21,7 @@ from pathlib import Path
 
 from ocmm_core.errors import StorageError
 from ocmm_core.host import HOST
+from ocmm_core.named_file import FileIdentity
 from ocmm_core.side_files import SIDE_FILES, Trusted, open_guarded, refuse_side_files
 from ocmm_core.storage._faults import no_job
 from ocmm_core.storage._guard import LARGEST_FILE
@@ -41,6 +42,7 @@ class JobContent:
 
     file: bytes
     """Of the file, with all complete steps of its log."""
+    identity: FileIdentity
     left_out: str = ""
     """Bytes that are in no complete step, as a sentence; empty if there are none."""
 
@@ -175,7 +177,8 @@ def _at_once(path: Path, there: Path) -> JobContent | None:
     joined = _joined(content, pages)
     if not joined.startswith(_MAGIC):
         raise no_job(path)
-    return JobContent(joined, pages.left_out)
+    identity = FileIdentity(path, before.st_dev, before.st_ino)
+    return JobContent(joined, identity, pages.left_out)
 
 
 @contextlib.contextmanager

@@ -18,7 +18,7 @@ from types import MappingProxyType, TracebackType
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
-from ocmm_core.named_file import NameLoss
+from ocmm_core.named_file import FileIdentity, NameLoss
 from ocmm_core.part_model import PartModel
 from ocmm_core.seals import KeyFolder, StationKey
 from ocmm_core.storage._audit import (
@@ -93,6 +93,8 @@ class JobFile:
         """Where the file is."""
         self.head = head
         """What the job says about itself."""
+        self.identity: FileIdentity | None = None
+        """The file on the disk, if `read` from one."""
         self.left_out = ""
         """What of the file is in no complete step, as a sentence; empty if there is nothing."""
         self._read_only, self._scratch = read_only, scratch
@@ -207,7 +209,9 @@ class JobFile:
             As of `read_job`, or it is damaged.
         """
         content = read_job(path)
-        return cls.in_memory(path, content.file, content.left_out, read_only=read_only)
+        made = cls.in_memory(path, content.file, content.left_out, read_only=read_only)
+        made.identity = content.identity
+        return made
 
     @classmethod
     def in_memory(

@@ -24,6 +24,8 @@ from ocmm_gui.wizards.parts import Calculation, Seen, ShownProcedure, Tap, Tempe
 
 LOOK_S = 0.02
 """Between two looks at whether something is ready to be taken by itself."""
+NAME_S = 0.25
+"""Between two comparisons of the session file with its name."""
 WARMTH_S = 5.0
 """Between two looks at the temperature of the sensors."""
 
@@ -88,7 +90,7 @@ class WizardDriver(QObject):
         self._calculation = calculation
         self._predict = predict
         self._warmth = temperature_state
-        self._warmth_at = -float("inf")
+        self._warmth_at = self._named_at = -float("inf")
         self._clock = clock
         self._view = procedure.view
         self._automatic = False
@@ -235,6 +237,14 @@ class WizardDriver(QObject):
         """Note the warmth, and take what is ready where nobody has to press a key."""
         base = self.procedure.base
         now = time.monotonic()
+        if now - self._named_at >= NAME_S and base.decision is ProcedureDecision.OPEN:
+            self._named_at = now
+            try:
+                self.procedure.require_name()
+            except OcmmError:
+                # Reported once: from now on each step is refused for it.
+                self._named_at, self._automatic = float("inf"), False
+                raise
         if now - self._warmth_at >= WARMTH_S and base.decision is ProcedureDecision.OPEN:
             self._warmth_at = now
             self.procedure.record_temperature(self._clock(), self._warmth())

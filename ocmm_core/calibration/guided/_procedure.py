@@ -162,6 +162,14 @@ class Procedure(Protocol):
         """Look at frames, in the order of their exposure; never takes anything by itself."""
         ...
 
+    def require_name(self) -> None:
+        """Raise StorageError if the session file is not on the disk under its name.
+
+        All entries are then in another file, and no observation is ready any more. Cheap: for a
+        timer.
+        """
+        ...
+
     def take(self, now: datetime) -> None:
         """Take what is seen now as the next observation of the current step.
 
