@@ -103,7 +103,12 @@ def _at_third_point(built: BuiltStation, act: Callable[[], object]) -> None:
 
 def test_a_lost_recording_fails_the_station(built: BuiltStation, tmp_path: Path) -> None:
     path, before = tmp_path / "a.ocmr", list[bytes]()
-    _at_third_point(built, lambda: (before.append(path.read_bytes()), path.unlink()))
+
+    def remove() -> None:
+        before.append(path.read_bytes())
+        path.unlink()
+
+    _at_third_point(built, remove)
     assert "a.ocmr: it was removed" in _told(built)
     built.station.close()
     saved = max(rescue_folders()[-1].glob("a-*.ocmr"), key=lambda path: path.stat().st_mtime_ns)

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import os
+import sqlite3
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from ocmm_core.cli.campaign import MAKERS, Make
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
-from ocmm_core.side_files import open_guarded
-from ocmm_core.storage import JobFile, JobHead, read_summary
+from ocmm_core.side_files import Trusted, open_guarded
+from ocmm_core.storage import JobFile, JobHead, open_in_place, read_summary
+from ocmm_core.storage._guard import GuardedConnection
 
 HARMLESS = ("empty", "unreadable", "another user's")
 _PRINT = "import sys; sys.path.insert(0, ''); from ocmm_core.cli import main; main()"
@@ -55,6 +58,30 @@ def test_refuses_what_this_program_never_makes_there(
                 door(kept)
             assert str(side) in caught.value.what
     assert secret.read_text() == "outside"
+
+
+@pytest.mark.parametrize(
+    "late",
+    [("hot journal", "-journal"), ("link", "-wal"), ("second name", "-wal"), ("pipe", "-wal")],
+)
+def test_refuses_what_appears_after_the_check_of_the_names(
+    kept: Path, tmp_path: Path, late: tuple[str, str]
+) -> None:
+    word, end = late
+    secret = tmp_path / "secret.txt"
+    secret.write_text("outside")
+
+    class Late(GuardedConnection):
+        def __init__(self, *args: Any, **options: Any) -> None:
+            MAKERS[word](kept.with_name(f"{kept.name}{end}"), secret)
+            super().__init__(*args, **options)
+
+    with pytest.raises((OSError, sqlite3.Error)):
+        open_in_place(kept, Late, Trusted.JOB, wait_s=0.0)
+    assert secret.read_text() == "outside"
+    kept.with_name(f"{kept.name}{end}").unlink(missing_ok=True)
+    with JobFile.open(kept) as job:
+        assert (len(job.points()), job.verify()) == (1, [])
 
 
 def test_never_adds_to_a_job_through_a_link(kept: Path, tmp_path: Path) -> None:
