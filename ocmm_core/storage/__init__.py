@@ -33,7 +33,7 @@ if TYPE_CHECKING:
         write_held_jobs,
     )
     from ocmm_core.storage._job_content import JobContent, read_job
-    from ocmm_core.storage._job_file import NAMED, JobFile
+    from ocmm_core.storage._job_file import LEFT_OUT, NAMED, JobFile
     from ocmm_core.storage._job_keeper import RESCUED
     from ocmm_core.storage._job_seal import ADOPTED, JobSeal, judge_head
     from ocmm_core.storage._job_steps import JobStep
@@ -49,7 +49,7 @@ else:
         _guard="HeldConnection database_content open_in_place",
         _held_jobs="HeldJobs held_jobs_file held_sentences read_held_jobs write_held_jobs",
         _job_content="JobContent read_job",
-        _job_file="NAMED JobFile",
+        _job_file="LEFT_OUT NAMED JobFile",
         _job_keeper="RESCUED",
         _job_seal="ADOPTED JobSeal judge_head",
         _job_steps="JobStep",
@@ -61,6 +61,7 @@ __all__ = [
     "ADOPTED",
     "AUDITED",
     "CLOCK",
+    "LEFT_OUT",
     "NAMED",
     "RESCUED",
     "AuditedStep",

@@ -159,6 +159,7 @@ def connection_to(path: Path) -> Iterator[GuardedConnection]:
         # What a killed program or a failed sync left in the log may only be in memory: from
         # here on it is on the disk, before anything is written behind it.
         checkpoint(db)
+        db.left_out = content.left_out
         yield db
 
 

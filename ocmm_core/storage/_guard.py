@@ -81,6 +81,8 @@ class GuardedConnection(HeldConnection):
         self._until_s = 0.0
         self.inserts: list[tuple[str, tuple[object, ...]]] | None = None
         """The statements that inserted rows, with their values; None if not collected."""
+        self.left_out = ""
+        """Bytes of the log that were in no complete step when it was opened, as a sentence."""
 
     def execute(self, sql: str, parameters: Any = (), /) -> sqlite3.Cursor:
         """Execute a statement as `sqlite3.Connection`, and collect it if it inserts."""

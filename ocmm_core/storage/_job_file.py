@@ -67,6 +67,8 @@ from ocmm_core.storage._tables import (
 
 _LOCK_S = 0.4
 """Longest wait for a step in progress, when the name of the file is lost."""
+LEFT_OUT = "left out"
+"""Kind of the event for what was in no complete step when the job was continued."""
 NAMED = "named"
 """Kind of the event with the name of the job; the first one counts."""
 
@@ -95,7 +97,7 @@ class JobFile:
         """What the job says about itself."""
         self.identity: FileIdentity | None = None
         """The file on the disk, if `read` from one."""
-        self.left_out = ""
+        self.left_out = db.left_out
         """What of the file is in no complete step, as a sentence; empty if there is nothing."""
         self._read_only, self._scratch = read_only, scratch
         self._db: GuardedConnection | None = db
@@ -551,6 +553,8 @@ class JobFile:
                     if db.inserts is not None:
                         db.inserts.clear()
                     note_clock(db)
+                    if db.left_out:
+                        insert_event(db, LEFT_OUT, db.left_out)
                     yield db
                     if self._key is not None:
                         sealed = insert_seal(db, self._key)
@@ -562,6 +566,7 @@ class JobFile:
             finally:
                 if keeper is not None:
                     keeper.note_log()
+            db.left_out = ""
             if keeper is not None:
                 keeper.key = self._key
                 keeper.acknowledge(tuple(db.inserts or ()), sealed)

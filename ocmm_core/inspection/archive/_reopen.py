@@ -31,7 +31,7 @@ from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession, ReferenceUse
 from ocmm_core.measuring import Climate, MeasuredPoint
 from ocmm_core.named_file import FileIdentity
-from ocmm_core.storage import ADOPTED, CLOCK, RESCUED, JobEvent, JobFile, JobHead, JobSeal
+from ocmm_core.storage import ADOPTED, CLOCK, LEFT_OUT, RESCUED, JobEvent, JobFile, JobHead, JobSeal
 from ocmm_core.tolerances.decisions import not_proven
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
@@ -115,7 +115,8 @@ class ReopenedJob:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Return what a reader should know and what speaks against nothing, in sentences."""
-        told = (event.text for event in self.events if event.kind in (ADOPTED, CLOCK, RESCUED))
+        kinds = (ADOPTED, CLOCK, LEFT_OUT, RESCUED)
+        told = (event.text for event in self.events if event.kind in kinds)
         return (*told, *filter(None, (self._renamed, self.left_out, self.cameras.absent)))
 
     @property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sqlite3
 import subprocess
 import sys
@@ -16,7 +17,7 @@ from ocmm_core.cli.campaign import MAKERS, Make
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.side_files import Trusted, open_guarded
-from ocmm_core.storage import JobFile, JobHead, open_in_place, read_summary
+from ocmm_core.storage import LEFT_OUT, JobFile, JobHead, open_in_place, read_summary
 from ocmm_core.storage._guard import GuardedConnection
 
 HARMLESS = ("empty", "unreadable", "another user's")
@@ -111,3 +112,27 @@ def test_ends_with_a_code_of_the_table_without_its_streams(redirected: str, code
     )  # fmt: skip
     assert done.returncode == code, done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_a_continued_job_states_what_was_left_out(
+    kept: Path, tmp_path: Path, make_point: Callable[[int], MeasuredPoint]
+) -> None:
+    cut = tmp_path / "cut" / "a.ocmm"
+    cut.parent.mkdir()
+    with JobFile.open(kept) as job:
+        job.append_point(make_point(2))
+        job.append_point(make_point(3))
+        for name in (kept.name, f"{kept.name}-wal"):
+            shutil.copy(kept.with_name(name), cut.with_name(name))
+    log = cut.with_name(f"{cut.name}-wal")
+    with log.open("ab") as stream:
+        # The beginning of a step that was never acknowledged.
+        stream.write(bytes(100))
+    with JobFile.open(cut) as job:
+        assert job.left_out
+        told = job.left_out
+        job.append_point(make_point(4))
+        job.append_point(make_point(5))
+    with JobFile.read(cut) as job:
+        assert [event.text for event in job.events() if event.kind == LEFT_OUT] == [told]
+        assert (len(job.points()), job.verify(), job.left_out) == (5, [], "")
