@@ -41,7 +41,7 @@ class TableOptions:
             if part and match is None:
                 raise InputError(
                     "table.skip",
-                    f"--skip is {shortened(self.skip)}.",
+                    f"{shortened(self.skip)} does not name lines to skip.",
                     "Give the count of first lines, such as 3, or ranges, such as 4-9,12-12.",
                 )
             if match is not None:

@@ -83,7 +83,7 @@ def read_grid(
     for number, raw in enumerate(lines, start=1):
         text = raw.strip().lstrip("\ufeff")
         if any(number in rows for rows in skipped):
-            grid.log.add(number, text, "skipped by --skip")
+            grid.log.add(number, text, "skipped as stated")
             continue
         if not text:
             continue

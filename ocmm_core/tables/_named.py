@@ -230,7 +230,7 @@ def _stated(text: str, heading: Sequence[str], wanted: NamedColumns) -> tuple[li
     if len(columns) != len(heading):
         raise InputError(
             "table.columns",
-            f"--columns names {len(columns)} columns, the table has {len(heading)}.",
+            f"{len(columns)} columns are stated, the table has {len(heading)}.",
             "Name every column, with '-' for one that is not read.",
         )
     numeric = [cell for cell, name in zip(heading, columns, strict=True) if name in wanted.numbers]
@@ -244,7 +244,7 @@ def _check_columns(path: Path, line: int, columns: Sequence[str], wanted: NamedC
             raise InputError(
                 "table.columns",
                 f"{where}there is no column {shortened(name)}.",
-                f"Columns are {', '.join(wanted.known)}. Leave others out with --columns and '-'.",
+                f"Columns are {', '.join(wanted.known)}. State '-' for a column that is not read.",
             )
     missing = [name for name in wanted.required if name not in columns]
     if missing:

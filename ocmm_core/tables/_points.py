@@ -249,7 +249,7 @@ def _wrong_width(
         remedy = "Write the numbers with a decimal point, or separate them by semicolons."
     elif has_heading:
         what = f"has {count} cells, the heading {width}"
-        remedy = "State the columns with --columns, such as --columns name,x,y,z."
+        remedy = "State the columns, such as name,x,y,z."
     else:
         what, remedy = f"has {count} cells, not {width}", _GIVE_ROWS
     return fault(grid.path, line, "cells", text, what, remedy)
@@ -302,7 +302,7 @@ def _values(
         text = bare[row][column]
         raise fault(
             file, rows[row][0], "number", text, "is not a coordinate",
-            "Give numbers such as 12.345 or -1.2e-3; state another decimal sign with --decimal, "
-            "lines that are no points with --skip.",
+            "Give numbers such as 12.345 or -1.2e-3; state another decimal sign, or "
+            "lines to skip.",
         )  # fmt: skip
     return found, grammar

@@ -14,7 +14,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.tables._account import TableOptions
 from ocmm_core.units import MeasureUnit, UnitStatement, find_unit, named_unit, unit_statement
 
-_REMEDY = "State the unit of all lengths with --unit, such as --unit mm."
+_REMEDY = "State the unit of all lengths, such as mm."
 _SAME = 1e-9
 
 
@@ -67,8 +67,8 @@ def choose_unit(
         A unit is unknown, or two statements contradict each other.
     """
     if options.unit:
-        unit = named_unit(options.unit, "length", "--unit")
-        return UnitChoice(unit.symbol, unit.factor, "--unit", np.array([unit.factor]))
+        unit = named_unit(options.unit, "length", "stated unit")
+        return UnitChoice(unit.symbol, unit.factor, "your statement", np.array([unit.factor]))
     stated: tuple[int, MeasureUnit] | None = None
     for line, statement in statements:
         if statement.unit is None:
