@@ -40,7 +40,7 @@ from ocmm_core.calibration.guided import (
 )
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import Rig
-from ocmm_core.errors import CalibrationError
+from ocmm_core.errors import CalibrationError, StorageError
 from ocmm_core.geometry import Float, unit
 from ocmm_core.tracking import ProbeBody, solve
 
@@ -79,7 +79,7 @@ class AcceptanceProcedure:
         self._probe = self._averager()
         self._live = Live()
         self._ready: tuple[Average, Float, Float] | None = None
-        self._hint = ""
+        self._hint = self._lost = ""
         self._error: Finding | None = None
         self._outcome: AcceptanceOutcome | None = None
         self._test = session.view
@@ -124,7 +124,7 @@ class AcceptanceProcedure:
     def watch(self, block: FrameBlock) -> None:
         """Process frames; never records a point on its own."""
         with self._lock:
-            if self._step != _MEASURE or self._test.current < 0:
+            if self._lost or self._step != _MEASURE or self._test.current < 0:
                 return
             self._probe.feed(block)
             live = self._probe.live()
@@ -140,6 +140,16 @@ class AcceptanceProcedure:
                     handle = unit(pose.rotation_world_from_probe[0] @ self._axis)
                     self._ready = average, tip, handle
             self._live = live
+
+    def require_name(self) -> None:
+        """Raise StorageError if the file is lost; see `procedure.Procedure.require_name`."""
+        try:
+            self._session.require_name()
+        except StorageError as error:
+            with self._lock:
+                self._lost, self._ready = error.what, None
+                self._live = replace(self._live, ready=False, hint=error.what)
+            raise
 
     def take(self, now: datetime) -> None:
         """Record the current probe position as the next point of the plan.

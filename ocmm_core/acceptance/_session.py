@@ -267,6 +267,10 @@ class AcceptanceSession:
         """Return the hash of the last line: `AcceptanceRecord.chain_head` of a finished test."""
         return self._chain.links[-1]
 
+    def require_name(self) -> None:
+        """Raise StorageError if the session file is not on the disk under its name."""
+        self._chain.require_name()
+
     @property
     def torn(self) -> bool:
         """Return whether an incomplete last line was dropped."""

@@ -118,6 +118,7 @@ class BatchPrinting:
         tell(later("Drawing the PDF"), 0.3)
         with drawing():
             content = batch_pdf(self.found, load_paper(template_in_use()))
+        self.found.require_names()
         write_together({self.path: content})
         return self.path
 
@@ -259,6 +260,7 @@ def main(arguments: list[str] | None = None) -> int:
             options.jobs, probes=options.probes, calibrations=options.calibrations
         ).about(options.feature)
         content = batch_pdf(found, load_paper(template_in_use()))
+        found.require_names()
         write_together({options.out: content})
         sys.stdout.write(f"{options.out}\n")
 

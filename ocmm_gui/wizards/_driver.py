@@ -24,6 +24,8 @@ from ocmm_gui.wizards.parts import Calculation, Seen, ShownProcedure, Tap, Tempe
 
 LOOK_S = 0.02
 """Interval of automatic takes."""
+NAME_S = 0.25
+"""Interval of comparing the session file with its name."""
 WARMTH_S = 5.0
 """Interval of sensor temperature readings."""
 
@@ -78,7 +80,7 @@ class WizardDriver(QObject):
         self._calculation = calculation
         self._predict = predict
         self._warmth = temperature_state
-        self._warmth_at = -float("inf")
+        self._warmth_at = self._named_at = -float("inf")
         self._clock = clock
         self._view = procedure.view
         self._automatic = False
@@ -225,6 +227,14 @@ class WizardDriver(QObject):
         """Record the temperature, and take automatically if ready."""
         base = self.procedure.base
         now = time.monotonic()
+        if now - self._named_at >= NAME_S and base.decision is ProcedureDecision.OPEN:
+            self._named_at = now
+            try:
+                self.procedure.require_name()
+            except OcmmError:
+                # Reported once: from now on each step is refused for it.
+                self._named_at, self._automatic = float("inf"), False
+                raise
         if now - self._warmth_at >= WARMTH_S and base.decision is ProcedureDecision.OPEN:
             self._warmth_at = now
             self.procedure.record_temperature(self._clock(), self._warmth())

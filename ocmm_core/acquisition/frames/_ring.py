@@ -31,6 +31,7 @@ from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS, USUAL_SLOTS
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import clear, hold
+from ocmm_core.side_files import open_guarded
 
 _MAGIC = 0x4F434D4D52494E47
 _LAYOUT = 5
@@ -102,7 +103,8 @@ class FrameRing:
         self.path = path
         self._owner = owner
         try:
-            with path.open("r+b") as stream:
+            descriptor = open_guarded(path, follow=False, flags=os.O_RDWR)
+            with open(descriptor, "r+b") as stream:  # noqa: PTH123 - the guard opens it
                 if os.fstat(stream.fileno()).st_size < _DATA_OFFSET:
                     raise _no_ring(path)
                 # Held while mapped; released by the kernel when the process ends.

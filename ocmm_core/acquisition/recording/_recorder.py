@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import threading
 import time
 from datetime import UTC, datetime
 from pathlib import Path
@@ -44,6 +45,8 @@ _LONGEST_WAIT_S = 0.1
 
 class FrameRecorder:
     """Append frames to a new file; close it or use it in ``with``; for one thread.
+
+    Only `check_name` is for any thread.
 
     Each block is written at once, so a crash of the program loses none; the file is synced every
     `SYNC_PERIOD_S` and on `close`, so a power failure loses about that time at most. A sync can
@@ -86,6 +89,7 @@ class FrameRecorder:
         self._name = NamedFile(self.path, os.fstat(self._stream.fileno()))
         self._rescue: BinaryIO | None = None
         self._saved: Path | None = None
+        self._naming = threading.Lock()
         self._write(encode_head(head))
         self._sync()
 
@@ -110,7 +114,9 @@ class FrameRecorder:
             )
         if not len(block):
             return
-        self._require_name()
+        lost = self.check_name()
+        if lost is not None:
+            raise lost
         content = encode_chunk(self._sequence, to_records(block).tobytes())
         if self._free_bytes() < RESERVE_BYTES + len(content):
             self.close()
@@ -130,11 +136,7 @@ class FrameRecorder:
         """Sync and close; idempotent; AcquisitionError if the disk fails or the file moved."""
         if self._stream.closed:
             return
-        lost: AcquisitionError | None = None
-        try:
-            self._require_name()
-        except AcquisitionError as error:
-            lost = error
+        lost = self.check_name()
         try:
             if self._rescue is None:
                 self._sync()
@@ -150,17 +152,24 @@ class FrameRecorder:
         if lost is not None:
             raise lost
 
-    def _require_name(self) -> None:
-        """Raise AcquisitionError if the path no longer refers to the written file."""
+    def check_name(self) -> AcquisitionError | None:
+        """Return why the path no longer means the file that is written; None while it does.
+
+        Once the recording is closed its file may be moved.
+        """
+        with self._naming:
+            return None if self._stream.closed else self._name_loss()
+
+    def _name_loss(self) -> AcquisitionError | None:
         loss = self._name.loss()
         if loss is None:
-            return
+            return None
         saved = self._saved = loss.moved_to or self._saved or write_rescued(self.path.name, b"")
         if saved is not None and loss.moved_to is None and self._rescue is None:
             # Frames are copied when the job is closed: until then points need the disk.
             self._rescue = saved.open("r+b", buffering=0)
         where = f"Its {self.frames} frames are in {saved} when the job is closed."
-        raise AcquisitionError(
+        return AcquisitionError(
             "recording.lost",
             f"{self.path}: {loss.words}. {where if saved else 'No other folder takes its frames.'}",
             "Start a new recording.",

@@ -155,6 +155,14 @@ class Procedure(Protocol):
         """Process frames in the order of exposure; never records anything."""
         ...
 
+    def require_name(self) -> None:
+        """Raise StorageError if the session file is not on the disk under its name.
+
+        All entries are then in another file, and no observation is ready any more. Cheap: for a
+        timer.
+        """
+        ...
+
     def take(self, now: datetime) -> None:
         """Record the current view as the next observation of the current step.
 

@@ -37,7 +37,7 @@ from ocmm_core.calibration.guided._session_events import (
 from ocmm_core.calibration.records import CalibrationStore, Finding, ProbeStore
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
-from ocmm_core.errors import CalibrationError, OcmmError
+from ocmm_core.errors import CalibrationError, OcmmError, StorageError
 
 WARMTH_STEP_K = 0.5
 
@@ -105,6 +105,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
         self._accepted = store
         self._chain = chain
         self._torn = TORN if chain.torn else ""
+        self._lost = ""
         # Including a line cut off by a crash, which the next line replaces.
         self._size = chain.path.stat().st_size
         self._first = begun
@@ -202,9 +203,19 @@ class GuidedProcedure(ABC, Generic[E, O]):
 
     def _live(self) -> Live:
         seen = self._seen()
+        if self._lost:
+            return replace(seen, ready=False, hint=self._lost)
         if self._decided is not None or not self._wants():
             return replace(seen, ready=False, hint="Nothing to take in this step.")
         return seen
+
+    def require_name(self) -> None:
+        """Raise StorageError if the file is lost; see `procedure.Procedure.require_name`."""
+        try:
+            self._chain.require_name()
+        except StorageError as error:
+            self._lost = error.what
+            raise
 
     def take(self, now: datetime) -> None:
         """Record the current observation; see `procedure.Procedure.take`."""
@@ -344,6 +355,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
     def _append(self, event: E | CommonEvent) -> None:
         if self._decided is not None:
             raise self._ended(self._decided)
+        self.require_name()
         if self._size != self._chain.path.stat().st_size:
             # Appending would overwrite lines of another program.
             raise CalibrationError(

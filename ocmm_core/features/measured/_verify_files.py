@@ -8,9 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ocmm_core.documents import LARGEST_DOCUMENT
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
+from ocmm_core.side_files import read_guarded
 from ocmm_core.tables import NUMBER, NumberGrammar, decoded
 
 _FIELDS = re.compile(r"[\s;,]+")
@@ -115,7 +117,7 @@ def certified_of(file: Path, shape: Shape) -> tuple[Float, float | None]:
         It cannot be read, or has the wrong count of numbers.
     """
     try:
-        lines = decoded(file.read_bytes()).splitlines()
+        lines = decoded(read_guarded(file, LARGEST_DOCUMENT)).splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(
             "verify.no_result",

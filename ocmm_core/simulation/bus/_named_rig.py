@@ -20,6 +20,7 @@ import platformdirs
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import BusError
+from ocmm_core.side_files import read_guarded
 from ocmm_core.simulation.bus._camera_process import READY, SegmentConfig
 from ocmm_core.simulation.bus._network import make_link, remove_link
 
@@ -132,7 +133,7 @@ def rig_down() -> RigRecord | None:
 def rig_status() -> RigStatus:
     """Return what `rig_up` created and what is running."""
     try:
-        record = msgspec.json.decode(_state_file().read_bytes(), type=RigRecord)
+        record = msgspec.json.decode(read_guarded(_state_file(), 1 << 20), type=RigRecord)
     except FileNotFoundError:
         return RigStatus(None, interface_there=False, cameras_running=False)
     except (OSError, msgspec.DecodeError) as error:
@@ -158,7 +159,7 @@ def _start_cameras(segment: SegmentConfig) -> subprocess.Popen[bytes]:
         )
     deadline = time.monotonic() + _READY_S
     while True:
-        said = _log_file().read_text(encoding="utf-8", errors="replace").strip().splitlines()
+        said = read_guarded(_log_file(), 1 << 20).decode("utf-8", "replace").strip().splitlines()
         if said and said[-1] == READY:
             return process
         if process.poll() is not None or time.monotonic() > deadline:
