@@ -46,7 +46,6 @@ class ConstrainedAssociation:
     """Features with re-associated datums."""
 
     features: Mapping[str, ActualFeature]
-    """All of them, by name."""
     turned: Mapping[str, float]
     """mm, by name of the datum: additional rotation over its points, from end to end, compared with
     the datum fitted alone. For a face out of square it depends on the touched places.

@@ -34,7 +34,6 @@ class AlignmentReport:
     """Preview of an alignment."""
 
     frame: str
-    """Name of the results' frame."""
     T_part_from_world: RigidTransform | None
     """None without a frame; ``advice`` then has the reason."""
     T_nominal_from_world: RigidTransform | None

@@ -16,7 +16,6 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int
 
 NO_BLACK: NDArray[np.uint16] = np.zeros((0, 0), np.uint16)
-"""Subtract nothing."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,7 +32,6 @@ class Side:
     direction: Float
     """(3,), unit, world: from the material towards the probe."""
     word: str
-    """Method, one of `WORDS`."""
 
 
 def side_of(

@@ -58,7 +58,6 @@ class StablePoint:
     first_frame: int
     last_frame: int
     n_frames: int
-    """`n_frames`: The frames used."""
     tip_world: Float
     """(3,), mm."""
     random_covariance: Float

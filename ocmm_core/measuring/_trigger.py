@@ -37,7 +37,6 @@ class Touch:
     """The frames of one touch."""
 
     first_frame: int
-    """Exposure of the trigger."""
     window: TrackBlock
     """Frames from the trigger on, as far as they arrived."""
     expected: int

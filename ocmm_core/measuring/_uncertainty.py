@@ -7,7 +7,8 @@ Propagated from the records of all points of a job at once (GUM 5.2.2):
 - the position-dependent part of the spot error (pixel pattern, residual of the lens model): a
   Gaussian field on each sensor, shared by near points;
 - calibration of the cameras and geometry of the probe: common to all points; with a probe design,
-  that geometry's covariance includes thermal growth and sag (`calibration.body_in_use`);
+  that geometry's covariance includes thermal growth and sag
+  (`calibration.probe_design.body_in_use`);
 - the force of the hand, with a probe design (`_contributions`);
 - the pose of a reference body, if used: its LEDs, and the noise of its first pose;
 - the pose of a saved frame not measured in the job;

@@ -87,7 +87,6 @@ class ProbeBody:
     rules: tuple[tuple[Float, Float], ...]
     """``(probe_axis, world_direction)`` pairs, each (3,)."""
     identity: str
-    """SHA-256 of the document."""
     code: StrobeCode | None = None
     """Strobe code of the LEDs; None if always lit."""
 

@@ -229,10 +229,7 @@ def _least_named(n_leds: int) -> int:
 
 
 def _camera_pairs(n_cameras: int) -> Int:
-    """Return all pairs of cameras (P, 2), in search order.
-
-    More than four cameras are treated as a ring: neighbours first, so that each is used early.
-    """
+    """Return all pairs of cameras (P, 2), neighbours first for more than four."""
     if n_cameras <= kernel.USUAL_CAMERAS:
         return np.array([(c, d) for c in range(n_cameras) for d in range(c + 1, n_cameras)])
     steps = range(1, n_cameras // 2 + 1)

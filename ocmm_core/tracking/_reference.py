@@ -77,7 +77,6 @@ class ReferenceTracker:
         home: ReferenceHome | None = None,
     ) -> None:
         self.tracker = BodyTracker(rig, reference.leds, reference.middle, options)
-        """Tracks its LEDs."""
         self.home = home
         self.motion: tuple[float, float] | None = None
         """Distance of the middle of its LEDs from home, mm, and rotation, rad; None until the mean

@@ -38,7 +38,6 @@ class ReferenceHome:
     spots: Float
     """(C, R, 2), px: mean spots by its LED number, NaN if unseen."""
     n_frames: int
-    """Number of averaged frames."""
     T_rig_from_reference: RigidTransform
 
 

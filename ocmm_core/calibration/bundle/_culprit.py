@@ -65,7 +65,6 @@ class Suspect:
     subject: int
     """Index of the bar, LED or camera; -1 if there is only one."""
     score: ChangeScore
-    """Evidence for it."""
     columns: Float
     """(k, m): derivatives of the common unknowns by the fault."""
     profile: Float | None

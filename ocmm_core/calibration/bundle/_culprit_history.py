@@ -300,10 +300,7 @@ def _score(inner: Float, pull: Float, alone: Float) -> ChangeScore:
 
 
 def _scores(inner: Float, pulls: Float, alone: Float) -> tuple[ChangeScore, ...]:
-    """Return the scores of pulls (p, m) with covariances ``inner`` (p, m, m).
-
-    ``alone`` (p, m) is the diagonal of ``inner`` before any projection.
-    """
+    """Return scores of pulls (p, m) by ``inner`` (p, m, m); ``alone``: its unprojected diagonal."""
     scale = np.sqrt(np.maximum(alone, 0.0))
     scale[scale == 0.0] = 1.0
     values, vectors = np.linalg.eigh(inner / (scale[:, :, None] * scale[:, None, :]))

@@ -27,7 +27,6 @@ class Start:
     """A camera to start a fit from."""
 
     name: str
-    """Method, for the record."""
     camera: CameraModel
 
 
@@ -222,10 +221,7 @@ def _nearest_rotation(matrix: Float) -> Float:
 
 
 def _whitening(cloud: Cloud) -> tuple[Float, Points3] | None:
-    """Return the whitening matrix (4, 4) of the points' covariance, and whitened points.
-
-    None without extent in one direction.
-    """
+    """Return the whitening matrix (4, 4) and whitened points; None for coplanar points."""
     if cloud.widths[2] < 1e-6 * cloud.widths[0]:
         return None
     linear = cloud.axes / cloud.widths[:, None]

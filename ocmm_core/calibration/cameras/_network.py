@@ -148,7 +148,6 @@ class RigCalibration:
     hull_world: Points3
     """(h, 3), mm: corners of the convex hull of the points used by at least two cameras."""
     forced: bool
-    """Whether the user overruled a guard."""
 
     @property
     def volume_world(self) -> Float:

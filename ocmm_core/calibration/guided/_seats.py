@@ -28,7 +28,6 @@ class SeatVisited(SessionEvent, frozen=True, kw_only=True):
     uv: Spots
     """(C, L), px."""
     sigma_px: float
-    """Standard deviation of a spot."""
 
 
 def judge_first_visit(tip_world: Float, known_world: Sequence[Float], rig: Rig) -> str:

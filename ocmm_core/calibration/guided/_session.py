@@ -325,14 +325,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
             self._change(line.event)
 
     def _refuse_older(self, which: str) -> None:
-        """Refuse to resume a session of an earlier version that lacks information.
-
-        Parameters
-        ----------
-        which
-            Missing action of that version, as a relative clause; without it, movement in between
-            would be undetectable. Ended sessions may still be opened.
-        """
+        """Refuse to resume a session of an older version, which lacks what ``which`` says."""
         if self._decided is None:
             raise CalibrationError(
                 "session.older",

@@ -52,7 +52,6 @@ class CameraStep:
     """Step that explains a session best."""
 
     camera: int
-    """Index of the turned camera."""
     last: int
     first: int
     """`last`, `first`: Indices of the last rest before it and of the first one after it."""

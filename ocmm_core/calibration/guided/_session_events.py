@@ -41,7 +41,6 @@ class Begun(SessionEvent, frozen=True, kw_only=True):
     running: str
     """Hash of the calibration in force at the start, or empty."""
     who: str
-    """Operator."""
     software: str
     temperature_c: float | None
     """Ambient; None if not measured. InputError if implausible."""

@@ -48,7 +48,6 @@ class Baseline:
     """Standard deviation of the pattern not contained in the maps, per axis, from held-out looks.
     """
     looks: int
-    """Number of looks used."""
 
 
 def learn_baseline(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -> Baseline:

@@ -50,7 +50,6 @@ class PossibleChange:
     nothing has changed.
     """
     dof: int
-    """Number of parameters of the change."""
     size: Float
     """(dof,): most likely amount."""
     covariance: Float
@@ -216,11 +215,7 @@ class _System:
 def _add_camera(
     normal: Float, spots: SpotRows, rig: Rig, c: int, floor_px: float, blocks: dict[str, slice]
 ) -> None:
-    """Add the spots of one camera to the normal equations.
-
-    Pose columns are sparse, as a pose moves only the spots of its look: dense ones would take four
-    times as long.
-    """
+    """Add the spots of one camera; sparse pose columns are four times faster than dense ones."""
     n = len(spots.look)
     first = blocks["cameras"].start + c * N_PARAMETERS
     probe = blocks["probe"]

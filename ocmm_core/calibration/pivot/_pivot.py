@@ -250,11 +250,7 @@ def calibrate_probe(
 
 
 def _did_not_come_back(used: NDArray[np.bool_]) -> bool:
-    """Return whether many frames, up to an end of the sweep, disagree with the others.
-
-    A ball that left its cone and returned gives outlier frames. A lasting displacement gives two
-    consistent groups, of which the smaller is no more wrong than the other.
-    """
+    """Return whether a lasting displacement split the sweep; single excursions are outliers."""
     end = max(int(_END * len(used)), 1)
     many = np.count_nonzero(~used) > TOGETHER * len(used)
     return bool(many and min(used[:end].mean(), used[-end:].mean()) < 0.5)

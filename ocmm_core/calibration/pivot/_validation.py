@@ -48,7 +48,6 @@ class PivotValidation:
     from their mean of the tips that the first calibration gives, averaged over attitudes within 10
     degrees (single point articulation, ASME B89.4.22)."""
     findings: tuple[Finding, ...]
-    """Findings against the calibration."""
 
     @property
     def passed(self) -> bool:

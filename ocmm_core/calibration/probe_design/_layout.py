@@ -45,7 +45,6 @@ class View:
     rig: Rig
     body: ProbeBody
     sigma_px: float
-    """Noise of a spot."""
     everything_seen: bool = False
     """Also count LEDs that face away from a camera as seen."""
 

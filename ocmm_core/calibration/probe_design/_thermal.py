@@ -49,7 +49,6 @@ class Temperature:
     sigma_k: float
     """Standard uncertainty, including that of the measuring position, K."""
     origin: str
-    """Source of the value, in words."""
 
 
 @dataclass(frozen=True, slots=True)

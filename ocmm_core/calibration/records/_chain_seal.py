@@ -40,7 +40,6 @@ class ChainSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """End of a chain."""
 
     schema: str
-    """`SCHEMA`."""
     count: int
     """Lines on disk."""
     link: str

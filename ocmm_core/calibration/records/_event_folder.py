@@ -184,11 +184,7 @@ class EventFolder(ABC, Generic[T]):
         """Return the identity of the cameras or probe; empty if unknown."""
 
     def _thing(self, seen: KnownEnd | None) -> str:
-        """Return the name of the thing in the memory.
-
-        Virtual probes share the documents of real ones. The folder of a new history distinguishes
-        them; the memory keeps that for good.
-        """
+        """Return the name in the memory; the folder tells virtual probes, which share documents."""
         known = "" if seen is None else seen.thing
         thing = self._identity_of_thing()
         if not thing:
@@ -207,13 +203,7 @@ class EventFolder(ABC, Generic[T]):
                 self._remember(utc)
 
     def _append_event(self, event: T, *, at: str = "") -> None:
-        """Append an event, on disk before returning; StorageError if that fails.
-
-        Parameters
-        ----------
-        at
-            Becomes the latest recorded time, even if a later one was recorded.
-        """
+        """Append an event, on disk before returning; ``at`` becomes the latest recorded time."""
         with self._lock, self._locked():
             # The lines of another process must not be written over.
             before = self._chain

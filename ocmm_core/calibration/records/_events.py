@@ -44,7 +44,6 @@ class Event(StoredEvent, frozen=True, kw_only=True):
 
     kind: EventKind
     calibration: str
-    """Hash of the record it is about."""
     evidence: str = ""
     """Hash of the verification record (also a fallen one) or of the recall record; otherwise empty.
     """
@@ -71,7 +70,6 @@ class TipEvent(StoredEvent, frozen=True, kw_only=True):
 
     kind: TipEventKind
     tip: str
-    """Name of the tip it is about."""
     record: str = ""
     """Hash of the associated record, or empty."""
     since_utc: str = ""

@@ -28,7 +28,6 @@ class CalibrationOverview:
     events: tuple[Event, ...] = ()
     """Oldest first."""
     trends: CalibrationTrends = NO_TRENDS
-    """Over all calibrations and verifications."""
     verifications: Mapping[str, VerificationRecord] = field(default_factory=dict)
     """Latest of each calibration, by the hash of the calibration."""
     fault: str = ""
@@ -94,7 +93,6 @@ class ProbeOverview:
     events: tuple[TipEvent, ...] = ()
     """Oldest first."""
     trends: ProbeTrends = ProbeTrends()
-    """Over all records."""
     fault: str = ""
     """Why a part cannot be shown, or empty."""
 

@@ -39,7 +39,6 @@ class ProbeText(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Source of a calibrated probe's geometry, as kept in jobs."""
 
     schema: str
-    """`TEXT_SCHEMA`."""
     document: str
     calibration: ProbeRecord
     qualification: TipRecord | None

@@ -175,18 +175,7 @@ class RecordStore(EventFolder[T]):
         session: Path | None = None,
         **own: Any,
     ) -> None:
-        """Store a record and append its event.
-
-        Parameters
-        ----------
-        renewal, about
-            Lost files that this makes up for (see `_lost`) are listed in the event and no longer
-            required.
-        session
-            Session file that it comes from.
-        own
-            Fields of this kind of event.
-        """
+        """Store a record and its event, which lists the lost files it replaces (see `_lost`)."""
         lost = self._lost(renewal, about)
         save(self._folder, record)
         self._happened(now, who, reason, session=session, lost=lost, measured=True, **own)
@@ -204,13 +193,7 @@ class RecordStore(EventFolder[T]):
         measured: bool = False,
         **own: Any,
     ) -> None:
-        """Append an event; see `_put`.
-
-        Parameters
-        ----------
-        measured
-            Measured just now, so the clock of the measurement is trusted.
-        """
+        """Append an event; trust the clock if ``measured`` just now."""
         event: Callable[..., T] = self._kind
         utc = now.astimezone(UTC).isoformat(timespec="microseconds")
         self._append_event(
@@ -251,11 +234,7 @@ class RecordStore(EventFolder[T]):
         return None
 
     def _judged(self, now: datetime, judge: Callable[[datetime], RecordStatus]) -> RecordStatus:
-        """Return the status, guarded against small clock corrections.
-
-        A status that has expired once stays expired when the clock is set back within the
-        tolerance.
-        """
+        """Return the status; an expired one stays so if the clock is set back within tolerance."""
         seen = self.seen_utc
         at = max(now, datetime.fromisoformat(seen)) if seen else now
         found = judge(at)

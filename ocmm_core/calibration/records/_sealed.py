@@ -20,7 +20,6 @@ from ocmm_core.errors import CalibrationError
 from ocmm_core.seals import KeyFolder, SealState, SealWord, Signature, Signed, judge_signature, sign
 
 R = TypeVar("R", bound=msgspec.Struct)
-"""Kinds of records."""
 
 
 class _Sealed(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

@@ -46,9 +46,7 @@ class PivotMaterial:
     previous: ProbeRecord | None
     """Record in force at the start of the session, or None."""
     made: datetime
-    """Time of the last pose."""
     force: bool
-    """The user overruled the guards."""
 
 
 def conclude_pivot(given: PivotMaterial) -> PivotOutcome:

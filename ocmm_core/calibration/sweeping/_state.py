@@ -148,7 +148,6 @@ class SweepingState:
     visits: list[ConeVisited] = field(default_factory=list)
     """Final visits of the first cone; all count as long as its sweep is unchanged."""
     visited: bool = False
-    """Whether the last visit followed all sweeping."""
     _progress: dict[str, SweepProgress] = field(default_factory=dict)
     _turned: Float | None = None
 

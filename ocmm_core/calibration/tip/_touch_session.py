@@ -233,10 +233,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
 
     @abstractmethod
     def _wanting(self, rig: Rig, calibrated: ProbeBody) -> Wanted:
-        """Remove an observation of the current step by its index; for tests.
-
-        Raises CalibrationError for an unknown index.
-        """
+        """Return layouts and limits; called once, before the state exists."""
 
     @abstractmethod
     def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> Gate:

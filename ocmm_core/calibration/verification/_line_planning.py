@@ -118,10 +118,7 @@ def shortest_of(volume_world: Float) -> float:
 
 
 def _fewest(candidates: Sequence[PlannedLine]) -> list[PlannedLine]:
-    """Return the fewest lines that reach all corners, with diverse directions.
-
-    Empty if they do not reach all.
-    """
+    """Return the fewest lines to all corners, in diverse directions; empty if impossible."""
     most = max(len(one.corners) for one in candidates)
     best: list[PlannedLine] = []
 

@@ -212,11 +212,7 @@ def _resting(one: Taken) -> RestingPosition:
 def _moved(
     state: VerificationState, repeats: Sequence[JudgedRepeat], *, tip_is_known: bool
 ) -> list[Finding]:
-    """Return findings on moved cameras and seats.
-
-    A wrong tip also displaces the ball in seats as the probe is turned: then only the spots give
-    evidence of a camera.
-    """
+    """Return findings on moved cameras, and on moved seats if the tip is known."""
     # Points on a sphere are so close together that they share the sensor pattern.
     taken = [one for one in _in_order(state) if not isinstance(one.event, SphereTouched)]
     rests = [one.rest for one in taken]

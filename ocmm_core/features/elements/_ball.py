@@ -56,7 +56,6 @@ class Ball:
     centre: Float
     """(d,)."""
     radius: float
-    """Greater than zero."""
     normals: Float
     """(n, d): unit vectors from the centre to the points."""
     residuals: Float
@@ -143,10 +142,7 @@ def _ball(points: Float, solution: Solution, flat: FitError) -> Ball:
 
 
 def _minima(points: Float, first: Solution) -> list[Solution]:
-    """Return ``first`` and the minima reached from centres around ``points``, best first.
-
-    Flat ones are omitted, as ``first`` represents them.
-    """
+    """Return ``first`` and the minima around ``points``, best first, without flat ones."""
     d = points.shape[1]
     kind = DISC if d == 2 else BALL
     sample = points

@@ -133,10 +133,7 @@ def _open(p: Float) -> bool:
 
 
 def _framed(points: Float, turns: int, trimmed: Sequence[float]) -> Float:
-    """Return start parameters (m, 8): frames around the points at turns of half a circle.
-
-    A share ``trimmed`` of the points may be beyond each side of a frame.
-    """
+    """Return start parameters (m, 8): turned frames that leave a share ``trimmed`` outside."""
     turn = np.arange(turns) * np.pi / turns
     along = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     beside = np.stack([-np.sin(turn), np.cos(turn)], axis=1)
@@ -156,11 +153,7 @@ def _framed(points: Float, turns: int, trimmed: Sequence[float]) -> Float:
 
 
 def _unbounded(kind: int, points: Float, best: Solution, noise: float) -> bool:
-    """Return whether the points fit equally well with one side far away.
-
-    For points around one end of a slot, noise may pretend a length. ``noise`` is the largest
-    credible root mean square of an open outline.
-    """
+    """Return whether an open outline fits within ``noise``, so that the length is undetermined."""
     n, numbers = len(points), STEP_SIZE[kind]
     for end in best_ends(kind, points, _extended(best.parameters), SIDES):
         other = minimise(kind, points, end)

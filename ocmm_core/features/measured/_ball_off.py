@@ -87,10 +87,7 @@ def compensation(
 
 
 def _beside_line(nominal: NominalFeature, raw: Fit, touches: Touches) -> tuple[Float, Float]:
-    """Return the unit vector (3,) from the edge's face to the probe, square to the line.
-
-    Also its derivative (3, 3) by the direction of the line.
-    """
+    """Return the unit vector (3,) from edge to probe, square to the line, and its derivative."""
     mean = touches.directions.mean(axis=0)
     along = float(mean @ raw.direction)
     beside = mean - along * raw.direction

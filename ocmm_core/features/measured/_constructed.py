@@ -290,10 +290,7 @@ def _projection(shapes: Sequence[Shape], what: Float, onto: Float) -> Float:
 def _nominal(
     name: str, shape: Shape, geometry: Float, nominal: Float | None, inputs: Sequence[ActualFeature]
 ) -> NominalFeature:
-    """Return the nominal, derived from the nominals of its features.
-
-    If undefined, the measured geometry in the world frame, which then only defines the shape.
-    """
+    """Return the nominal from those of its features; else the measured geometry, world frame."""
     said = geometry if nominal is None else nominal
     long = np.any(said[ACROSS])
     return NominalFeature(

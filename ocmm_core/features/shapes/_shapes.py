@@ -24,7 +24,6 @@ from ocmm_core.features.shapes._shape_spec import (
 from ocmm_core.geometry import Float
 
 MINIMUM_POINTS = {shape: shape.spec.minimum_points for shape in Shape}
-"""Minimum number of points of each shape."""
 
 GEOMETRY_NAMES = (
     "x", "y", "z",

@@ -146,7 +146,6 @@ class Certificate:
     sentence: str
     """"certified" with the criterion, or the reason why not."""
     contacts: tuple[int, ...] = ()
-    """Indices of the contact points."""
     forces: tuple[float, ...] = ()
     """In the order of ``contacts``."""
     unbalanced: float = np.inf

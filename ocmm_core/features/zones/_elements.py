@@ -82,7 +82,6 @@ class ZoneTask:
     points: Float
     """(n, 3), about their centroid, divided by ``size``."""
     start: Placed
-    """The least-squares element."""
     centroid: Float
     """(3,), mm."""
     size: float

@@ -58,10 +58,7 @@ def descended(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
 
 
 def _held(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
-    """Return the zone after Newton steps on tentative contacts.
-
-    Quadratic steps leave gaps, so contacts are tried for several gap widths.
-    """
+    """Return the zone after Newton steps on contacts, tried for several gap widths."""
     best = zone
     for gap in GAPS:
         there = best

@@ -94,10 +94,7 @@ def rescued(task: ZoneTask, zone: Zone) -> Zone:
 
 
 def _opened(task: ZoneTask, zone: Zone) -> Zone:
-    """Return the zone of a cone with its axis towards the growing radius, the angle positive.
-
-    During the search the angle may have passed through zero, or through that of a plane.
-    """
+    """Return the zone of a cone with the axis towards the growing radius and a positive angle."""
     placed, angle = zone.placed, float(zone.placed.sizes[0])
     if 0.0 < angle < 0.5 * np.pi:
         return zone

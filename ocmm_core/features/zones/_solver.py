@@ -84,7 +84,11 @@ def middle_of(surface: ElementFamily, zone: Zone) -> float:
 
 
 def natural_steps(surface: ElementFamily, points: Float, placed: Placed) -> Float:
-    """Return the reference distance that keeps differences exact."""
+    """Return steps (k, k), columns, each with an RMS effect of one on the distances.
+
+    Near an axis or circle through all points, the sign of distances is undefined; there a step
+    changes the vectors from it by one.
+    """
     local = placed.local(points)
     if surface.kind is DistanceKind.AXIS and not surface.lower:
         along = max(float(np.sqrt(np.mean(local[:, 2] ** 2))), NEARLY_FLAT)
@@ -109,10 +113,20 @@ def settle(
     surface: ElementFamily, points: Float, start: Placed, steps: Float, radius: float,
     most: int = MAX_STEPS,
 ) -> Zone:  # fmt: skip
-    """Return steps (k, k), columns, each with an RMS effect of one on the distances.
+    """Return the local optimum reached from ``start``.
 
-    Near an axis or circle through all points, the sign of distances is undefined; there a step
-    changes the vectors from it by one.
+    Parameters
+    ----------
+    points
+        (n, 3), centred and scaled.
+    start
+        Initial element.
+    steps
+        (k, k): see `natural_steps`.
+    radius
+        Initial size of the trust region, in these.
+    most
+        Maximum number of steps.
     """
     radii = (radius, _greatest(_delicate(surface), steps))
     return _by_few(surface, points, start, steps, radii, most, None)[0]
@@ -146,10 +160,7 @@ def _by_few(
         full = replace(there, upper=_bounds(surface, found)[0], lower=_bounds(surface, found)[1])
         beyond = full.width - there.width
         if beyond <= SETTLED * max(1.0, float(np.abs(found).max())):
-            # Return the result of `settle`, and the indices used; None for all.
-            #
-            # ``radii`` are initial and largest size of the trust region; ``chosen`` is an initial
-            # guess of indices.
+            # Contacts of some points that hold against all points are those of all.
             return full, chosen
         start, radii = there.placed, (max(beyond, CLOSE), radii[1])
         chosen = np.union1d(chosen, _extremes(surface, found, FURTHER))
@@ -197,9 +208,9 @@ def by_bounds(surface: ElementFamily, signs: Float) -> Float:
 
 
 def start_pattern(k: int, count: int) -> Float:
-    """Return the derivatives of contact gaps (+1 above, -1 below) by the bounds.
+    """Return ``count`` unit directions (count, k): both senses of every axis, then more.
 
-    (c, 1 or 2): one column for a symmetric zone or one without a lower bound.
+    The further ones follow R. Roberts' additive sequence: evenly spread and deterministic.
     """
     along = np.concatenate([np.eye(k), -np.eye(k)])
     ratio = 2.0

@@ -30,7 +30,6 @@ class VerdictSummary:
     verdict: Verdict | None
     """The worst; None without characteristics, hence without tolerance."""
     deciding: str
-    """Name of the deciding characteristic, or empty."""
     counts: tuple[tuple[Verdict, int], ...]
     """Number of each occurring verdict, worst first."""
 

@@ -81,11 +81,7 @@ def _settle(
 
 @compiled(axis_kernel)
 def _moments(points: Float, x: Float, e: Float, most: bool) -> bool:
-    """Turn ``x`` (3,) to the nearby eigenvector of the points' moments.
-
-    That of the greatest moment if ``most``, else of the smallest. ``e`` is a work array for two
-    vectors.
-    """
+    """Turn ``x`` (3,) to the nearby eigenvector of the largest (``most``) or least moment."""
     s = np.zeros((3, 3))
     for row in range(len(points)):
         for i in range(3):

@@ -140,13 +140,7 @@ def follow_features(gradients: Rows, features: Iterable[ActualFeature]) -> Follo
 
 
 def _both_tails(ahead: float, behind: float, degrees: float, stretch: float) -> float:
-    """Return the growth of U that keeps the total probability of both tails.
-
-    Parameters
-    ----------
-    ahead, behind
-        Change beyond U at either end, in U.
-    """
+    """Return the growth of U that keeps both tails' probability; changes beyond U, in U."""
     most = stretch * max(abs(ahead), abs(behind))
     if not most <= MOST_CURVED:
         return math.inf

@@ -138,10 +138,7 @@ def _difference(
 
 
 def _normals(feature: ActualFeature, rows: Int, tips: Points3, geometry: Float) -> Points3:
-    """Return the unit normals (m, 3) from the material to ball centres (m, 3).
-
-    Also for a direction that is not quite of unit length, as in differences.
-    """
+    """Return the unit normals (m, 3) from material to ball centres; any direction length."""
     touches, raw = _own(feature)
     shape = feature.nominal.shape
     mean = touches.directions.mean(axis=0)
