@@ -190,7 +190,6 @@ def _orientation(
 
 
 def _like(frames: Sequence[DatumFrame], T_frame_from_world: RigidTransform) -> DatumFrame:
-    """Return the frame with held directions as in another one."""
 
     def off(frame: DatumFrame) -> float:
         turned = frame.T_frame_from_world.rotation - T_frame_from_world.rotation

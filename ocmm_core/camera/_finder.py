@@ -151,7 +151,6 @@ def measure_window(
 
 
 def _regions(start: tuple[Window, ...], width: int, height: int) -> Int:
-    """Return the regions (r, 4) in the form of the search."""
     if len(start) > USUAL_SLOTS:
         raise InputError(
             "camera.windows",

@@ -196,7 +196,6 @@ def _located(slot: Float, reading: Float) -> bool:
 
 @compiled(centroid)
 def _group_motion(slots: Float, readings: Float) -> tuple[float, float]:
-    """Return the mean motion of the visible LEDs, or zero."""
     u = v = 0.0
     n = 0
     for s in range(len(slots)):

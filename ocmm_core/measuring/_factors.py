@@ -123,7 +123,6 @@ class PointFactors:
         return drawn
 
     def _under(self, rows: Rows) -> PointFactors:
-        """Return the factors of the points in ``rows``."""
         known = np.arange(self.count) if self.places is None else self.places
         return self if np.array_equal(rows.places, known) else self.kept(rows.places)
 

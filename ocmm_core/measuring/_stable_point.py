@@ -175,7 +175,6 @@ def _alike(seen: NDArray[np.uint64], good: NDArray[np.bool_]) -> NDArray[np.bool
 
 
 def _seconds(window: TrackBlock) -> Float:
-    """Return the time of each frame since the first, s."""
     return np.asarray((window.time_ns - window.time_ns[0]) * 1e-9, dtype=np.float64)
 
 

@@ -240,7 +240,6 @@ def _free_part(
 
 
 def _step(here: Linearised, prior: Prior, state: BundleState) -> tuple[Float, list[Float]]:
-    """Return the steps of the common columns and of all poses."""
     normal, gradient, scale, _ = _free_part(here, prior, state)
     step = np.zeros(state.columns.count)
     try:

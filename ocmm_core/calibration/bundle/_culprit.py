@@ -287,7 +287,6 @@ def _tried(history: BlockHistory, trial: _Trial) -> Suspect | None:
 
 
 def _weighed(suspect: Suspect, trials: Sequence[_Trial], misfit: float) -> Suspect:
-    """Return the suspect with its worth."""
     score = suspect.score
     m = len(score.size)
     sizes = next(one.sizes for one in trials if one.cause is suspect.cause and len(one.sizes) == m)

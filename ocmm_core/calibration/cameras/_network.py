@@ -45,16 +45,11 @@ def own_covariance(fit: CameraFit, points: KnownPoints) -> Float:
 def joint_covariance(
     fits: Sequence[CameraFit], indices: Sequence[Int], points: KnownPoints
 ) -> Float:
-    """Return the covariance (14 C, 14 C) of all cameras.
+    """Return the covariance (14 C, 14 C) of all cameras; ``indices`` are the points each used.
 
     An error d of a reference point shifts the parameters of every camera that used it by -C J' W Jp
     d, with the camera's covariance C; the product of two cameras' gains times the variance of d is
     their covariance. The length error of the list is shared likewise.
-
-    Parameters
-    ----------
-    indices
-        Points seen by each camera.
     """
     count = len(fits)
     covariance = np.zeros((N_PARAMETERS * count,) * 2)

@@ -85,12 +85,7 @@ def build_outcome(
 ) -> CalibrationOutcome:
     """Return the record, its rig, and the comparison with the calibration in force.
 
-    Parameters
-    ----------
-    rig
-        Source of name, aliases, sensors, device, frame rate and noise.
-    before
-        Rig with the calibration in force, or None.
+    ``before`` has the calibration in force; ``rig`` gives all that is not calibrated.
     """
     low, high = found.volume_world
     record = CameraRecord(

@@ -74,11 +74,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
     Parameters
     ----------
     chain
-        Session file with at least its first line.
-    begun
-        That line.
-    rig
-        Rig that the session starts from.
+        Session file with at least its first line, ``begun``.
     store
         Destination of the accepted result.
 
@@ -387,15 +383,7 @@ class CameraProcedure(GuidedProcedure[E, O]):
 
 
 class ProbeProcedure(GuidedProcedure[E, O]):
-    """Base of procedures for a probe with one of its tips; see `GuidedProcedure`.
-
-    Parameters
-    ----------
-    store
-        Records of the probe.
-    tip
-        Name of the tip.
-    """
+    """Base of procedures for a probe with one of its tips; see `GuidedProcedure`."""
 
     def __init__(
         self, chain: ChainFile[SessionLine[E]], begun: Begun, rig: Rig, store: ProbeStore, tip: str

@@ -98,15 +98,7 @@ B = TypeVar("B", bound=Begun)
 
 
 class SessionFormat(Generic[E, B]):
-    """Session files of a procedure: creation and resumption.
-
-    Parameters
-    ----------
-    lines
-        Type of the lines.
-    first
-        Type of the first line.
-    """
+    """Session files of a procedure: creation and resumption."""
 
     def __init__(self, kind: ProcedureKind, lines: type[SessionLine[E]], first: type[B]) -> None:
         self._kind, self._lines, self._first = kind, lines, first

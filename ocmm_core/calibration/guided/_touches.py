@@ -68,15 +68,7 @@ def joint_covariance(
 ) -> Float:
     """Return the covariance of projections of n tips, mm^2, including shared effects.
 
-    Parameters
-    ----------
-    directions
-        (n, k, 3): each tip is projected onto k directions.
-
-    Returns
-    -------
-    covariance
-        (n k, n k).
+    (n k, n k) for ``directions`` (n, k, 3): each tip is projected onto k of them.
     """
     n, k, _ = directions.shape
     noise = np.array([one.noise for one in touches])

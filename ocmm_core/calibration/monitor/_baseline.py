@@ -57,8 +57,6 @@ def learn_baseline(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -
     ----------
     looks
         Of some 20 ms each, made without a map, over all places and attitudes of later measurements.
-    rig, body
-        Used for tracking.
 
     Raises
     ------

@@ -83,16 +83,12 @@ class Scores:
 def score_changes(
     looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody, belief: Belief, floor_px: float
 ) -> Scores:
-    """Return the scores of changes since the calibration.
+    """Return the scores of changes since the calibration, from at least one look.
 
     Parameters
     ----------
-    looks
-        At least one.
-    rig, body
-        Used for tracking.
     belief
-        Their errors at calibration.
+        Errors of rig and probe at calibration.
     floor_px
         Standard deviation, per axis, of the constant error of one LED in one camera.
     """

@@ -69,10 +69,7 @@ def spot_influences(
 ) -> Float:
     """Return the derivative of a result by each spot, (n, C, L, 2, m), mm/px; zero if unseen.
 
-    Parameters
-    ----------
-    gain
-        (m, k): negative derivative of the result by the gradient of centre and arms.
+    ``gain`` (m, k) is its negative derivative by the gradient of centre and arms.
     """
     rotations, weights = state.rotations[part], sweep.weights[part]
     arms = np.einsum("nij,lj->nli", rotations, state.arms)

@@ -78,12 +78,7 @@ _REREAD_S = 10.0
 
 
 class EventFolder(ABC, Generic[T]):
-    """Folder with a chain of events; safe across threads and processes.
-
-    Parameters
-    ----------
-    folder
-        Created at the first write.
+    """Folder with a chain of events, created at the first write; for any thread or process.
 
     Raises
     ------

@@ -72,11 +72,6 @@ R = TypeVar("R", bound=msgspec.Struct)
 class RecordStore(EventFolder[T]):
     """A folder of records; one process writes at a time, any thread may call.
 
-    Parameters
-    ----------
-    folder
-        Made at the first write.
-
     Raises
     ------
     StorageError
@@ -275,12 +270,7 @@ def within_term(
 ) -> RecordStatus:
     """Return the status that follows from the expiry date alone.
 
-    Parameters
-    ----------
-    what, remedy
-        Name of the expiring item, and how to renew it, without a full stop.
-    until, due
-        Expiry, and how long before it the status is DUE.
+    It is DUE from the time ``due`` before ``until``; ``remedy`` has no full stop.
     """
     day = until.date().isoformat()
     if now >= until:

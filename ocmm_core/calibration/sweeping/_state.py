@@ -51,10 +51,7 @@ def steps_of(
 ) -> tuple[Step, ...]:
     """Return the steps with their current gates.
 
-    Parameters
-    ----------
-    again, visited
-        Gate of the final visit of the first cone, and whether it was recorded.
+    ``again`` is the gate of the final visit of the first cone, ``visited`` whether it was recorded.
     """
     cone = "the cone" if begun.cone is None else f"cone '{begun.cone.name}'"
     return (

@@ -373,7 +373,6 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         return None
 
     def _instructions(self) -> tuple[str, str]:
-        """Return the present instructions for lines and spheres."""
         state, bar, spheres = self._state, self._begun.bar, self._begun.spheres
         on_lines = "All lines taken."
         line = state.current_line()
@@ -396,7 +395,6 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         return on_lines, on_spheres
 
     def _seat_instructions(self) -> tuple[str, str]:
-        """Return the present instructions for the seats, first and again."""
         first, again = self._state.unvisited_seat(), self._state.seat_to_repeat()
         return first_instruction(first), again_instruction(again)
 

@@ -131,12 +131,7 @@ _REMEDY = "Find what moved (camera, frame, table or seat), fix it, and verify ag
 
 
 def verdict(state: VerificationState, reused: Sequence[Finding]) -> VerificationRecord:
-    """Return the record of the observations.
-
-    Parameters
-    ----------
-    reused
-        Objections to the artefacts.
+    """Return the record of the observations; ``reused`` are objections to the artefacts.
 
     Raises
     ------

@@ -131,7 +131,6 @@ def fit_balls(shape: Shape, points: Float) -> list[Ball]:
 
 
 def _ball(points: Float, solution: Solution, flat: FitError) -> Ball:
-    """Return the ball of a solution; raise ``flat`` if undetermined."""
     d = points.shape[1]
     residuals, jacobian, _ = derivatives(DISC if d == 2 else BALL, points, solution.parameters)
     gain, shifts, condition = gains(jacobian)

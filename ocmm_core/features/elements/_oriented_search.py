@@ -77,7 +77,6 @@ class OrientedSearch:
         return self._finished(contacts)
 
     def _descend(self) -> None:
-        """Find the least-squares element."""
         for _ in range(STEPS):
             residuals, slopes, _ = self._distances()
             basis = self._basis()

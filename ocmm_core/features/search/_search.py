@@ -297,5 +297,4 @@ def _joined(kind: int, found: Sequence[Solution], more: Sequence[Solution]) -> l
 
 
 def _one(kind: int, first: Solution, second: Solution) -> bool:
-    """Return whether two solutions are the same minimum."""
     return bool(seen(kind, first.parameters, second.parameters[None], ONE))

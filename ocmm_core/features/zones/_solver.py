@@ -133,7 +133,6 @@ def settle(
 
 
 def _greatest(delicate: NDArray[np.bool_], steps: Float) -> float:
-    """Return the largest size of the trust region."""
     limit = np.where(delicate, LARGEST_LEAN, 2.0)
     return float(np.min(limit[:, None] / np.maximum(np.abs(steps), 1e-300)))
 
@@ -142,11 +141,7 @@ def _by_few(
     surface: ElementFamily, points: Float, start: Placed, steps: Float, radii: tuple[float, float],
     most: int, chosen: Int | None,
 ) -> tuple[Zone, Int | None]:  # fmt: skip
-    """Return the result of `settle`, and the indices used; None for all.
-
-    ``radii`` are initial and largest size of the trust region; ``chosen`` is an initial guess of
-    the indices, from another start.
-    """
+    """Return the result of `settle`, and indices used, or None for all; guess: ``chosen``."""
     if len(points) <= ALL_POINTS:
         return _settled(surface, points, start, steps, radii, most), None
     if chosen is None:
@@ -179,7 +174,6 @@ def _settled(
     surface: ElementFamily, points: Float, start: Placed, steps: Float, radii: tuple[float, float],
     most: int,
 ) -> Zone:  # fmt: skip
-    """Return the local optimum for ``points`` (n, 3) by trust regions of these sizes."""
     frame, origin, sizes = start.frame.copy(order="C"), start.origin.copy(), start.sizes.copy()
     upper, lower, settled = settle_zone(
         surface.code, surface.sign, surface.lower, surface.even, surface.rows,

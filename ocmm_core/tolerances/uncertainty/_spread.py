@@ -124,7 +124,6 @@ def _spread(
     found: Float,
     bonus: bool,
 ) -> Spread:
-    """Return the spread of a value whose components have the covariance ``found``."""
     taken = evaluation.bonus if bonus else 0.0
     if evaluation.components is not None:
         vector, length = evaluation.components, float(np.linalg.norm(evaluation.components))

@@ -58,9 +58,7 @@ class Keep(Protocol):
         datums: tuple[str, ...],
         actual: Mapping[str, ActualFeature],
         make: Callable[[Mapping[str, ActualFeature]], HeldFrame],
-    ) -> HeldFrame:
-        """Return the cached frame, or the result of ``make``."""
-        ...
+    ) -> HeldFrame: ...
 
 
 class Frames:

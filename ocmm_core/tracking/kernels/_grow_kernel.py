@@ -220,7 +220,6 @@ def _improve(
 def _faces(
     centre: Float, led: Float, direction: Float, rotation: Float, origin: Float, least_cosine: float
 ) -> bool:
-    """Return whether an LED faces a camera."""
     along, size = 0.0, 0.0
     for i in range(3):
         # The LED's place gets the whole motion, its direction only the rotation.
