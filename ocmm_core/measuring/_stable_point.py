@@ -84,15 +84,7 @@ def average(
 
     The random covariance comes from ten batch means, to include slow tremor, and is at least the
     prediction from independent spot noise. Ball motion indistinguishable from noise is added.
-
-    Parameters
-    ----------
-    window
-        The frames of the window that arrived.
-    expected
-        Intended number of frames.
-    rig
-        For the names of the cameras.
+    ``expected`` is the intended number of frames.
     """
     # Poses of the averaged frames themselves: no lag, whatever moved.
     window = simultaneous(window)

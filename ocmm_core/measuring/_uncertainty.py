@@ -51,20 +51,7 @@ def joint_factors(
 ) -> PointFactors:
     """Return the factors of the covariance of all ball centres and the tip radius.
 
-    Parameters
-    ----------
-    points
-        N points, in any order.
-    sensitivities
-        `tip_sensitivity` of the spots of each point.
-    contact
-        Effect of the hand's force; None without a probe design.
-    part
-        None if not compensated.
-    frame
-        Uncertainty of a saved frame; None if the job measures the frame.
-    root
-        Replaces `root_of`, for callers that cache the results.
+    Arguments as in `contributions`; ``root`` replaces `root_of`, for callers that cache results.
     """
     parts = contributions(points, sensitivities, rig, body, contact, part, frame=frame)
     return factors_of(parts, len(points), root)

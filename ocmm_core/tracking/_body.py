@@ -119,16 +119,9 @@ def load_probe(path: Path | str) -> ProbeBody:
 
 
 def body_of(document: ProbeDocument, path: Path | str, identity: str) -> ProbeBody:
-    """Return the probe of a document; errors as `load_probe`.
+    """Return the probe of a document, perhaps not yet in a file; errors as `load_probe`.
 
-    Parameters
-    ----------
-    document
-        May not be in a file yet.
-    path
-        Its file, for error messages.
-    identity
-        SHA-256 of the file.
+    ``path`` is for error messages; ``identity`` is the SHA-256 of the file.
     """
     _check(Path(path), document)
     leds = np.array([led.position for led in document.leds])

@@ -190,13 +190,9 @@ def common_covariance(
 ) -> Float | None:
     """Return the covariance (k, k) of the common unknowns, or None if undetermined.
 
-    It refers to a world in which the cameras (and seats) have, on average, not moved.
-
-    Parameters
-    ----------
-    considered
-        (8 C, 8 C): covariance of fixed but uncertain lenses. Its effect on all other unknowns is
-        added (Schmidt's consider covariance).
+    It refers to a world in which the cameras (and seats) have, on average, not moved. Of fixed but
+    uncertain lenses, ``considered`` (8 C, 8 C) is the covariance; its effect on all other unknowns
+    is added (Schmidt's consider covariance).
     """
     here = linearise(data, prior, state, 0.0)
     if not np.isfinite(here.cost):

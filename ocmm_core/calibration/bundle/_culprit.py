@@ -114,14 +114,9 @@ def examine(
 ) -> CulpritVerdict | None:
     """Return the verdict; None if the observations cannot determine a fault.
 
-    Parameters
-    ----------
-    data, prior, start
-        A bundle near its minimum, with all uncertain unknowns free.
-    dof
-        Degrees of freedom of its chi-square.
-    exactly
-        Adjust, and fit the best suspects fully; otherwise first order at ``start``.
+    The bundle is near its minimum, with all uncertain unknowns free; ``dof`` is that of its
+    chi-square. ``exactly`` adjusts, and fits the best suspects fully; otherwise first order at
+    ``start``.
     """
     state = adjust(data, prior, start).state if exactly else start
     history = BlockHistory.of(data, prior, state)

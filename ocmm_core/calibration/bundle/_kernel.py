@@ -274,14 +274,9 @@ def schur_reduce_poses(
 def miss_frames(
     cameras: Float, leds: Float, uv: Float, rotations: Float, origins: Float, residuals: Float
 ) -> None:
-    """Write the residuals of the spots.
+    """Write the residuals of the spots, predicted minus observed, px, (n, C, L, 2).
 
-    Parameters
-    ----------
-    cameras, leds, uv, rotations, origins
-        As in `schur_reduce_poses`; NaN if unseen.
-    residuals
-        (n, C, L, 2), out: predicted minus observed, px; NaN if unseen, infinite behind the camera.
+    NaN if unseen, infinite behind the camera. Inputs as in `schur_reduce_poses`.
     """
     n_frames, n_cameras, n_leds = uv.shape[:3]
     u_row, v_row = empty_rows()

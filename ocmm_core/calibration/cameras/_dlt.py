@@ -64,14 +64,9 @@ def cloud_of(points: Points3) -> Cloud:
 
 
 def starts(nominal: CameraModel, points_world: Points3, uv: Pixels) -> Iterator[Start]:
-    """Yield start cameras, the most promising first.
+    """Yield start cameras for six or more points (n, 3), mm, the most promising first.
 
-    Parameters
-    ----------
-    nominal
-        Sensor, pixel pitch and nominal focal length; the pose is not used.
-    points_world, uv
-        (n, 3), mm, and (n, 2), px; at least six points.
+    ``nominal`` gives sensor, pixel pitch and focal length; its pose is not used.
     """
     ideal = replace(
         nominal,

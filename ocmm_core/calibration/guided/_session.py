@@ -239,14 +239,10 @@ class GuidedProcedure(ABC, Generic[E, O]):
             self._append(Forced(utc=utc_text(now), reason=reason))
 
     def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
-        """Record the temperature of the cameras' sensors during observations.
+        """Record the temperature of the cameras' sensors, degrees Celsius, during observations.
 
-        Changes below `WARMTH_STEP_K` are ignored; nothing changes once there is a result.
-
-        Parameters
-        ----------
-        sensors_c
-            Degrees Celsius, camera by camera; ignored if any is missing.
+        Changes below `WARMTH_STEP_K` and missing values are ignored; nothing changes once there is
+        a result.
         """
         known = tuple(value for value in sensors_c if value is not None)
         with self._lock:

@@ -116,11 +116,6 @@ class SessionFormat(Generic[E, B]):
     ) -> tuple[ChainFile[SessionLine[E]], B]:
         """Create a session file with its first line on disk and return both.
 
-        Parameters
-        ----------
-        own
-            Procedure-specific fields of the first line.
-
         Raises
         ------
         InputError
@@ -169,12 +164,7 @@ class SessionFormat(Generic[E, B]):
 
 
 def require_probe(path: Path, begun_with: str, body: ProbeBody) -> None:
-    """Refuse to resume a session with another probe.
-
-    Parameters
-    ----------
-    begun_with
-        Hash of the document of the session's probe.
+    """Refuse to resume a session with another probe; ``begun_with`` is its document's hash.
 
     Raises
     ------

@@ -91,13 +91,8 @@ def learn_baseline(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -
 def pattern_maps(rig: Rig, maps: Sequence[ResidualMap], left_px: float) -> tuple[PatternMap, ...]:
     """Return the residual maps of all cameras in the form used by looks.
 
-    Parameters
-    ----------
-    maps
-        One for each camera.
-    left_px
-        Their error at typical spot density. It is larger for fewer spots, and grows with the
-        distance from the nearest to the whole pattern. Cells longer than the pattern are useless.
+    ``left_px`` is their error at typical spot density. It is larger for fewer spots, and grows with
+    the distance from the nearest to the whole pattern. Cells longer than the pattern are useless.
     """
     return tuple(
         _pattern_map(camera, rig.noise, residual_map, left_px)

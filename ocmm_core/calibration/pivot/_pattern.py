@@ -33,14 +33,8 @@ def pattern_covariance(
 ) -> Float:
     """Return the covariance (m, m), mm^2, of a result due to the sensor pattern.
 
-    Parameters
-    ----------
-    sweep, state
-        Frames and minimum.
-    by_common
-        (m, k): derivative of the result by centre and arms.
-    inverse
-        (k, k): covariance of centre and arms, see `_bundle.inverse_pinned`.
+    ``by_common`` (m, k) are its derivatives by centre and arms; ``inverse`` (k, k) their
+    covariance, see `_bundle.inverse_pinned`.
     """
     rng = np.random.default_rng(seed)
     noise, cameras = rig.noise, len(rig.cameras)

@@ -170,6 +170,8 @@ def open_probe(
 ) -> ProbeInUse:
     """Return the probe of a document with the records in force for one of its tips.
 
+    If no records are usable: with a fault, and the geometry of the document.
+
     Parameters
     ----------
     folder
@@ -178,11 +180,6 @@ def open_probe(
         None selects the mounted tip.
     uncalibrated
         Record points regardless of the tip's status.
-
-    Returns
-    -------
-    ProbeInUse
-        If no records are usable: with a fault, and the geometry of the document.
 
     Raises
     ------

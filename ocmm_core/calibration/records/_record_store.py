@@ -91,13 +91,8 @@ class RecordStore(EventFolder[T]):
     ) -> CalibrationError | None:
         """Return the first defect of the files that the events name, or None.
 
-        Parameters
-        ----------
-        about
-            Restrict to this tip (probe stores only).
-        thorough
-            Read all files (some milliseconds). Otherwise only those that appear changed, and one of
-            the others in turn.
+        ``about`` restricts to a tip (probe stores only). ``thorough`` reads all files (some
+        milliseconds), otherwise those that appear changed, and one of the others in turn.
         """
         wanted = self._wanted(about)
         found = self._evidence.defect(tuple(wanted), thorough=thorough)

@@ -132,12 +132,7 @@ def expected_tip(
 ) -> Vector3 | None:
     """Return the expected tip, mm, document frame; None if unknown.
 
-    Parameters
-    ----------
-    running
-        The record in force for this tip; preferred over the document.
-    tip_unknown
-        The document has no place for this tip.
+    The record in force for this tip is preferred over the document, which may have no place for it.
 
     Raises
     ------

@@ -69,17 +69,8 @@ class Ball:
 def taubin_moments(centred_points: Float) -> tuple[Float, Float]:
     """Return the moments whose smallest eigenvector is Taubin's ball, and the mean square.
 
-    Parameters
-    ----------
-    centred_points
-        (..., n, d), mean zero over n.
-
-    Returns
-    -------
-    moments
-        (..., d + 1, d + 1); its smallest eigenvalue approximates the mean squared distance.
-    mean_square
-        (...,).
+    ``centred_points`` (..., n, d) have mean zero over n. The smallest eigenvalue of the moments
+    (..., d + 1, d + 1) approximates the mean squared distance.
     """
     squares = np.sum(centred_points**2, axis=-1)
     mean_square = squares.mean(axis=-1)

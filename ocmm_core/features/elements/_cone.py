@@ -52,14 +52,8 @@ NEAR_HINT = np.deg2rad(2.0)
 def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
     """Return the cone of ``points`` (n, 3), mm; residuals are positive outside.
 
-    Its direction points to growing radius.
-
-    Parameters
-    ----------
-    points
-        (n, 3), mm.
-    half_angle_hint
-        rad: may decide between rivals, of which many pass through six points.
+    Its direction points to growing radius. ``half_angle_hint``, rad, may decide between rivals, of
+    which many pass through six points.
 
     Raises
     ------

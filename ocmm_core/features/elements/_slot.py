@@ -57,14 +57,10 @@ def fit_slot(
 ) -> Fit:
     """Return the slot or rectangle in the orthogonal-distance plane of ``points`` (n, 3), mm.
 
-    Residuals are in the plane, positive outside.
+    Residuals are in the plane, positive outside. The points are on both sides and both ends.
 
     Parameters
     ----------
-    shape
-        ``ROUND_SLOT``, ``SQUARE_SLOT`` or ``RECTANGLE``.
-    points
-        (n, 3), mm, on both sides and both ends.
     direction_hint
         (3,): orients the normal.
     sizes_hint

@@ -154,8 +154,6 @@ def fit_torus(
 
     Parameters
     ----------
-    points
-        (n, 3), mm.
     direction_hint
         (3,): orients the axis.
     sizes_hint

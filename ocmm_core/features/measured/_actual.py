@@ -106,14 +106,7 @@ def actual_features(
 ) -> dict[str, ActualFeature | FitError]:
     """Return all features by name, or the errors.
 
-    Parameters
-    ----------
-    nominals
-        Features of the plan.
-    points
-        All N points of the job, or those of the features.
-    places
-        Indices of the points in rows of jacobians; None for 0 to N - 1.
+    ``places`` are indices of the points in rows of jacobians; None for 0 to N - 1.
     """
     found: dict[str, ActualFeature | FitError] = {}
     own: dict[str, list[tuple[int, MeasuredPoint]]] = {}

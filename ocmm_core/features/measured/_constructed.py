@@ -69,15 +69,8 @@ def constructed_features(
 ) -> dict[str, ActualFeature | FitError]:
     """Return all constructed features by name, or the errors.
 
-    Parameters
-    ----------
-    constructions
-        Of a checked plan, in any order.
-    actual
-        Measured probed features, or errors.
-    nominals
-        Geometry vectors (12,) of probed and constructed features, part frame, by name
-        (`nominal_geometries`).
+    The constructions are those of a checked plan, in any order; ``nominals`` are geometry vectors
+    (12,) of probed and constructed features, part frame, by name (`nominal_geometries`).
     """
     known = dict(actual)
     found: dict[str, ActualFeature | FitError] = {}

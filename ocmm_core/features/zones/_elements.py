@@ -136,12 +136,10 @@ def task_of(fit: Fit, points: Points3, surface: ElementFamily, offset: float = 0
 def geometry_of(
     task: ZoneTask, placed: Placed, step: Values, offset: complex, centroid: Values
 ) -> Values:
-    """Return the geometry vector (12,), scaled, of an element after a step.
+    """Return the geometry vector (12,), scaled, of an element after a step (8,).
 
     Parameters
     ----------
-    step
-        (8,): see `_surfaces`.
     offset
         Reference distance of the element: a radius, the height of a plane, the tube of a torus.
     centroid

@@ -276,14 +276,8 @@ def zone_derivatives(
 ) -> tuple[Float, Float]:
     """Return geometry (12,) and its derivatives by points (12, 3 n), both scaled.
 
-    Parameters
-    ----------
-    task, placed, offset
-        The element, and the offset of `geometry_of`.
-    rows
-        (c,): contacts.
-    answer
-        (k or more, 3 c): derivatives of the free entries, then of the bounds, by the contacts.
+    ``answer`` (k or more, 3 c) has the derivatives of the free entries, then of the bounds, by the
+    contacts ``rows`` (c,). ``offset`` as in `geometry_of`.
     """
     surface, c = task.surface, len(rows)
     free = list(surface.free)

@@ -219,18 +219,10 @@ def start_pattern(k: int, count: int) -> Float:
 def best_zone(
     surface: ElementFamily, points: Float, start: Placed, starts: int, reach: float = 1.0
 ) -> Zone:
-    """Return the narrowest zone found from ``start`` and around it.
+    """Return the narrowest zone found from the least-squares element and around it.
 
-    Parameters
-    ----------
-    points
-        (n, 3), centred and scaled.
-    start
-        The least-squares element.
-    starts
-        Number of further starts.
-    reach
-        Distance of further starts, in zones of the start.
+    ``points`` (n, 3) are centred and scaled. ``starts`` further starts are at ``reach`` from it, in
+    zones of the start.
     """
     first = zone_at(surface, points, start)
     steps = natural_steps(surface, points, start)
@@ -261,12 +253,7 @@ def polished(
 ) -> Zone:  # fmt: skip
     """Return the zone after one Newton step on given contacts, unless that is wider.
 
-    Parameters
-    ----------
-    contacts
-        (c,): coded as in `_kernel`.
-    multipliers
-        (c,): their forces.
+    ``contacts`` (c,) are coded as in `_kernel`; ``multipliers`` (c,) are their forces.
     """
     placed = zone.placed
     steps = natural_steps(surface, points, placed)

@@ -148,14 +148,7 @@ def distances(
 ) -> tuple[Values, Values]:
     """Return distances (n,) and their jacobian (n, 8) at ``step`` (8,) from the element.
 
-    Parameters
-    ----------
-    local
-        (n, 3): points in the frame of the element.
-    sizes
-        (3,): see `Placed`.
-    step
-        (8,): point of evaluation, default zero.
+    ``local`` (n, 3) are points in its frame; ``sizes`` (3,) see `Placed`.
     """
     step = np.zeros(STEP_SIZE) if step is None else step
     kind = np.result_type(local, step)

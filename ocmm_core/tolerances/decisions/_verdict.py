@@ -55,15 +55,10 @@ NO_VERDICT = VerdictSummary(None, "", ())
 
 
 def summarise(results: Sequence[CharacteristicResult], feature: str = "") -> VerdictSummary:
-    """Return the verdict on characteristics, and the deciding one.
+    """Return the verdict on characteristics in the order of the plan, and the deciding one.
 
-    Parameters
-    ----------
-    results
-        In the order of the plan.
-    feature
-        Their feature: among equally bad ones the first with a value that depends on it alone
-        decides, then the first with a value, then the first.
+    Among equally bad ones the first with a value that depends on ``feature`` alone decides, then
+    the first with a value, then the first.
     """
     if not results:
         return NO_VERDICT
@@ -150,17 +145,10 @@ class PartVerdict:
 def judge_part(
     results: Sequence[CharacteristicResult], missing_features: Iterable[str]
 ) -> PartVerdict:
-    """Return the verdict on a part.
+    """Return the verdict on a part from all characteristics, in the order of the plan.
 
     A part with a NOT CONFORM characteristic does not conform, even if incomplete. It conforms only
     if every feature is complete and all characteristics CONFORM.
-
-    Parameters
-    ----------
-    results
-        All characteristics, in the order of the plan.
-    missing_features
-        Names of incomplete features.
     """
     summary = summarise(results)
     named = {

@@ -75,12 +75,8 @@ class Refit:
     ) -> tuple[Float, Float, int]:
         """Return compensated geometry (m, 12), range of the residuals (m,), failed trials.
 
-        Parameters
-        ----------
-        deviations
-            (m, 3 N + 1), mm: of all ball centres and the tip radius.
-        fitted
-            Geometries of the preceding features, in world coordinates.
+        ``deviations`` (m, 3 N + 1), mm, are of all ball centres and the tip radius; ``fitted`` are
+        geometries of the preceding features, world.
         """
         count = len(deviations)
         geometry, ranges = np.empty((count, GEOMETRY_SIZE)), np.empty(count)

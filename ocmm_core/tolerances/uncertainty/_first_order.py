@@ -59,14 +59,8 @@ def growth(
 ) -> float:
     """Return the factor by which U grows, 1 and more; infinite if U is refused.
 
-    Parameters
-    ----------
-    gradients, factors, samples, found
-        Arguments of `sampling.widened`, and its result.
-    follow
-        Refits the elements.
-    stretch
-        The test is for a scatter greater by this factor.
+    ``found`` is the result of `sampling.widened` for the first arguments; ``follow`` refits the
+    elements. The test is for a scatter greater by ``stretch``.
     """
     if not np.all(np.isfinite(found.covariance)):
         return 1.0
@@ -104,14 +98,7 @@ def follow_features(gradients: Rows, features: Iterable[ActualFeature]) -> Follo
     """Return the nonlinear response of values to points; None if all is linear.
 
     Covers the probed least-squares elements. From elements to values, linearity is assumed: zones
-    and lengths have their own statements (`interval`).
-
-    Parameters
-    ----------
-    gradients
-        k rows: of the values by the points.
-    features
-        Candidates.
+    and lengths have their own statements (`interval`). ``gradients`` are k rows by the points.
     """
     parts = []
     for feature in features:

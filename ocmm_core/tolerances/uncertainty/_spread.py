@@ -47,13 +47,7 @@ def spreads_of(
     factors: PointFactors,
     samples: Sequence[FormSample],
 ) -> Spreads:
-    """Return the spreads of a value.
-
-    Parameters
-    ----------
-    samples
-        Form estimates of the features (`sampling.form_samples`).
-    """
+    """Return the spreads of a value; ``samples`` are those of `sampling.form_samples`."""
     samples = contributing_samples(characteristic, actual, samples)
     gradients = gradients_of(evaluation, bonus=False)
     found = widened(gradients, factors, samples)

@@ -20,12 +20,8 @@ _KEPT = 100
 def associated(start: Fit, points: Points3, criterion: Criterion, offset: float = 0.0) -> Fit:
     """Return the element of points (n, 3), mm, by a criterion other than least squares.
 
-    Parameters
-    ----------
-    start
-        The least-squares fit of the same points.
-    offset
-        mm: distance of the points outside an ellipse, for its minimum zone.
+    ``start`` is their least-squares fit; ``offset``, mm, the distance of the points outside an
+    ellipse, for its minimum zone.
 
     Raises
     ------
