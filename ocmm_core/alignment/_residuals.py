@@ -46,7 +46,7 @@ def residuals_of(
     frame_jacobian: Rows,
     factors: PointFactors | None,
 ) -> tuple[Residual, ...]:
-    """Return the residuals of all measured features with a nominal, those of the frame first.
+    """Return the residuals of all features with a nominal, those of the frame first.
 
     ``frame_jacobian`` has 6 rows: derivatives of the nominals' frame (`alignment.frame_jacobian`).
     """

@@ -159,7 +159,7 @@ def satisfies_rules(
 def nearest_ambiguity(
     body: ProbeBody | LedBody, seen: Sequence[int] | None = None
 ) -> Ambiguity | None:
-    """Return the wrong labelling of the LEDs ``seen``, or of all, with the smallest residual.
+    """Return the wrong labelling of the LEDs ``seen``, or all, of smallest residual.
 
     See `ambiguity.nearest`. For a body without a tip, the error is that of the middle of its LEDs.
     """

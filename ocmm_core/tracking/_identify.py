@@ -68,7 +68,7 @@ def identify(
     options: IdentifyOptions,
     led_of_slot: Int | None = None,
 ) -> Identification:
-    """Return the slot of each LED for one frame of spots (C, S, 2), px, NaN for empty slots.
+    """Return each LED's slot for spots (C, S, 2), px, of one frame, NaN if empty.
 
     ``led_of_slot`` (C, S) is the result of the strobe code (`strobe.decode`), or None.
     """

@@ -45,7 +45,7 @@ class ReferenceFilter:
         """Frames in the mean after the latest one; 0 if the body is not tracked."""
 
     def feed(self, body: TrackBlock, covariance: Float) -> tuple[Float, Float, Float]:
-        """Return rotation (n, 3, 3), origin (n, 3), mm, and covariance (n, 6, 6) of every frame.
+        """Return rotation, origin, mm, and covariance (n, 6, 6) of every frame.
 
         NaN if the body is not tracked; the mean restarts after that. The covariance of the
         single-frame poses is for the increments of `pose.reprojection`.

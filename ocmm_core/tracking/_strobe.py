@@ -29,7 +29,7 @@ NOT_NAMED = -2
 
 
 class StrobeEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The code of a body in its document: the frame of the period in which each LED is dark."""
+    """The code of a body in its document: the dark frame of each LED in the period."""
 
     period: int
     dark: list[int]

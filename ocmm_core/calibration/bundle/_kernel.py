@@ -27,7 +27,7 @@ LEAST_PIVOT = 1e-11
 
 @compiled()
 def eliminate(v: Float, w: Float, g: Float, damping: float) -> bool:
-    """Replace V (d, d) by its Cholesky factor, W (d, k) by Y and g (d,) by z; False if singular."""
+    """Replace V by its Cholesky factor, W by Y and g by z; False if singular."""
     size, columns = w.shape
     for j in range(size):
         diagonal = v[j, j]

@@ -45,7 +45,7 @@ def own_covariance(fit: CameraFit, points: KnownPoints) -> Float:
 def joint_covariance(
     fits: Sequence[CameraFit], indices: Sequence[Int], points: KnownPoints
 ) -> Float:
-    """Return the covariance (14 C, 14 C) of all cameras; ``indices`` are the points each used.
+    """Return the covariance (14 C, 14 C) of all cameras; ``indices``: their points.
 
     An error d of a reference point shifts the parameters of every camera that used it by -C J' W Jp
     d, with the camera's covariance C; the product of two cameras' gains times the variance of d is

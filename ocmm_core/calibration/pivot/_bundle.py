@@ -201,7 +201,7 @@ def chi2_of_cameras(
 
 
 def pinned_normal(normal: Float, turns: Float) -> tuple[Float, Float, Float]:
-    """Return the normal matrix in scaled unknowns with its gauge pinned, the scale and the pin."""
+    """Return the scaled normal matrix with its gauge pinned, the scale and the pin."""
     scale = np.sqrt(np.maximum(normal.diagonal(), 0.0))
     scale[scale == 0.0] = 1.0
     basis = np.linalg.qr(scale[:, None] * turns)[0]

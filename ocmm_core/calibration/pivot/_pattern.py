@@ -61,7 +61,7 @@ def pattern_covariance(
 def spot_influences(
     rig: Rig, sweep: PivotSweep, state: PivotState, gain: Float, slack_mm: float, part: slice
 ) -> Float:
-    """Return the derivative of a result by each spot, (n, C, L, 2, m), mm/px; zero if unseen.
+    """Return a result's derivative by each spot, (n, C, L, 2, m), mm/px; zero if unseen.
 
     ``gain`` (m, k) is its negative derivative by the gradient of centre and arms.
     """

@@ -1,4 +1,4 @@
-"""Bending of a stylus and a probe body as one stepped and tapered beam (thesis, appendix B).
+"""Bending of stylus and probe body as a stepped, tapered beam (thesis, appendix B).
 
 The beam lies along the probe, with the ball's centre at zero. Its sections are solid or hollow
 bars, or sandwich panels with a core that carries no load. Integration is on a grid with a point on

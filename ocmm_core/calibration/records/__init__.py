@@ -1,4 +1,4 @@
-"""Records of cameras, probes and tips, sealed and chained, and whether they may be used.
+"""Sealed and chained records of cameras, probes and tips, and their usability.
 
 In: outcomes of procedures, certificates of artefacts, events such as a shock or a mounted tip. Out:
 records in force, their status with its reason, their history, and whether points may be recorded.

@@ -98,7 +98,7 @@ class ProbeOverview:
 
 
 def probe_overview(store: ProbeStore | None, now: datetime) -> ProbeOverview:
-    """Return the contents of a store at a moment; reads all records, some milliseconds each.
+    """Return the contents of a store; reads all records, some milliseconds each.
 
     A changed record is reported as a fault, so that the rest remains visible.
     """

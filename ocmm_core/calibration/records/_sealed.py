@@ -150,7 +150,7 @@ def load(path: Path, kind: type[R]) -> R:
 def load_signed(
     path: Path, kind: type[R], signed: Signed, keys: KeyFolder | None = None
 ) -> SignedRecord[R]:
-    """Return the record of a file with the state of its signature; errors as `unseal_signed`."""
+    """Return a record and the state of its signature; errors as `unseal_signed`."""
     return unseal_signed(path, read_bytes(path), kind, signed, keys)
 
 

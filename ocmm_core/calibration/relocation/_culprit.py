@@ -97,7 +97,7 @@ def accuse_in_relocation(
 
 
 def _harmless(verdict: CulpritVerdict, observed: Observations, options: RelocationOptions) -> bool:
-    """Return whether an unknown probe may differ from its document, as bars confirm the length.
+    """Return whether an unknown probe may differ from its document.
 
     One displaced LED leaves the other distances, which agree with the bar. If all differ, two bars
     are needed; their agreement was examined.

@@ -90,7 +90,7 @@ class BarTaken(SessionEvent, frozen=True, kw_only=True):
 
 
 class SeatTaken(SessionEvent, frozen=True, kw_only=True):
-    """The ball of the probe in a seat: a control point, or an end of the bar in a placement."""
+    """The ball in a seat: a control point, or an end of the bar in a placement."""
 
     seat: str
     """Name of the control point; empty for the bar."""

@@ -23,7 +23,7 @@ _AWAY = 0.3
 
 
 def sphere_map(directions_world: Points3, reach: float) -> tuple[Float, tuple[MapCell, ...]]:
-    """Return the middle of the map (3,) and its cells, required up to ``reach``, rad, from it.
+    """Return the middle of the map (3,) and its cells, required up to ``reach``, rad.
 
     ``directions_world`` (n, 3), unit, lead from the ball to the middle of the LEDs.
     """

@@ -59,7 +59,7 @@ def turns_from(rotations: Float, rotation: Float) -> Float:
 def cone_findings(
     rig: Rig, probe: ProbeBody, sweep: PivotSweep, rotations: Float, visits: ConeVisits
 ) -> tuple[Finding, ...]:
-    """Return findings from the final visit of the first cone, with the probe of the first sweep.
+    """Return findings from the final visit, with the probe of the first sweep.
 
     ``rotations`` (n, 3, 3) of that sweep are world from probe; NaN if excluded.
     """

@@ -1,4 +1,4 @@
-"""What circle, ellipse, slots and rectangle share: a plane first, then the outline in it.
+"""Common part of circle, ellipse, slots and rectangle: a plane, then the outline.
 
 These are the two steps of NIST and of ISO. The outline is found in coordinates of the plane,
 centred and scaled; here it is taken back to space, with its derivatives.

@@ -55,7 +55,7 @@ def fit_slot(
     direction_hint: Float | None = None,
     sizes_hint: tuple[float, float] | None = None,
 ) -> Fit:
-    """Return the slot or rectangle in the orthogonal-distance plane of ``points`` (n, 3), mm.
+    """Return the slot or rectangle in the plane of ``points`` (n, 3), mm.
 
     Residuals are in the plane, positive outside. The points are on both sides and both ends.
 

@@ -194,7 +194,7 @@ def _fit(nominal: NominalFeature, touches: Touches) -> Fit:
 def fit_projected(
     nominal: NominalFeature, touches: Touches, plane_normal: Float
 ) -> tuple[Fit, Float]:
-    """Return the outline in a plane of given normal, and its derivatives (12, 3) by the normal.
+    """Return the outline in a plane of given normal, and d(outline)/d(normal), (12, 3).
 
     Raises
     ------

@@ -20,7 +20,7 @@ ALONG = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Compensation:
-    """Compensated geometry (12,) and its derivatives by the raw one (12, 12) and the ball (12,)."""
+    """Compensated geometry (12,), derivatives by raw geometry (12, 12) and ball (12,)."""
 
     geometry: Float
     by_raw: Float

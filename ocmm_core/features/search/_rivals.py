@@ -146,7 +146,7 @@ def _turned(first: Fit, second: Fit) -> Float:
 
 
 def with_rival(first: Fit, second: Fit) -> Fit:
-    """Return the better of two fits by a criterion other than least squares, with its rival.
+    """Return the better of two fits by another criterion than least squares, with rival.
 
     A zone counts with its squared width as cost (uniform noise, to the power of n - k). Widths do
     not decide between inscribed or circumscribed elements.

@@ -13,7 +13,7 @@ _INSIDE = 1.0 + 1e-14
 
 @compiled()
 def narrowest_tube(about: Float, axes: Float) -> float:
-    """Return the diameter of the thinnest cylinder along the first axis about points (n, 3).
+    """Return the diameter of the thinnest cylinder along the first axis about points.
 
     It is the smallest circle about their projections, found from a few points, extended by the
     farthest one outside until none is left; takes a few rounds.

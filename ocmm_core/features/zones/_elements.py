@@ -192,7 +192,7 @@ def geometry_of(
 def geometry_derivatives(
     task: ZoneTask, placed: Placed, offset: float
 ) -> tuple[Float, Float, Float, Float]:
-    """Return geometry (12,) and its derivatives by step (12, 8), offset (12,), centroid (12, 3)."""
+    """Return geometry (12,), derivatives by step (., 8), offset (.,), centroid (., 3)."""
     none, middle = np.zeros(STEP_SIZE), np.zeros(3)
     geometry = np.asarray(geometry_of(task, placed, none, offset, middle).real)
     by_step, by_centroid = np.zeros((GEOMETRY_SIZE, STEP_SIZE)), np.zeros((GEOMETRY_SIZE, 3))

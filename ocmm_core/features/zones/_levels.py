@@ -44,7 +44,7 @@ class ZoneLevel:
 
 
 def levels_of(task: ZoneTask, placed: Placed, balance: Balance) -> tuple[Placed, list[ZoneLevel]]:
-    """Return the fully determined outline, and its contacts by level, the widest zone first.
+    """Return the fully determined outline, and contacts by level, widest zone first.
 
     For a family with a symmetric zone.
     """

@@ -246,7 +246,7 @@ def _sides(task: ZoneTask, placed: Placed, contact: int) -> Float:
 
 
 def held_response(task: ZoneTask, placed: Placed, balance: Balance) -> Float:
-    """Return the derivatives of free entries and bounds by contacts, (k + 1 or 2, 3 c), scaled.
+    """Return d(free entries and bounds)/d(contacts), (k + 1 or 2, 3 c), scaled.
 
     The optimality conditions (contacts touch, forces balance) are differentiated.
     """

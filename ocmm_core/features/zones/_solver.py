@@ -194,7 +194,7 @@ def after(surface: ElementFamily, placed: Placed, free_step: Float) -> Placed:
 
 
 def by_bounds(surface: ElementFamily, signs: Float) -> Float:
-    """Return the derivatives of contact gaps, +1 above and -1 below, by the bounds, (c, 1 or 2)."""
+    """Return d(contact gaps)/d(bounds), (c, 1 or 2); gaps +1 above and -1 below."""
     if surface.even:
         return -signs[:, None]
     upper, lower = np.where(signs > 0.0, -1.0, 0.0), np.where(signs < 0.0, -1.0, 0.0)

@@ -120,7 +120,7 @@ class Placed:
         return arms
 
     def moved(self, step: Float) -> Placed:
-        """Return the element after ``step`` (8,), its origin at the foot of the points' centroid.
+        """Return the element after ``step`` (8,), its origin at the foot of the centroid.
 
         The foot keeps numbers small; the w of elements that depend on sliding along the axis is
         subtracted.

@@ -1,4 +1,4 @@
-"""Parallelism, perpendicularity and angularity of faces and axes (ISO 1101, 17.9 to 17.11)."""
+"""Parallelism, perpendicularity and angularity (ISO 1101, 17.9 to 17.11)."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ Numbers: (m,) and (m, k); vectors: (m, d) and (m, d, k).
 
 
 def smallest_zone(deviations: Deviations, size: int) -> Smallest:
-    """Return the motion (size,) that minimises the greatest absolute deviation, from zero on.
+    """Return the motion (size,), from zero on, that minimises the greatest deviation.
 
     Deviations are numbers (m,), scaled to move by some mm per unit; ``size`` may be zero.
 

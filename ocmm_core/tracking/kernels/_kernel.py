@@ -31,7 +31,7 @@ undetermined, and a first-order covariance would be too small (measured: below t
 def distortion_slope(
     x: Number, y: Number, k1: float, k2: float, p1: float, p2: float
 ) -> tuple[Number, Number, Number, Number]:
-    """Return the radial distortion at an ideal point, mm, and elements 00, 01 and 11 of d/d(x, y).
+    """Return the radial distortion at a point, mm, and elements 00, 01, 11 of d/d(x, y).
 
     Symmetric because the distortion is the gradient of a potential (radial and Brown terms are), so
     that d(xd)/dy = d(yd)/dx.
