@@ -1,7 +1,7 @@
 """The touched side of the material: four methods.
 
 The direction of a point leads from the material to the probe. For surfaces it only tells the side
-of the material, and the feature is compensated as a whole (`features.actual`); for single points
+of the material, and the feature is compensated as a whole (`features.measured`); for single points
 and lines the radius of the ball is subtracted along it.
 """
 

@@ -49,7 +49,7 @@ class View:
     """Also count LEDs that face away from a camera as seen."""
 
     def covariance(self, rotations: Float, tips_world: Float) -> Float:
-        """Return the bound (n, 3, 3), mm^2, for world from probe; NaN for undetermined poses."""
+        """Return the bound (n, 3, 3), mm^2, of poses, world from probe; NaN if undetermined."""
         bound = np.empty((len(tips_world), 3, 3))
         for start in range(0, len(bound), _CHUNK):
             part = slice(start, start + _CHUNK)

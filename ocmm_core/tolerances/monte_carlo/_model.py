@@ -1,7 +1,7 @@
 """Computation of one Monte Carlo trial: from moved points to elements to values.
 
 Elements are refitted in every trial, with full nonlinearity (`_refit_kernel`); compensation is as
-in `features.actual`. Values are angles and distances of elements that hardly move: they are
+in `features.measured`. Values are angles and distances of elements that hardly move: they are
 expanded to second order, with a remainder of some 1e-9 mm for motions of 0.01 mm.
 """
 

@@ -1,7 +1,7 @@
 """Compiled refits of a Monte Carlo evaluation: the same element through moved points.
 
 Every trial starts at the element of the measured points: two or three Newton steps on the terms of
-the ordinary fits (`features.fit.newton_kernel`) reach the minimum. Planes and lines turn their
+the ordinary fits (`features.search`) reach the minimum. Planes and lines turn their
 direction to an eigenvector of the moments.
 """
 

@@ -2,7 +2,7 @@
 
 U is the first-order change of a value when all points move in the direction of greatest effect, by
 their uncertainty and degrees of freedom. Here they are moved so, to both sides, and the elements
-are refitted (`features.second_order`). The remaining change is the second-order term of the fit at
+are refitted (`features.measured`). The remaining change is the second-order term of the fit at
 the ends of the interval (compare the profiles of D. M. Bates and D. G. Watts, Nonlinear Regression
 Analysis, 1988, chapter 6). A small term makes U slightly longer, so that both tails together keep
 their probability; for a large one the first-order interval is meaningless, even if stretched.

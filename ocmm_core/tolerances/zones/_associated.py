@@ -26,7 +26,7 @@ def associated(start: Fit, points: Points3, criterion: Criterion, offset: float 
     Raises
     ------
     FitError
-        As `features.fit.fit_zone` and `features.fit.fit_bounded`.
+        As `features.zones.fit_zone` and `fit_bounded`.
     """
     return _searched(_Search(start, points, criterion, offset))
 

@@ -57,8 +57,8 @@ def undistort(
     """
     # The distorted point is the start: it is off by the distortion itself, a few per cent.
     x, y = xd, yd
-    # Three Newton steps (`camera.NEWTON_STEPS`, exact to 5e-13 px). The thesis uses one step, which
-    # is off by 0.045 px and more.
+    # Three Newton steps (`camera._model.NEWTON_STEPS`, exact to 5e-13 px). The thesis uses one
+    # step, which is off by 0.045 px and more.
     for _ in range(3):
         radial, j00, j01, j11 = distortion_slope(x, y, k1, k2, p1, p2)
         # Remaining difference to the observed point, mm; J dx = fx is solved by the inverse of a
