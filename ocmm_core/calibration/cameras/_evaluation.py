@@ -98,18 +98,7 @@ def error_map(
 
     A point is located at the minimum of its reprojection residuals; to first order it moves by
     -(A'A)^-1 A' B d for camera parameter errors d, with A and B the derivatives of the spots by
-    point and parameters.
-
-    Parameters
-    ----------
-    rig
-        With its `parameter_covariance`.
-    volume_world
-        (2, 3), mm, opposite corners; may exceed the calibrated volume.
-    nodes
-        Number of nodes along each axis.
-    sigma_px
-        Standard deviation of a spot, px per axis.
+    point and parameters. The volume (2, 3), mm, may exceed the calibrated one.
     """
     low, high = volume_world
     axes = [np.linspace(low[i], high[i], nodes[i]) for i in range(3)]

@@ -101,14 +101,10 @@ def pivot_uncertainty(
     rig: Rig, sweep: PivotSweep, state: PivotState, geometry: Geometry, slack_mm: float,
     resamples: int, seed: int, *, pattern: bool = False,
 ) -> PivotUncertainty:  # fmt: skip
-    """Return the uncertainty of a minimum.
+    """Return the uncertainty of a minimum, with bootstrap draws ``resamples``.
 
     Parameters
     ----------
-    sweep, state
-        The frames used, and the minimum.
-    resamples, seed
-        Draws of the bootstrap, and their seed.
     pattern
         The sensors have the pattern of the rig.
 
@@ -188,14 +184,9 @@ def _correlation_time(series: Float) -> float:
 def pose_pivot_covariance(
     rotations: Float, origins: Points3, found: PosePivot, resamples: int = 500, seed: int = 1
 ) -> tuple[Float, Float]:
-    """Return covariances (3, 3), mm^2, of a tip from poses; for tests.
+    """Return covariances (3, 3), mm^2, of a tip by `_poses.pivot_of_poses`; for tests.
 
     The first by bootstrap of blocks of consecutive poses; the second for independent poses.
-
-    Parameters
-    ----------
-    rotations, origins, found
-        Input and output of `_poses.pivot_of_poses`.
     """
     turns, places = rotations[found.used], origins[found.used]
     n = len(turns)
