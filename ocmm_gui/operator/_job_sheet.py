@@ -277,7 +277,7 @@ class JobSheet(Sheet):
             self.work.end()
 
     def _proposal(self, job: JobView) -> JobHeader:
-        """Return the header of the running job, for the next part once this one has points."""
+        """Return the header of the running job, or of the next part once it has points."""
         if not any(feature.points for feature in job.features):
             return job.header
         try:
