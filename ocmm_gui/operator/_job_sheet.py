@@ -334,7 +334,7 @@ class JobSheet(Sheet):
         self._show_part()
 
     def _choose(self, path: Path) -> None:
-        # The current plan has an entry of its own.
+        # The plan in use is entry 0, without a card.
         places = [None if card is None else card.path for card in self._cards]
         self.plans.setCurrentIndex(places.index(path) if path in places else 0)
 
