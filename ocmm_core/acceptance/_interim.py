@@ -205,7 +205,7 @@ def check_of(record: AcceptanceRecord) -> InterimCheck:
 def note_check(
     history: InterimHistory, record: AcceptanceRecord, store: CalibrationStore | None, now: datetime
 ) -> InterimChart:
-    """Add the record of a check to its chart, and suspend measuring if required.
+    """Add a check's record to its chart; if out, mark the calibration suspect.
 
     Void checks are not added.
 
@@ -221,7 +221,7 @@ def note_check(
     chart = history.add(check)
     if chart.word is InterimWord.STOP and store is not None:
         reason = f"The interim check is out ({record.number}): {chart.points[-1].reason}"
-        # After an interruption this runs again; suspend only once.
+        # After an interruption this runs again; mark only once.
         if all(one.reason != reason for one in store.events):
             store.suspect(record.made_by, reason, chart.last_good, now)
     return chart

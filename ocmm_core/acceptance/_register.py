@@ -46,7 +46,7 @@ NOT_SIGNED_REMEDY = (
 
 
 class ArtefactEntry(Document, frozen=True, kw_only=True):
-    """A calibrated artefact in the register; lengths in mm at 20 degrees, U with k = 2."""
+    """A registered calibrated artefact; lengths in mm at 20 degrees, U with k = 2."""
 
     id: str
     """Name in commands."""
@@ -146,7 +146,7 @@ class ArtefactRegister:
         return found
 
     def used(self, name: str) -> UsedArtefact:
-        """Return an artefact for a test; InputError if unknown or not signed by a trusted key."""
+        """Return an artefact for a test; InputError if unknown or not trusted."""
         entry, fault = self.entry(name), self.faults().get(name)
         if fault is not None:
             raise InputError(
@@ -239,7 +239,7 @@ def default_artefact_folder() -> Path:
 
 
 def load_artefact(path: Path | str) -> ArtefactEntry:
-    """Return the artefact of a document (`ocmm.artefact/1`); raise InputError if invalid."""
+    """Return the artefact of a document (`ocmm.artefact/1`); InputError if invalid."""
     entry = load_document(path, ArtefactEntry, ARTEFACT_SCHEMA)
     check_entry(entry, str(path))
     return entry
