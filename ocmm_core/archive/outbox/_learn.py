@@ -12,7 +12,7 @@ from ocmm_core.seals import KeyFolder, learn_heads, signed_heads, signed_job_hea
 from ocmm_core.storage import HeldJobs, read_held_jobs, write_held_jobs
 
 _MOST, _LONGEST = 200, 1_000_000
-_JOBS = '{"content":{"jobs":'
+_JOBS = "".join(('{"content":', '{"jobs":'))
 """Beginning of a list of `signed_job_heads`."""
 """Newest lists of ends that are read; each holds all ends of its station."""
 
