@@ -23,7 +23,7 @@ from ocmm_core.calibration.records import ArtefactUse, LengthBar, Sphere
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.seals import SealState, Signed
+from ocmm_core.seals import KnownEnd, SealState, Signed, recall, remember
 
 ARTEFACT_SCHEMA = "ocmm.artefact/1"
 
@@ -40,6 +40,8 @@ _SIZES: dict[str, tuple[int, int]] = {
 _LARGEST_EXPANSION = 1e-4
 _ATTEMPTS = 5
 REGISTER = "artefacts.chain"
+_NEWEST = "newest-artefact-register"
+"""Name of the register of this station in its memory."""
 NOT_SIGNED_REMEDY = (
     "Compare it with its certificate, then enter it again: ocmm artefact add --replace --who NAME."
 )
@@ -114,12 +116,32 @@ class ArtefactRegister:
 
     def __init__(self, folder: Path | None = None) -> None:
         self.path = (folder or default_artefact_folder()) / REGISTER
+        self._own = folder is None
         self._read()
 
     def _read(self) -> None:
         self._chain: ChainFile[_Change] = ChainFile(
             self.path, _Change, signed=Signed.ARTEFACTS, remembered=True
         )
+        if self._own and self._chain.items:
+            self._require_newest(self._chain.links[0], self._chain.items[-1].utc)
+
+    def _require_newest(self, first: str, utc: str) -> None:
+        """Raise StorageError if this station used another register with later changes."""
+        seen = recall(_NEWEST)
+        if (
+            seen is not None
+            and seen.link != first
+            and datetime.fromisoformat(seen.moment) > datetime.fromisoformat(utc)
+        ):
+            raise StorageError(
+                "artefact.older",
+                f"{self.path}: this register is older than the one that this station used last "
+                f"({seen.moment[:10]}).",
+                "Restore the newest copy. If there is none, move this file away and add the "
+                "artefacts again.",
+            )
+        remember(KnownEnd(name=_NEWEST, count=1, link=first, moment=utc), sync=False)
 
     @property
     def signer(self) -> SealState:
