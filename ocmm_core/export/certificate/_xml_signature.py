@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 
 _DS = "{http://www.w3.org/2000/09/xmldsig#}"
 _XADES = "http://uri.etsi.org/01903/v1.3.2#"
-_CERTIFICATES = _DS + "KeyInfo/" + _DS + "X509Data/" + _DS + "X509Certificate"
-_REFERENCE = _DS + "SignedInfo/" + _DS + "Reference"
+_CERTIFICATES = "/".join(_DS + name for name in ("KeyInfo", "X509Data", "X509Certificate"))
+_REFERENCE = "/".join(_DS + name for name in ("SignedInfo", "Reference"))
 _FILLED = (f"{_DS}SignedInfo", f"{_DS}SignatureValue", f"{_DS}KeyInfo",
            f"{{{_XADES}}}SignedProperties")  # fmt: skip
 """Elements whose content is signed or is the signature."""
