@@ -87,7 +87,7 @@ def release_file(path: Path, kind: Signed, who: str, reason: str = "") -> Releas
         raise InputError(
             "release.name",
             f"Name or reason is missing or longer than {_LONGEST} printable characters.",
-            "Give the name of the person with --by.",
+            "Give the name of the person in full, and a short reason.",
         )
     made = Release(
         kind=kind, name=path.name, sha256=hashlib.sha256(read_bytes(path)).hexdigest(),

@@ -43,7 +43,7 @@ STAMP_END = "_utc"
 _STAMPS = tuple(key + STAMP_END for key in MEASURED)
 _WAIT_S = 5.0
 _MOST_ASIDE = 100
-_CONFIRM = "Check them in Settings, then confirm them: ocmm settings confirm --by NAME."
+_CONFIRM = "Check them in Settings, then confirm them by name: ocmm settings confirm."
 _NO_RIGHTS = "Give this user the right to write there, or change the settings of this user instead."
 
 

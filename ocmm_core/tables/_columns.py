@@ -24,7 +24,7 @@ _COORDINATE = re.compile(
     r"(?:[a-zα-ω]|phi|theta|rho|lat|lon|long|latitude|longitude|radius|azimuth|angle|range|dist|"
     r"distance)(?![a-zα-ω])"
 )
-_ASK = "State the columns, such as --columns name,x,y,z or --columns x,y,z,-."
+_ASK = "State the columns, such as name,x,y,z or x,y,z,-."
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ def stated_columns(text: str) -> tuple[str, ...]:
         )  # fmt: skip
         raise InputError(
             "table.columns",
-            f"--columns is {shortened(text)}: {what}.",
+            f"Stated columns {shortened(text)}: {what}.",
             f"Name each column once, with x, y and z, and '-' for a column that is not read; known "
             f"are {', '.join(_ROLES)}.",
         )

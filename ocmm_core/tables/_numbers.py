@@ -116,10 +116,10 @@ def grammar_of(path: Path, cells: Iterable[tuple[int, str]], decimal: str = "") 
     """
     if decimal and decimal not in DECIMALS:
         raise InputError(
-            "table.decimal", f"--decimal is {shortened(decimal)}.", "Give point or comma."
+            "table.decimal", f"{shortened(decimal)} is not a decimal sign.", "Give point or comma."
         )
     if decimal:
-        return NumberGrammar(DECIMALS[decimal], "--decimal")
+        return NumberGrammar(DECIMALS[decimal], "as stated")
     cells = list(cells)
     proofs, groups, unclear = _weighed(cells, is_short=True)
     if len(proofs) == 2:
@@ -144,7 +144,7 @@ def grammar_of(path: Path, cells: Iterable[tuple[int, str]], decimal: str = "") 
         raise InputError(
             "table.decimal",
             f"{path}, line {line}: {shortened(text)} could be {low} or {text.replace(other, '')}.",
-            "State the decimal sign: --decimal point or --decimal comma, in the window its field.",
+            "State the decimal sign: point or comma.",
         )
     line, text = proofs.get(sign, (0, ""))
     return NumberGrammar(sign or ".", f"{shortened(text)} in line {line}" if line else "")

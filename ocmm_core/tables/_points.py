@@ -84,7 +84,7 @@ def read_points_file(path: Path | str, options: TableOptions | None = None) -> P
 
 def _of_mesh(file: Path, mesh: Mesh, options: TableOptions) -> PointsFile:
     units = choose_unit(file, statements_in(mesh.comments), {}, options)
-    points = units.factor * mesh.points
+    points = units.in_mm(mesh.points)
     if not len(points):
         raise InputError("table.empty", f"{file}: no points.", "Give a file with vertices.")
     if len(points) > MOST_POINTS or not bool(np.all(np.abs(points) < FARTHEST_MM)):
@@ -120,7 +120,7 @@ def _of_text(file: Path, grid: TextGrid, options: TableOptions) -> PointsFile:
     unit_cells = [(line, cells[plan.index("unit")]) for line, cells in rows if "unit" in plan.roles]
     units = choose_unit(file, statements, plan.units(AXES), options, unit_cells or suffixes)
     values, grammar = _values(file, plan, rows, bare, options)
-    points = values * units.factors
+    points = units.in_mm(values)
     far = ~(np.abs(points) < FARTHEST_MM).all(axis=1)
     if far.any():
         line, cells = rows[int(np.argmax(far))]
@@ -249,7 +249,7 @@ def _wrong_width(
         remedy = "Write the numbers with a decimal point, or separate them by semicolons."
     elif has_heading:
         what = f"has {count} cells, the heading {width}"
-        remedy = "State the columns with --columns, such as --columns name,x,y,z."
+        remedy = "State the columns, such as name,x,y,z."
     else:
         what, remedy = f"has {count} cells, not {width}", _GIVE_ROWS
     return fault(grid.path, line, "cells", text, what, remedy)
@@ -302,7 +302,7 @@ def _values(
         text = bare[row][column]
         raise fault(
             file, rows[row][0], "number", text, "is not a coordinate",
-            "Give numbers such as 12.345 or -1.2e-3; state another decimal sign with --decimal, "
-            "lines that are no points with --skip.",
+            "Give numbers such as 12.345 or -1.2e-3; state another decimal sign, or "
+            "lines to skip.",
         )  # fmt: skip
     return found, grammar

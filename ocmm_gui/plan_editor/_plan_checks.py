@@ -8,7 +8,7 @@ from typing import Literal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.plan import Plan, nominal_doubts, without_file
+from ocmm_core.inspection.plan import Plan, nominal_doubts, requirement_count, without_file
 from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, said, sentence_label, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, place_of
@@ -48,6 +48,11 @@ class PlanChecks(QWidget):
         """Say that the plan is in order, and what the inspector might miss."""
         words = tr("✔  The plan is valid and can be measured.")
         doubts = nominal_doubts(draft.plan)
+        count = requirement_count(draft.plan)
+        if count is not None and not count.is_whole:
+            doubts = (f"{said(count.words)}.", *doubts)
+        elif count is not None:
+            words += f" {said(count.words)}."
         if doubts:
             words = tr("▲  The plan can be measured. {doubts}").format(doubts=" ".join(doubts))
         missing = without_file(draft.plan, draft.folder)

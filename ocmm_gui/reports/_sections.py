@@ -128,6 +128,10 @@ def title(canvas: Canvas, data: ReportData) -> None:
     part = data.part
     origin = (SIMULATED_LINE,) if data.view.simulated else ()
     speech = canvas.speech
+    if part.requirement_words:
+        colour = INK.warn if part.is_partial else INK.text
+        told = f"{speech.say(part.requirement_words)}."
+        canvas.text(told, Style(34.0, bold=True, colour=colour))
     for line in (*origin, *(part.reasons or (part.summary.counted,))):
         fails = line.startswith(Verdict.NOT_CONFORM.value)
         plain = INK.text if line == part.summary.counted else INK.warn

@@ -21,8 +21,6 @@ _ON_A_TERMINAL = (
     "composition/_station_checks.py", "cluster", "fieldbus/conform", "archive/checks/_rebuild.py",
     # What an administrator does to services and interfaces of the computer, in a shell.
     "acquisition/bus_process/_service_client.py",
-    # Options of table readers have the names of fields of the import page. To be reworded.
-    "tables", "seals/_release.py", "settings/_file.py",
 )  # fmt: skip
 """What these say is never shown in the window."""
 

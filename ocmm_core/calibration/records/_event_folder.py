@@ -1,10 +1,9 @@
-"""A folder with the chain of what happened to the records in it, and its seal.
+"""Folder with the sealed chain of events of the records in it.
 
-The chain (`chain_file`) reveals every changed line, its signed seal (`_chain_seal`) every line
-missing at the end and every foreign history, and the memory of this station (`seals`) a history
-that was set back or replaced as a whole. The memory is keyed by the history and by the thing it is
-about, so it does not matter where the folder is or by which path it is opened. `_record_store`
-checks the files that events name.
+The chain (`chain_file`) reveals every changed line, its signed seal (`_chain_seal`) lines missing
+at the end and foreign histories, and the memory of this station (`seals`) histories set back or
+replaced as a whole. The memory is keyed by the history and its subject, so the path of the folder
+does not matter. `_record_store` checks the files that events name.
 """
 
 from __future__ import annotations
@@ -52,14 +51,14 @@ from ocmm_core.seals import (
 
 
 class StoredEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What every line of a chain of events has."""
+    """Common fields of all events."""
 
     utc: str
     """ISO 8601 text."""
     sealed: bool = False
-    """It was written together with a seal; False in chains of earlier versions."""
+    """Written together with a seal; False in chains of earlier versions."""
     signed: bool = False
-    """So it was with a signature of the station."""
+    """Written together with a signature of the station."""
     files: tuple[KeptFile, ...] = ()
     """Session files that it rests on."""
     lost: tuple[str, ...] = ()
@@ -72,20 +71,19 @@ class StoredEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 T = TypeVar("T", bound=StoredEvent)
 
 _READING_S, _WRITING_S = 5.0, 20.0
-"""Another process writes within milliseconds; one that hangs is not waited for for ever. Whoever
-writes waits longer: many may want to at once."""
+"""Lock timeouts, s. A write takes milliseconds; writers wait longer because several may queue."""
 _BETWEEN_S = 0.002
 _REREAD_S = 10.0
-"""Chain and seal are read again after so long, although they look unchanged."""
+"""Interval after which chain and seal are re-read although they appear unchanged, s."""
 
 
 class EventFolder(ABC, Generic[T]):
-    """The folder; its methods may be called from any thread, and by several processes.
+    """Folder with a chain of events; safe across threads and processes.
 
     Parameters
     ----------
     folder
-        Made at the first write.
+        Created at the first write.
 
     Raises
     ------
@@ -110,12 +108,11 @@ class EventFolder(ABC, Generic[T]):
 
     @property
     def folder(self) -> Path:
-        """Return the path of the folder."""
         return self._folder
 
     @property
     def events(self) -> tuple[T, ...]:
-        """Return what happened, oldest first."""
+        """Return the events, oldest first."""
         return self._chain.items
 
     def refresh(self) -> None:
@@ -130,7 +127,7 @@ class EventFolder(ABC, Generic[T]):
 
     @property
     def seen_utc(self) -> str:
-        """Return the latest time known to this station, ISO 8601 text; empty if none.
+        """Return the latest time recorded by this station, ISO 8601 text; empty if none.
 
         The later of its last check of this history, and of any history.
         """
@@ -142,10 +139,10 @@ class EventFolder(ABC, Generic[T]):
 
     @property
     def exchanged(self) -> StorageError | None:
-        """Return why an unbroken history is not trusted; None if it is.
+        """Return why an unbroken history is not trusted, or None.
 
-        This station knows a later end of it, or a later history of the same thing, or has lost its
-        memory of it, or does not know the signer.
+        The station has a record of a later end or a later history of the same subject, has lost its
+        memory of it, or does not recognise the signer.
         """
         links = self._chain.links
         if not links:
@@ -210,12 +207,12 @@ class EventFolder(ABC, Generic[T]):
                 self._remember(utc)
 
     def _append_event(self, event: T, *, at: str = "") -> None:
-        """Add an event and return when it is on the disk; StorageError where it is not.
+        """Append an event, on disk before returning; StorageError if that fails.
 
         Parameters
         ----------
         at
-            The time that from now on is the latest known one, even if a later one was known.
+            Becomes the latest recorded time, even if a later one was recorded.
         """
         with self._lock, self._locked():
             # The lines of another process must not be written over.
@@ -225,7 +222,7 @@ class EventFolder(ABC, Generic[T]):
                 raise before.lost("it was removed or replaced by an older one")
             exchanged = self.exchanged
             if exchanged is not None and self.events:
-                # From here on the history itself holds it, not only the memory of this station.
+                # From here on the history itself records it, not only this station's memory.
                 for doubt in self._doubts(exchanged.what, event.utc):
                     self._write_line(doubt)
             self._write_line(event)
@@ -294,7 +291,7 @@ class EventFolder(ABC, Generic[T]):
             self._stamps = (None, None)
 
     def _read_between_writes(self) -> ChainFile[T]:
-        """Return the chain as `_read_whole`, also where another process writes just now."""
+        """Return `_read_whole`, retrying if another process is writing."""
         try:
             return self._read_whole()
         except StorageError:
@@ -307,7 +304,7 @@ class EventFolder(ABC, Generic[T]):
         self._read_at = time.monotonic()
         try:
             self._stamps = self._stamps_now()
-            # If another program appends all the time, each check reads only the new lines.
+            # If another program keeps appending, each check reads only the new lines.
             chain = ChainFile(self._folder / "events.jsonl", self._kind, known=self._known)
             self._known = chain
             needed = any(event.sealed for event in chain.items)
@@ -328,7 +325,7 @@ class EventFolder(ABC, Generic[T]):
         return chain
 
     def _remember(self, utc: str = "") -> None:
-        """Store how far it goes, and when it was checked; empty leaves that as it is."""
+        """Store the end of the history and the check time; empty keeps the stored time."""
         links, last = self._chain.links, self.events[-1]
         with contextlib.suppress(StorageError):
             known = recall(_identity(links))
@@ -382,7 +379,7 @@ def _lock(folder: Path, descriptor: int, *, shared: bool) -> None:
             time.sleep(_BETWEEN_S)
             continue
         except OSError:
-            # A disk without locks: as it was before there were any.
+            # File system without locks: proceed unlocked, as earlier versions did.
             return
         return
     raise StorageError(

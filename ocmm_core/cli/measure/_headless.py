@@ -191,7 +191,7 @@ def print_verdict(console: Console, view: JobView) -> None:
     verdict = view.part_verdict.verdict
     style = "" if verdict is None else _STYLE[verdict]
     # English in every language: scripts read it.
-    console.print(view.part_verdict.word.value, style=style, highlight=False, markup=False)
+    console.print(view.part_verdict.headline, style=style, highlight=False, markup=False)
 
 
 def print_states(console: Console, view: JobView) -> None:
