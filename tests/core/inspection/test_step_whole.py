@@ -316,6 +316,21 @@ def test_part_files_in_folders_are_read_through_each_other(whole: Path) -> None:
     assert sum(one.shape is Shape.CYLINDER for one in model.features) == 12
 
 
+def test_documents_that_are_not_read_are_named_and_names_are_no_tolerances(whole: Path) -> None:
+    """A drawing is named in the account; a part called DATUM PLATE has no datum."""
+    text = whole.read_text()
+    paper = "#99999=DOCUMENT_FILE('drawing.pdf','','',#99998,'','');\n#99998=DOCUMENT_TYPE('');\n"
+    head, mark, tail = text.rpartition("ENDSEC;")
+    whole.write_text(head + paper + mark + tail)
+    changed(whole.parent / "part_plate.stp", r"PRODUCT\('[^']*'", lambda _: "PRODUCT('DATUM'", 1)
+    files = model_files(whole)
+    assert files.papers == ("drawing.pdf",)
+    assert not files.have_tolerances
+    model = read_model(whole)
+    assert "not read: drawing.pdf." in model.remark
+    assert model.pmi is None or not model.pmi.fault
+
+
 def test_part_files_keep_their_own_units(whole: Path) -> None:
     written(whole.parent / "part_ball.stp", ball(), "INCH")
     model = read_model(whole)
