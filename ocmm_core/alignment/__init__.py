@@ -1,14 +1,13 @@
-"""The part frame from measured features.
+"""Part frame from measured features.
 
-In: the rule of the plan, geometry and covariance of the measured datum features, saved frames.
-Out: the frame of the part with its derivative by the points, residuals, and free motions.
+In: the rule of the plan, geometry and covariance of the measured datum features, saved frames. Out:
+the frame of the part with its derivative by the points, residuals, and free motions.
 
-Read `_rules` (every kind of alignment as a document holds it) and `_checks`. `_datums` chooses
-the way: `_three_two_one`, `_datum_frame` and `_precedence` (ISO 5459), `_best_fit`,
-`_model_frame` with `_model_fit` (ball centres to faces of the model).
-`_frame_jacobian` says how a frame answers to the points, `_residuals`, `_freedom` and `_report`
-what an inspector sees before he accepts it; `_frame_document` saves one.
-It must not know tolerances, plans or job files.
+Read `_rules` (all kinds of alignment) and `_checks`. `_datums` selects the method:
+`_three_two_one`, `_datum_frame` and `_precedence` (ISO 5459), `_best_fit`, `_model_frame` with
+`_model_fit` (ball centres to faces of the model). `_frame_jacobian` has the derivatives of a frame,
+`_residuals`, `_freedom` and `_report` the preview; `_frame_document` stores one. The package is
+independent of tolerances, plans and job files.
 """
 
 from __future__ import annotations

@@ -16,25 +16,33 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.tables._account import TableAccount, TableColumn, TableOptions
+    from ocmm_core.tables._account import SKIPPED_BY_USER, TableAccount, TableColumn, TableOptions
     from ocmm_core.tables._named import NamedColumns, TextRow, TextTable, read_table
     from ocmm_core.tables._numbers import NUMBER, NumberGrammar, typed_number
     from ocmm_core.tables._points import PointsFile, read_points_file
-    from ocmm_core.tables._preview import PreviewRow, TablePreview, preview_table
+    from ocmm_core.tables._preview import (
+        AccountedTable,
+        PreviewRow,
+        TablePreview,
+        TableReader,
+        preview_table,
+    )
     from ocmm_core.tables._text import decoded
 else:
     __getattr__ = door(
         __name__,
-        _account="TableAccount TableColumn TableOptions",
+        _account="SKIPPED_BY_USER TableAccount TableColumn TableOptions",
         _named="NamedColumns TextRow TextTable read_table",
         _numbers="NUMBER NumberGrammar typed_number",
         _points="PointsFile read_points_file",
-        _preview="PreviewRow TablePreview preview_table",
+        _preview="AccountedTable PreviewRow TablePreview TableReader preview_table",
         _text="decoded",
     )
 
 __all__ = [
     "NUMBER",
+    "SKIPPED_BY_USER",
+    "AccountedTable",
     "NamedColumns",
     "NumberGrammar",
     "PointsFile",
@@ -43,6 +51,7 @@ __all__ = [
     "TableColumn",
     "TableOptions",
     "TablePreview",
+    "TableReader",
     "TextRow",
     "TextTable",
     "decoded",

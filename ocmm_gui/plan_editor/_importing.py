@@ -14,15 +14,14 @@ from PySide6.QtCore import Qt, Signal
 from ocmm_core.alignment import Relocation, load_frame, relocation, saved_frame
 from ocmm_core.camera import Rig
 from ocmm_core.features.shapes import NominalFeature
-from ocmm_core.inspection.drawing import Account, plan_with_tolerances
+from ocmm_core.inspection.drawing import Account, plan_with_tolerances, with_account
 from ocmm_core.inspection.plan import (
-    FeaturePreview,
     FeatureTable,
     PartOfPlan,
     Plan,
     add_feature,
+    feature_table,
     part_of_plan,
-    preview_features,
     with_alignment,
     with_model,
     with_profiles,
@@ -44,7 +43,7 @@ from ocmm_core.inspection.step import (
     up_of,
     usual_request,
 )
-from ocmm_core.tables import TableOptions
+from ocmm_core.tables import TableOptions, TablePreview, preview_table
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import said, tr
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, ItemKey
@@ -104,7 +103,8 @@ def with_table(plan: Plan, table: FeatureTable) -> Imported:
     InputError
         The plan could not be measured with them.
     """
-    return _with_features(plan, table.account.path, table.features)
+    found = _with_features(plan, table.account.path, table.features)
+    return replace(found, plan=table.added_to(plan))
 
 
 def model_of(
@@ -197,8 +197,11 @@ def with_offers(
     bare = more_of(found.plan)
     if not account.items:
         return replace(found, plan=bare)
+    without = "the tolerances of the model were not imported"
+    bare = with_account(bare, read.model, account, read.path, without)
     # In the datum system that the tolerances bring, where they bring one.
-    return replace(found, plan=more_of(toleranced), account=account, bare=bare)
+    toleranced = with_account(more_of(toleranced), read.model, account, read.path)
+    return replace(found, plan=toleranced, account=account, bare=bare)
 
 
 def _with_features(plan: Plan, path: Path, found: Sequence[NominalFeature]) -> Imported:
@@ -246,7 +249,7 @@ class Importing(WorkLine):
     offered = Signal(object)
     """Emits a `ReadModel`: its features are to be chosen."""
     previewed = Signal(object)
-    """Emits the `FeaturePreview` of a table: it is to be confirmed."""
+    """Emits the `TablePreview` of a table: it is to be confirmed."""
     part_read = Signal(object)
     """Emits the `PartOfPlan`: what the model of a plan is."""
     failed = Signal(object)
@@ -294,7 +297,7 @@ class Importing(WorkLine):
                 return model_of(path, up, in_use, given_up.is_set, self._reading.emit)
             if path.suffix.lower() == _FRAME:
                 return _with_frame(plan, path, relocate=relocate)
-            return preview_features(path, options or TableOptions())
+            return preview_table(path, options or TableOptions(), feature_table)
 
         self._worker.do(
             work,
@@ -352,7 +355,7 @@ class Importing(WorkLine):
             self.give_up()
             if isinstance(found, PartOfPlan):
                 self.part_read.emit(found)
-            elif isinstance(found, FeaturePreview):
+            elif isinstance(found, TablePreview):
                 self.previewed.emit(found)
             else:
                 (self.offered if isinstance(found, ReadModel) else self.imported).emit(found)

@@ -8,7 +8,7 @@ from typing import Literal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.plan import Plan, plan_findings, without_file
+from ocmm_core.inspection.plan import Plan, plan_findings, requirement_count, without_file
 from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, said, sentence_label, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, place_of
@@ -52,13 +52,19 @@ class PlanChecks(QWidget):
         words = tr("✔  The plan is valid and can be measured.")
         tone: Tone = "good"
         found = plan_findings(draft.plan)
-        if found:
-            tone = "bad" if found[0].is_error else "warn"
+        shown = [f"{said(one.what)} {said(one.remedy)}" for one in found[:_MOST_SHOWN]]
+        count = requirement_count(draft.plan)
+        if count is not None and not count.is_whole:
+            shown.insert(0, f"{said(count.words)}.")
+        elif count is not None:
+            words += f" {said(count.words)}."
+        if found and found[0].is_error:
+            tone = "bad"
+            words = tr("✖  The plan is not valid: no job can be started by it. {errors}")
+        elif shown:
+            tone = "warn"
             words = tr("▲  The plan can be measured. {doubts}")
-            if found[0].is_error:
-                words = tr("✖  The plan is not valid: no job can be started by it. {errors}")
-            shown = " ".join(f"{said(one.what)} {said(one.remedy)}" for one in found[:_MOST_SHOWN])
-            words = words.format(doubts=shown, errors=shown)
+        words = words.format(doubts=" ".join(shown), errors=" ".join(shown))
         missing = without_file(draft.plan, draft.folder)
         if missing:
             drawn = tr(

@@ -8648,8 +8648,16 @@ Startet: {source}</translation>
         <translation>Spalten</translation>
     </message>
     <message>
-        <source>as in the heading; name,shape,x,y,z,-</source>
-        <translation>wie in der Kopfzeile; name,shape,x,y,z,-</translation>
+        <source>as in the heading; {example}</source>
+        <translation>wie in der Kopfzeile; {example}</translation>
+    </message>
+    <message>
+        <source>Take the table over</source>
+        <translation>Die Tabelle übernehmen</translation>
+    </message>
+    <message>
+        <source>Go back without the table</source>
+        <translation>Zurück ohne die Tabelle</translation>
     </message>
     <message>
         <source>Lines to skip</source>
@@ -8674,10 +8682,6 @@ Startet: {source}</translation>
     <message>
         <source>Sign before the decimals</source>
         <translation>Zeichen vor den Dezimalen</translation>
-    </message>
-    <message>
-        <source>Take the features of the table over</source>
-        <translation>Elemente der Tabelle übernehmen</translation>
     </message>
     <message>
         <source>Line</source>

@@ -14,7 +14,7 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export.report import check_file_stem, check_name
 from ocmm_core.inspection.evaluation import JobHeader
-from ocmm_core.inspection.plan import features_from_csv, load_plan, save_plan
+from ocmm_core.inspection.plan import feature_table, load_plan, save_plan
 from ocmm_core.inspection.session import check_header
 from ocmm_core.names import (
     LONGEST_NAME,
@@ -136,7 +136,7 @@ def test_one_name_has_one_spelling(tmp_path: Path) -> None:
     assert load_plan(tmp_path / "q.toml") == plan
     table = tmp_path / "t.csv"
     table.write_text(f"name,shape,x,y,z\n{NFD},Point,1,2,3\n")
-    assert features_from_csv(table)[0].name == normal_name(NFD)
+    assert feature_table(table).features[0].name == normal_name(NFD)
     table.write_text("name,shape,x,y,z\nA\u202eB,Point,1,2,3\n")
     with pytest.raises(InputError, match=r"U\+202E, character 2"):
-        features_from_csv(table)
+        feature_table(table)

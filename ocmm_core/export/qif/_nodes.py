@@ -15,6 +15,7 @@ from lxml import etree
 from ocmm_core.export.qif._check import NAMESPACE
 from ocmm_core.export.qif._units import DocumentUnits, NotTakenError, number, units_of
 from ocmm_core.names import name_fault, normal_name, usable_name
+from ocmm_core.units import scaled
 
 Q = f"{{{NAMESPACE}}}"
 
@@ -53,6 +54,12 @@ HARMLESS_ATTRIBUTES = frozenset({
     "zDecimalPlaces", "zSignificantFigures", "zValidity",
 })  # fmt: skip
 """Identity, and digits for display."""
+
+
+_STATED = (
+    "TargetValue", "MaxValue", "MinValue", "ToleranceValue", "MaterialCondition",
+)  # fmt: skip
+"""Elements that describe a requirement in its account."""
 
 
 class Node:
@@ -136,7 +143,7 @@ class Node:
         if node is None:
             return None
         scale = self._units.length(node.attribute("linearUnit"), is_pmi=self._is_pmi)
-        return scale * number(node.content())
+        return scaled(number(node.content()), scale)
 
     def angle(self, name: str) -> float | None:
         """Return an angle, degrees, or None."""
@@ -144,7 +151,7 @@ class Node:
         if node is None:
             return None
         scale = self._units.angle(node.attribute("angularUnit"), is_pmi=self._is_pmi)
-        return scale * number(node.content())
+        return scaled(number(node.content()), scale)
 
     def point(self, path: str) -> tuple[float, float, float] | None:
         """Return a point, mm, or None."""
@@ -153,7 +160,7 @@ class Node:
             return None
         scale = self._units.length(node.attribute("linearUnit"), is_pmi=self._is_pmi)
         x, y, z = _three(node)
-        return scale * x, scale * y, scale * z
+        return scaled(x, scale), scaled(y, scale), scaled(z, scale)
 
     def direction(self, path: str) -> tuple[float, float, float] | None:
         """Return a unit vector, or None."""
@@ -257,6 +264,18 @@ class References:
             made, count = f"{name[: 60 - len(end)]}{end}", count + 1
         self._names.add((element, made.casefold()))
         return made
+
+    def stated(self, item: etree._Element, nominal: etree._Element | None) -> list[str]:
+        """Return the numbers of a characteristic as the document states them, with their units."""
+        own = "" if nominal is None else nominal.findtext(f"{Q}CharacteristicDefinitionId") or ""
+        found = dict.fromkeys(
+            f"{local_name(one)} {text}{' ' if unit else ''}{unit}"
+            for part in (item, nominal, self._by_id.get(own.strip()))
+            for one in ([] if part is None else part.iter(*(f"{Q}{name}" for name in _STATED)))
+            if (text := " ".join((one.text or "").split())[:40])
+            for unit in [one.get("linearUnit") or one.get("angularUnit") or ""]
+        )
+        return list(found)
 
     def add_feature(self, item: etree._Element, nominal: etree._Element, name: str) -> None:
         """Note the name of a feature that the plan has."""

@@ -19,6 +19,7 @@ from ocmm_core.tolerances.decisions import (
     NO_VERDICT,
     CharacteristicResult,
     PartVerdict,
+    RequirementCount,
     Verdict,
     VerdictSummary,
     judge_part,
@@ -251,6 +252,8 @@ class JobView:
     """Why the last touch gave no point; None after an accepted one."""
     complete: bool
     """Every feature is done or skipped."""
+    requirements: RequirementCount | None
+    """How many requirements of its sources the plan contains; None for a plan made by hand."""
     unproven: str = ""
     """Why no verdict of this job can be CONFORM or NOT CONFORM; empty where they can."""
     held: tuple[int, ...] = ()
@@ -302,7 +305,7 @@ class JobView:
                 resting.setdefault(name, []).append(result)
         summaries = {name: summarise(results, name) for name, results in resting.items()}
         missing = [item.name for item in self.features if item.state is not FeatureState.DONE]
-        part = judge_part(self.characteristics, missing)
+        part = judge_part(self.characteristics, missing, self.requirements)
         object.__setattr__(self, "_summaries", summaries)
         object.__setattr__(self, "part_verdict", part)
 

@@ -8,7 +8,8 @@ Read `_plan` (features and characteristics), `_file` (the document), `_step_chec
 `_edit` (changes: a plan in, another one out), `_shelf` (plans of a folder), `_file_beside` (files
 that it names), `_picture`, `_cad_model` (the part that is shown).
 It is filled by `_csv`, `_teach` and `_surface_profile` (of faces of the model). `_stored_plan`
-reads the plan of a job file; `_plan_release` releases a plan by name.
+reads the plan of a job file; `_plan_release` releases a plan by name; `_requirements` keeps the
+account of the files that were imported.
 It must not know points or sessions.
 """
 
@@ -27,13 +28,7 @@ if TYPE_CHECKING:
         without_model,
     )
     from ocmm_core.inspection.plan._climate import climate_for, material_expansion
-    from ocmm_core.inspection.plan._csv import (
-        FeaturePreview,
-        FeatureTable,
-        feature_table,
-        features_from_csv,
-        preview_features,
-    )
+    from ocmm_core.inspection.plan._csv import FeatureTable, feature_table
     from ocmm_core.inspection.plan._edit import (
         EDITED,
         HEAD_FIELDS,
@@ -76,6 +71,15 @@ if TYPE_CHECKING:
         release_plan,
         require_released,
     )
+    from ocmm_core.inspection.plan._requirements import (
+        PlanSource,
+        Requirement,
+        RequirementState,
+        requirement_count,
+        requirement_states,
+        source_of,
+        with_requirements,
+    )
     from ocmm_core.inspection.plan._shelf import PlanSummary, list_plans, plan_card
     from ocmm_core.inspection.plan._step_checks import step_fault
     from ocmm_core.inspection.plan._stored_plan import stored_plan
@@ -91,7 +95,7 @@ else:
         __name__,
         _cad_model="PartOfPlan carry_model part_of_plan with_model without_model",
         _climate="climate_for material_expansion",
-        _csv="FeaturePreview FeatureTable feature_table features_from_csv preview_features",
+        _csv="FeatureTable feature_table",
         _edit=(
             "EDITED HEAD_FIELDS add_characteristic add_construction add_feature move_item "
             "new_plan remove_item replace_item usual_points with_alignment with_head"
@@ -106,6 +110,10 @@ else:
         _plan="CadModel MAX_EXPANSION_PPM Material Plan check_plan load_plan",
         _plan_release=(
             "RELEASE_EVENT note_release plan_release release_in_job release_plan require_released"
+        ),
+        _requirements=(
+            "PlanSource Requirement RequirementState requirement_count requirement_states "
+            "source_of with_requirements"
         ),
         _shelf="PlanSummary plan_card list_plans",
         _step_checks="step_fault",
@@ -123,14 +131,16 @@ __all__ = [
     "USUAL_BALL_RADIUS",
     "CadModel",
     "EnvironmentLimits",
-    "FeaturePreview",
     "FeatureTable",
     "Material",
     "NotedRoom",
     "PartOfPlan",
     "Plan",
     "PlanFinding",
+    "PlanSource",
     "PlanSummary",
+    "Requirement",
+    "RequirementState",
     "add_characteristic",
     "add_construction",
     "add_feature",
@@ -141,7 +151,6 @@ __all__ = [
     "environment_doubt",
     "environment_words",
     "feature_table",
-    "features_from_csv",
     "list_plans",
     "load_plan",
     "material_expansion",
@@ -154,14 +163,16 @@ __all__ = [
     "plan_card",
     "plan_findings",
     "plan_release",
-    "preview_features",
     "release_in_job",
     "release_plan",
     "remove_item",
     "replace_item",
     "require_consistent",
     "require_released",
+    "requirement_count",
+    "requirement_states",
     "save_plan",
+    "source_of",
     "step_fault",
     "stored_plan",
     "surface_profile",
@@ -173,6 +184,7 @@ __all__ = [
     "with_model_fit",
     "with_picture",
     "with_profiles",
+    "with_requirements",
     "without_file",
     "without_model",
 ]

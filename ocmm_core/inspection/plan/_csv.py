@@ -18,19 +18,20 @@ import numpy as np
 
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.plan._edit import usual_points
+from ocmm_core.inspection.plan._edit import add_feature, usual_points
+from ocmm_core.inspection.plan._plan import Plan
+from ocmm_core.inspection.plan._requirements import Requirement, source_of, with_requirements
 from ocmm_core.names import name_fault, normal_name
 from ocmm_core.tables import (
+    SKIPPED_BY_USER,
     NamedColumns,
     TableAccount,
     TableOptions,
-    TablePreview,
     TextRow,
     TextTable,
-    preview_table,
     read_table,
 )
-from ocmm_core.units import named_unit
+from ocmm_core.units import named_unit, scaled
 
 NEEDED = ("name", "shape", "x", "y", "z")
 OPTIONAL = (
@@ -53,16 +54,38 @@ class FeatureTable:
 
     features: tuple[NominalFeature, ...]
     account: TableAccount
+    sha256: str
+    """Of the file."""
+    heading_line: int
+    lines: tuple[int, ...]
+    """Line of each feature."""
 
+    def requirements(self) -> list[Requirement]:
+        """Return the account for the plan: each row, and each line that a user left out."""
+        found = []
+        for one, line in zip(self.features, self.lines, strict=True):
+            asks, reference = _words(one), f"line {line}"
+            found.append(
+                Requirement(
+                    group="feature", label=one.name, asks=asks, reference=reference,
+                    nominals=[one.name],
+                )
+            )  # fmt: skip
+        for rows in self.account.skipped:
+            first = max(rows.first, self.heading_line + 1)
+            for line in range(first, rows.last + 1) if rows.why == SKIPPED_BY_USER else ():
+                asks, at = rows.text if line == rows.first else "", f"line {line}"
+                found.append(
+                    Requirement(group="feature", label=at, asks=asks, reference=at, why=rows.why)
+                )
+        return found
 
-@dataclass(frozen=True, slots=True)
-class FeaturePreview:
-    """Lines of a table for an import page, and its features if the reader takes them."""
-
-    preview: TablePreview
-    table: FeatureTable | None
-    options: TableOptions
-    """With which it was read."""
+    def added_to(self, plan: Plan) -> Plan:
+        """Return the plan with these features and their account; InputError as `add_feature`."""
+        for feature in self.features:
+            plan = add_feature(plan, feature)
+        source = source_of("table", self.account.path, self.sha256)
+        return with_requirements(plan, source, self.requirements())
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,26 +103,6 @@ class _Cell:
             f"{self.path}, line {self.line}, column '{self.column}': {self.text[:60]!r} {what}.",
             remedy,
         )
-
-
-def features_from_csv(path: Path | str) -> tuple[NominalFeature, ...]:
-    """Return the features of a table, see `feature_table`."""
-    return feature_table(path).features
-
-
-def preview_features(path: Path, options: TableOptions) -> FeaturePreview:
-    """Return the lines of a table, with its features or the error of the reader.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read at all.
-    """
-    try:
-        table = feature_table(path, options)
-    except InputError as error:
-        return FeaturePreview(preview_table(path, options, error), None, options)
-    return FeaturePreview(preview_table(path, options, table.account), table, options)
 
 
 def feature_table(path: Path | str, options: TableOptions | None = None) -> FeatureTable:
@@ -124,7 +127,7 @@ def feature_table(path: Path | str, options: TableOptions | None = None) -> Feat
     scales = dict(zip(present, factors, strict=True))
     if "angle" in table.units:
         line, text = table.units["angle"]
-        scales["angle"] = named_unit(text, "angle", f"{table.path}, line {line}").factor
+        scales["angle"] = named_unit(text, "angle", table.path, line).factor
     found: list[NominalFeature] = []
     lines: dict[str, int] = {}
     for row in table.rows:
@@ -136,7 +139,9 @@ def feature_table(path: Path | str, options: TableOptions | None = None) -> Feat
             )
         lines[feature.name] = row.line
         found.append(feature)
-    return FeatureTable(tuple(found), table.account(unit))
+    return FeatureTable(
+        tuple(found), table.account(unit), table.sha256, table.heading_line, tuple(lines.values())
+    )
 
 
 def _feature(table: TextTable, row: TextRow, scales: dict[str, float]) -> NominalFeature:
@@ -152,7 +157,8 @@ def _feature(table: TextTable, row: TextRow, scales: dict[str, float]) -> Nomina
         if not cells[column].text:
             raise cells[column].fault("is empty", "Give the place of the feature.")
     values = {
-        column: scales.get(column, 1.0) * _number(table, cells.get(column)) for column in _NUMBERS
+        column: scaled(_number(table, cells.get(column)), scales.get(column, 1.0))
+        for column in _NUMBERS
     }
     direction = (values["i"], values["j"], values["k"])
     if any(direction) and abs(math.hypot(*direction) - 1.0) > _UNIT_VECTOR:
@@ -176,6 +182,13 @@ def _feature(table: TextTable, row: TextRow, scales: dict[str, float]) -> Nomina
         side=_side(cells.get("side")),
         text=_text(cells.get("text")),
     )
+
+
+def _words(one: NominalFeature) -> str:
+    """Return the requirement of a row in words."""
+    place = ", ".join(f"{value:g}" for value in one.point)
+    size = f", diameter {one.diameter:g}" if one.diameter else ""
+    return f"{one.shape.value} at {place}{size} mm"
 
 
 def _number(table: TextTable, cell: _Cell | None) -> float:

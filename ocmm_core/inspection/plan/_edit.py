@@ -31,6 +31,7 @@ _REFERENCES = {
     "constructions": frozenset({"features", "towards"}),
     "characteristics": frozenset({"features", "datums"}),
     "features": frozenset({"projection"}),
+    "requirements": frozenset({"nominals"}),
     "alignment": frozenset({
         "primary", "secondary", "origin", "towards", "plane", "axis", "point", "points", "datums",
         "feature",
@@ -209,9 +210,11 @@ def _renamed(plan: Plan, group: str, old: str, new: str) -> Plan:
     for item in data[group]:
         if item["name"] == old:
             item["name"] = new
-    if group != "characteristics":
-        for part, keys in _REFERENCES.items():
-            data[part] = _replaced(data[part], keys, old, new)
+    references = _REFERENCES
+    if group == "characteristics":
+        references = {"requirements": frozenset({"characteristics"})}
+    for part, keys in references.items():
+        data[part] = _replaced(data[part], keys, old, new)
     return msgspec.convert(data, Plan)
 
 

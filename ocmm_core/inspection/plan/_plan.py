@@ -20,6 +20,7 @@ from ocmm_core.features.measured import (
 )
 from ocmm_core.features.shapes import MINIMUM_POINTS, NominalFeature, Shape, shape_fault
 from ocmm_core.inspection.plan._environment import EnvironmentLimits, environment_fault
+from ocmm_core.inspection.plan._requirements import PlanSource, Requirement, requirements_fault
 from ocmm_core.inspection.plan._step_checks import file_fault, step_fault
 from ocmm_core.inspection.step import STEP_ENDINGS
 from ocmm_core.names import label_fault, name_fault, normal_text
@@ -81,6 +82,10 @@ class Plan(Document, frozen=True, kw_only=True):
     that do not, knowingly."""
     environment: EnvironmentLimits | None = None
     """What the room must be like from the first to the last point; None demands nothing."""
+    sources: list[PlanSource] = msgspec.field(default_factory=list)
+    requirements: list[Requirement] = msgspec.field(default_factory=list)
+    """`sources`, `requirements`: Imported files, and the account of their requirements; both are
+    empty in a plan that was made by hand."""
 
     @classmethod
     def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
@@ -174,6 +179,8 @@ def check_plan(path: Path, plan: Plan) -> None:
     if plan.material is not None:
         _check_material(path, plan.material)
     if plan.environment is not None and (fault := environment_fault(plan.environment)):
+        raise _error(path, *fault)
+    if fault := requirements_fault(plan):
         raise _error(path, *fault)
     if plan.model is not None:
         if wrong := file_fault(plan.model.file, "CAD model", STEP_ENDINGS):

@@ -1,12 +1,12 @@
-"""Every kind of characteristic: its value, and how it answers to every point.
+"""All kinds of characteristics: value, and its gradient by every point.
 
 In: measured features, datums, the frame. Out: a value with its gradient by all ball centres.
 
-Read `_spec` (what an entry says of its kind) and `_registry` (all entries), then `_evaluate`,
-`_checks` and `_drawn` (values of a part as drawn), which go by the entries. The kinds, each file
-with its entries at the end: `_size`, `_distance`, `_angle`, and those with a zone: `_form`,
-`_orientation`, `_location`, `_profile`, `_runout`, `_symmetry`. `spec_of` refuses unknown kinds.
-It must not know uncertainty: a value is the same whatever is known of its points.
+Read `_spec` (form of an entry) and `_registry` (all entries), then `_evaluate`, `_checks` and
+`_drawn` (values of a part as drawn), which are driven by the entries. The kinds, each file with its
+entries at the end: `_size`, `_distance`, `_angle`, and those with a zone: `_form`, `_orientation`,
+`_location`, `_profile`, `_runout`, `_symmetry`. Code outside does not compare kind names; `spec_of`
+refuses unknown ones. The package is independent of uncertainty.
 """
 
 from __future__ import annotations

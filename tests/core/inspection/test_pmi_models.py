@@ -20,6 +20,7 @@ from ocmm_core.inspection.drawing import Account, plan_with_tolerances
 from ocmm_core.inspection.plan import Plan, load_plan, new_plan, plan_findings, save_plan
 from ocmm_core.inspection.step import StepModel, read_model
 from tests.core.inspection.nist_models import nist_model, path_of
+from tests.core.inspection.pmi_texts import labels_of
 from tests.core.inspection.step_models import MODELS, block, written
 from tests.host import needs_package
 
@@ -99,7 +100,7 @@ def test_every_item_of_a_public_model_is_taken_or_refused_by_name(
     assert model.pmi is not None
     assert model.pmi.fault == ""
     more = DROPPED_BY_THE_LIBRARY.get(name, 0)
-    assert model.pmi.labels == (by_library[0], by_library[1] + more, by_library[2])
+    assert labels_of(model.pmi) == (by_library[0], by_library[1] + more, by_library[2])
     plan, account = planned(model)
     counts: dict[str, int] = {
         group: sum(found.values()) for group, found in account.counts().items()
