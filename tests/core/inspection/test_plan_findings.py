@@ -10,12 +10,12 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from numpy.random import Generator
 
-from ocmm_core.alignment import BestFit, DatumAlignment, DatumReferenceFrame, Relocation
-from ocmm_core.alignment._rules import Alignment, ControlPoint, PlaneAxisPoint
+from ocmm_core.alignment import Alignment, BestFit, DatumAlignment, DatumReferenceFrame
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
@@ -151,7 +151,7 @@ def _alignment(rng: Generator) -> Alignment | None:
         DatumAlignment(primary="TOP", secondary=("RIM", "EYE"), origin="RIM"),
         DatumReferenceFrame(datums=("BASE", "LEFT", "FRONT")),
         DatumReferenceFrame(datums=("BASE", "BORE 1", "BORE 2")),
-        PlaneAxisPoint(plane="BASE", axis="BORE 1", point="BALL"),
+        plane_axis_point("BALL"),
         BestFit(points=("RIM", "EYE", "BALL")),
     ]
     return rules[int(rng.integers(len(rules)))]
@@ -159,6 +159,17 @@ def _alignment(rng: Generator) -> Alignment | None:
 
 def _origin(rule: Alignment, x1: float) -> float:
     return x1 if isinstance(rule, DatumAlignment) else 0.0
+
+
+def plane_axis_point(point: str) -> Alignment:
+    data = {"type": "plane-axis-point", "plane": "BASE", "axis": "BORE 1", "point": point}
+    return msgspec.convert(data, Alignment)  # type: ignore[no-any-return]
+
+
+def relocation_along_x(*names: str) -> Alignment:
+    control = [{"feature": name, "place": [10.0 * k, 0.0, 0.0]} for k, name in enumerate(names)]
+    data = {"type": "relocation", "name": "f", "digest": "0" * 64, "control": control}
+    return msgspec.convert(data, Alignment)  # type: ignore[no-any-return]
 
 
 def changed(plan: Plan, name: str, **more: object) -> Plan:
@@ -261,7 +272,7 @@ CONTRADICTIONS: dict[str, Callable[[Plan, Generator], Plan]] = {
     "parallel frame": lambda p, r: aligned(p, DatumReferenceFrame(datums=("BASE", "TOP", "LEFT"))),
     "coaxial frame": lambda p, r: aligned(p, DatumReferenceFrame(datums=("BORE 1", "SINK"))),
     "point on the axis": lambda p, r: aligned(
-        p, PlaneAxisPoint(plane="BASE", axis="BORE 1", point="RIM")),
+        p, plane_axis_point("RIM")),
     "3-2-1 along z": lambda p, r: aligned(
         more(p, again(p, "BALL", "LOW", point=(9.0, 9.0, 9.0), diameter=5.0),
              again(p, "BALL", "HIGH", point=(9.0, 9.0, 99.0), diameter=7.0)),
@@ -274,9 +285,7 @@ CONTRADICTIONS: dict[str, Callable[[Plan, Generator], Plan]] = {
              again(p, "BALL", "MID", point=(9.0, 9.0, 49.0), diameter=8.0)),
         BestFit(points=("LOW", "MID", "HIGH"))),
     "control points on a line": lambda p, r: aligned(
-        p, Relocation(name="f", digest="0" * 64, control=tuple(
-            ControlPoint(feature=name, place=(10.0 * k, 0.0, 0.0))
-            for k, name in enumerate(("RIM", "EYE", "BALL"))))),
+        p, relocation_along_x("RIM", "EYE", "BALL")),
 }  # fmt: skip
 
 

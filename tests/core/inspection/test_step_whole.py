@@ -93,6 +93,7 @@ def test_a_ray_between_the_ends_of_two_arcs_finds_the_hole() -> None:
 
 
 # 12 models in every run, 150 in the long form, each with its own limit of time.
+@pytest.mark.timeout(1800)
 @pytest.mark.parametrize("turn", range(amount(1, 10)))
 @pytest.mark.parametrize("name", GOOD | (MORE if amount(0, 1) else {}))
 def test_all_targets_of_foreign_models_lie_on_their_faces(
@@ -113,6 +114,7 @@ def test_all_targets_of_foreign_models_lie_on_their_faces(
 
 
 @pytest.mark.skipif(not amount(0, 1), reason="long form")
+@pytest.mark.timeout(1800)
 def test_seventy_bores_of_splines_are_bores(tmp_path: Path) -> None:
     """The bores of as1-oc-214: 70 B-splines, all of them cylinders."""
     needs_package("OCP", "the extra 'step'")
