@@ -166,13 +166,15 @@ def _origin(rule: Alignment, x1: float) -> float:
 
 def plane_axis_point(point: str) -> Alignment:
     data = {"type": "plane-axis-point", "plane": "BASE", "axis": "BORE 1", "point": point}
-    return msgspec.convert(data, Alignment)
+    rule: Alignment = msgspec.convert(data, Alignment)
+    return rule
 
 
 def relocation_along_x(*names: str) -> Alignment:
     control = [{"feature": name, "place": [10.0 * k, 0.0, 0.0]} for k, name in enumerate(names)]
     data = {"type": "relocation", "name": "f", "digest": "0" * 64, "control": control}
-    return msgspec.convert(data, Alignment)
+    rule: Alignment = msgspec.convert(data, Alignment)
+    return rule
 
 
 def changed(plan: Plan, name: str, **more: Any) -> Plan:
@@ -201,7 +203,8 @@ def aligned(plan: Plan, rule: Alignment) -> Plan:
 
 def again(plan: Plan, name: str, new: str, **other: Any) -> NominalFeature:
     one = next(one for one in plan.features if one.name == name)
-    return _other(one, name, {"name": new, **other})
+    made: NominalFeature = _other(one, name, {"name": new, **other})
+    return made
 
 
 def _zone(kind: str, names: str, datums: str) -> Callable[[Plan, Generator], Plan]:
