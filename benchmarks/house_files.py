@@ -18,13 +18,7 @@ _NAME = re.compile(r"`([a-z_]+)`")
 def read_house(root: Path) -> House:
     """Read every Python file of the repository at ``root``, and the Python in its documents."""
     product = _product(root)
-    others = {
-        folder: tuple(
-            _read(root, path, path.read_text(encoding="utf-8"))
-            for path in sorted((root / folder).rglob("*.py"))
-        )
-        for folder in ("benchmarks", "tests", "docs")
-    }
+    others = {folder: read_sources(root, folder) for folder in ("benchmarks", "tests", "docs")}
     pages = (*others["docs"], *_pages(root))
     return House(product, others["benchmarks"], others["tests"], pages, tuple(_started(root)))
 
@@ -32,6 +26,15 @@ def read_house(root: Path) -> House:
 def read_product(root: Path) -> House:
     """Read the files of the root packages alone: enough for the graph of their imports."""
     return House(_product(root), (), (), (), ())
+
+
+def read_sources(root: Path, *folders: str) -> tuple[Source, ...]:
+    """Read every Python file below the folders."""
+    return tuple(
+        _read(root, path, path.read_text(encoding="utf-8"))
+        for folder in folders
+        for path in sorted((root / folder).rglob("*.py"))
+    )
 
 
 def _product(root: Path) -> dict[str, Source]:

@@ -36,6 +36,7 @@ LEFT_OUT = (
     # Words that other programs read.
     "ocmm_core/export/qif", "ocmm_core/export/aqdef", "ocmm_core/export/certificate/_dcc.py",
     "ocmm_core/export/report/_json_schema.py", "ocmm_core/export/report/_polyworks.py",
+    "ocmm_core/export/report/_first_article.py",
     "ocmm_core/inspection/pmi/_",
     # For whoever builds a camera: the rules of a conforming one, by the words of the ETG.
     "ocmm_core/fieldbus/conform",
@@ -67,11 +68,14 @@ COMPOSED = (
         for due in ("", " due {date}")
     ),
     "NOT CONFORM: {names}", "NOT PROVEN: {names}", "INCOMPLETE: {names}", "NOT MEASURED: {names}",
+    "PARTIAL PLAN: {sentence:s}.",
 )  # fmt: skip
 
 TITLES = (
     # Of a room that is left out, but its title is shown in the window.
-    "QIF 3.0 results",
+    "QIF 3.0 results", "First article (AS9102 form 3)",
+    # Kinds of sources of a plan.
+    "model", "QIF document", "table", "sources",
     # As fits are named, and with the symbols of ISO 14405-1.
     "inscribed", "circumscribed",
     "least squares (GG)", "minimum zone (GC)", "inscribed (GX)", "circumscribed (GN)",

@@ -12,6 +12,7 @@ from ocmm_core.export._report_seal import seal_of
 from ocmm_core.export.aqdef import AQDEF
 from ocmm_core.export.qif import QIF
 from ocmm_core.export.report import (
+    AS9102,
     JSON,
     POLYWORKS,
     XLSX,
@@ -25,7 +26,9 @@ from ocmm_core.export.report import (
     polyworks_profile,
 )
 
-EXPORTERS: dict[str, Exporter] = {item.name: item for item in (POLYWORKS, QIF, AQDEF, XLSX, JSON)}
+EXPORTERS: dict[str, Exporter] = {
+    item.name: item for item in (POLYWORKS, QIF, AQDEF, XLSX, JSON, AS9102)
+}
 """What this room writes, by the name on the command line."""
 
 PDF = ReportFormat(
@@ -128,6 +131,9 @@ def write_report(
     sealed = {**contents, folder / seal_name: seal}
 
     def check(read: Mapping[Path, bytes]) -> None:
+        for one in reported:
+            if one.identity is not None:
+                one.identity.require_name()
         files = {path.name: content for path, content in read.items()}
         if files[seal_name] != seal:
             raise _differs("its seal", [f"{seal_name}: it is not what was to be written."])

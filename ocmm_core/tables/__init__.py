@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.tables._account import TableAccount, TableColumn, TableOptions
+    from ocmm_core.tables._account import SKIPPED_BY_USER, TableAccount, TableColumn, TableOptions
     from ocmm_core.tables._named import NamedColumns, TextRow, TextTable, read_table
     from ocmm_core.tables._numbers import NUMBER, NumberGrammar, typed_number
     from ocmm_core.tables._points import PointsFile, read_points_file
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _account="TableAccount TableColumn TableOptions",
+        _account="SKIPPED_BY_USER TableAccount TableColumn TableOptions",
         _named="NamedColumns TextRow TextTable read_table",
         _numbers="NUMBER NumberGrammar typed_number",
         _points="PointsFile read_points_file",
@@ -41,6 +41,7 @@ else:
 
 __all__ = [
     "NUMBER",
+    "SKIPPED_BY_USER",
     "AccountedTable",
     "NamedColumns",
     "NumberGrammar",

@@ -10,6 +10,7 @@ from pathlib import Path
 from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
 
+SKIPPED_BY_USER = "skipped as stated"
 _LISTED = 12
 _SEPARATED = {
     "\t": "Cells are separated by tabs.", ";": "Cells are separated by semicolons.",

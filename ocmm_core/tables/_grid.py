@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
-from ocmm_core.tables._account import SkippedLog, TableOptions
+from ocmm_core.tables._account import SKIPPED_BY_USER, SkippedLog, TableOptions
 from ocmm_core.tables._numbers import BLANKS, is_number, plain_signs
 from ocmm_core.units import find_unit
 
@@ -82,10 +82,10 @@ def read_grid(
     declared = ""
     for number, raw in enumerate(lines, start=1):
         text = raw.strip().lstrip("\ufeff")
-        if any(number in rows for rows in skipped):
-            grid.log.add(number, text, "skipped as stated")
-            continue
         if not text:
+            continue
+        if any(number in rows for rows in skipped):
+            grid.log.add(number, text, SKIPPED_BY_USER)
             continue
         if len(text) > LONGEST_ROW:
             raise InputError(

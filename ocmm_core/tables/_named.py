@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -69,6 +70,8 @@ class TextTable:
     separator: str
     grammar: NumberGrammar
     skipped: tuple[SkippedRows, ...]
+    sha256: str
+    """Of the file."""
 
     def value(self, key: str, what: str) -> tuple[int, str]:
         """Return line number and value of a key of the head.
@@ -149,7 +152,8 @@ def read_table(
         twice, a row has another number of cells, or the decimal sign is ambiguous.
     """
     path, options = Path(path), options or TableOptions()
-    grid = read_grid(path, text_lines(path, bytes_of(path, most)), options, has_texts=True)
+    content = bytes_of(path, most)
+    grid = read_grid(path, text_lines(path, content), options, has_texts=True)
     if not grid.body:
         raise _empty(path)
     line, text = grid.body[0]
@@ -202,7 +206,7 @@ def read_table(
         path, _head(path, grid.comments), tuple(columns), tuple(rows), line if has_heading else 0,
         tuple(name for name, _ in names) if has_heading else tuple(columns), units,
         tuple(grid.comments), grid.separator, grammar_of(path, numbers, options.decimal),
-        grid.log.entries(),
+        grid.log.entries(), hashlib.sha256(content).hexdigest(),
     )  # fmt: skip
 
 

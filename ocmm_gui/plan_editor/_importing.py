@@ -14,7 +14,7 @@ from PySide6.QtCore import Qt, Signal
 from ocmm_core.alignment import Relocation, load_frame, relocation, saved_frame
 from ocmm_core.camera import Rig
 from ocmm_core.features.shapes import NominalFeature
-from ocmm_core.inspection.drawing import Account, plan_with_tolerances
+from ocmm_core.inspection.drawing import Account, plan_with_tolerances, with_account
 from ocmm_core.inspection.plan import (
     FeatureTable,
     PartOfPlan,
@@ -103,7 +103,8 @@ def with_table(plan: Plan, table: FeatureTable) -> Imported:
     InputError
         The plan could not be measured with them.
     """
-    return _with_features(plan, table.account.path, table.features)
+    found = _with_features(plan, table.account.path, table.features)
+    return replace(found, plan=table.added_to(plan))
 
 
 def model_of(
@@ -196,8 +197,11 @@ def with_offers(
     bare = more_of(found.plan)
     if not account.items:
         return replace(found, plan=bare)
+    without = "the tolerances of the model were not imported"
+    bare = with_account(bare, read.model, account, read.path, without)
     # In the datum system that the tolerances bring, where they bring one.
-    return replace(found, plan=more_of(toleranced), account=account, bare=bare)
+    toleranced = with_account(more_of(toleranced), read.model, account, read.path)
+    return replace(found, plan=toleranced, account=account, bare=bare)
 
 
 def _with_features(plan: Plan, path: Path, found: Sequence[NominalFeature]) -> Imported:

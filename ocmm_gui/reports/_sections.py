@@ -123,11 +123,15 @@ BASIS_COLUMNS = (
 
 def title(canvas: Canvas, data: ReportData) -> None:
     """Write the name of the part and the verdict on it, with its reasons."""
-    canvas.draw(150.0, partial(_paint_title, data=data))
+    canvas.draw(150.0, partial(_paint_title, data=data), role="H1")
     canvas.skip(20.0)
     part = data.part
     origin = (SIMULATED_LINE,) if data.view.simulated else ()
     speech = canvas.speech
+    if part.requirement_words:
+        colour = INK.warn if part.is_partial else INK.text
+        told = f"{speech.say(part.requirement_words)}."
+        canvas.text(told, Style(34.0, bold=True, colour=colour))
     for line in (*origin, *(part.reasons or (part.summary.counted,))):
         fails = line.startswith(Verdict.NOT_CONFORM.value)
         plain = INK.text if line == part.summary.counted else INK.warn

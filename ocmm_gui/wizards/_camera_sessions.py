@@ -1,4 +1,4 @@
-"""How sessions about the cameras begin and go on: what is filled in, and what comes of it."""
+"""Fields, start and resume of camera sessions."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _BAR = "Length bar document"
 
 
 def known_points_fields(site: WizardSite) -> tuple[Field, ...]:
-    """Return what is filled in before the cameras are calibrated."""
+    """Return the fields of a camera calibration."""
     return (
         WHO,
         TEMPERATURE,
@@ -45,7 +45,7 @@ def known_points_fields(site: WizardSite) -> tuple[Field, ...]:
 def begin_known_points(
     place: SessionPlace, values: Mapping[str, str], now: datetime
 ) -> KnownPointsProcedure:
-    """Begin to calibrate the cameras; raise OcmmError where that is not possible."""
+    """Start a camera calibration; raise OcmmError if impossible."""
     who, warm = named(values), temperature(values["temperature"])
     path = given(values, "points", "the list of reference points")
     points = read_reference_points(path, table_options(values, "points")).points
@@ -61,7 +61,7 @@ def resume_known_points(place: SessionPlace, path: Path) -> KnownPointsProcedure
 
 
 def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
-    """Return what is filled in before a relocation."""
+    """Return the fields of a relocation."""
     return (
         WHO,
         TEMPERATURE,
@@ -104,7 +104,7 @@ def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
 def begin_relocation(
     place: SessionPlace, values: Mapping[str, str], now: datetime
 ) -> RelocationProcedure:
-    """Begin a relocation; raise OcmmError where that is not possible."""
+    """Start a relocation; raise OcmmError if impossible."""
     who, warm = named(values), temperature(values["temperature"])
     bar = load_bar(given(values, "bar", _BAR))
     control = None
@@ -127,7 +127,7 @@ def resume_relocation(place: SessionPlace, path: Path) -> RelocationProcedure:
 
 
 def verification_fields(_site: WizardSite) -> tuple[Field, ...]:
-    """Return what is filled in before a verification."""
+    """Return the fields of a verification."""
     return (
         WHO,
         TEMPERATURE,
@@ -149,7 +149,7 @@ def verification_fields(_site: WizardSite) -> tuple[Field, ...]:
 def begin_verification(
     place: SessionPlace, values: Mapping[str, str], now: datetime
 ) -> VerificationProcedure:
-    """Begin a verification; raise OcmmError where that is not possible."""
+    """Start a verification; raise OcmmError if impossible."""
     who, warm = named(values), temperature(values["temperature"])
     bar = load_bar(given(values, "bar", _BAR))
     sphere = values["sphere"].strip()

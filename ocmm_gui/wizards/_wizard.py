@@ -1,7 +1,4 @@
-"""The wizards as one view of the window: begin or go on, then the running procedure.
-
-Sessions of all wizards: what is asked before they begin, how they begin and how they go on.
-"""
+"""View of the window with all wizards: start or resume, then run."""
 
 from __future__ import annotations
 
@@ -38,12 +35,11 @@ from ocmm_gui.wizards._start_page import StartPage
 from ocmm_gui.wizards.parts import WHO, Field, ProcessCalculation, ShownProcedure
 
 _PAST = ("session.rig", "session.empty")
-"""Codes of sessions that nobody misses: of a calibration that is no longer in force, or without
-anything in them."""
+"""Sessions not offered: of a replaced calibration, or empty."""
 
 
 def fields(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Field, ...]:
-    """Return what is filled in before a session begins."""
+    """Return the fields of a session."""
     return tuple(
         Field(one.key, one.label, one.tip, site.who) if one is WHO else one
         for one in spec.fields(site)
@@ -53,13 +49,7 @@ def fields(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Field, ...]:
 def begin(
     site: WizardSite, spec: WizardSpec[Any], values: Mapping[str, str], now: datetime
 ) -> Opened:
-    """Begin a session with what was filled in.
-
-    Raises
-    ------
-    OcmmError
-        A document cannot be used, something is missing, or the session cannot be stored.
-    """
+    """Start a session with filled-in fields; raise OcmmError if impossible."""
     place = place_of(site, spec.subject)
     sign = require_real_name if site.practice is None else practice_name
     signed = {**values, "who": sign(values["who"])}
@@ -67,13 +57,13 @@ def begin(
 
 
 def resume(site: WizardSite, spec: WizardSpec[Any], path: Path) -> Opened:
-    """Go on with a session; raise OcmmError where that is not possible."""
+    """Resume a session; raise OcmmError if impossible."""
     place = place_of(site, spec.subject)
     return _opened(spec, place, spec.resume(place, path))
 
 
 def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
-    """Return the sessions of a wizard that were not ended, the newest first."""
+    """Return the unfinished sessions of a wizard, newest first."""
     store = store_of(site, spec.subject)
     if store is None:
         return ()
@@ -85,7 +75,7 @@ def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
             if error.code not in _PAST:
                 found.append(Offer(path, path.name, said(f"{error.what} {error.remedy}")))
             continue
-        # What was accepted, but is not in the store, was interrupted just before it got there.
+        # Accepted but not in the store: interrupted just before storing.
         if not (base.stored or base.decision is ProcedureDecision.KEPT):
             begun = datetime.fromisoformat(base.begun_utc).astimezone()
             step = base.step
@@ -98,7 +88,6 @@ def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
 
 
 def _opened(spec: WizardSpec[Any], place: SessionPlace, procedure: ShownProcedure) -> Opened:
-    """Return a procedure with what calculates its result."""
     predict = None if spec.predict is None else partial(spec.predict, procedure)
     if not spec.is_slow:
         return Opened(procedure, place, DirectCalculation(procedure), predict)
@@ -107,15 +96,7 @@ def _opened(spec: WizardSpec[Any], place: SessionPlace, procedure: ShownProcedur
 
 
 class Wizard(GuidedStack):
-    """One wizard at a time.
-
-    Parameters
-    ----------
-    site
-        Rig, probe, store and frames.
-    clock
-        The time of day, with its zone.
-    """
+    """One wizard at a time."""
 
     def __init__(
         self, site: WizardSite, clock: Callable[[], datetime] = lambda: datetime.now(UTC)
@@ -141,11 +122,11 @@ class Wizard(GuidedStack):
         self.addWidget(self.tables)
 
     def topic(self) -> str:
-        """Return which procedure it is, for the manual."""
+        """Return the manual topic of the procedure."""
         return self._spec.kind.value
 
     def open(self, kind: ProcedureKind) -> None:
-        """Show the first page of a wizard, with what was not finished."""
+        """Show the start page of a wizard with unfinished sessions."""
         self.close_runner()
         self._spec = spec = wizard_of(kind)
         trouble = ""
@@ -247,7 +228,7 @@ def _is_to_be_shown(field: Field, values: Mapping[str, str]) -> bool:
 def _commands(
     spec: WizardSpec[Any], opened: Opened, driver: WizardDriver
 ) -> dict[str, Callable[[], None]]:
-    """Return what the actions do that only some procedures have, by key of the action."""
+    """Return the commands specific to a procedure, by action key."""
 
     def call(key: str) -> None:
         driver.do(spec.commands[key](opened.procedure))

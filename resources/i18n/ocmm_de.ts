@@ -4557,10 +4557,6 @@ Startet: {source}</translation>
         <translation>noch nicht gespeichert</translation>
     </message>
     <message>
-        <source>Letters, digits, spaces, _ . -</source>
-        <translation>Buchstaben, Ziffern, Leerzeichen, _ . -</translation>
-    </message>
-    <message>
         <source>Names, separated by commas</source>
         <translation>Namen, durch Komma getrennt</translation>
     </message>
@@ -4897,6 +4893,14 @@ Startet: {source}</translation>
         <translation>Konstruktion</translation>
     </message>
     <message>
+        <source>Letters, digits, spaces, _ . - /</source>
+        <translation>Buchstaben, Ziffern, Leerzeichen, _ . - /</translation>
+    </message>
+    <message>
+        <source>proposed: not yet set; change or confirm them</source>
+        <translation>vorgeschlagen: noch nicht gesetzt; ändern oder bestätigen</translation>
+    </message>
+    <message>
         <source>Constructed features</source>
         <translation>Konstruierte Elemente</translation>
     </message>
@@ -5103,6 +5107,14 @@ Startet: {source}</translation>
     <message>
         <source>no</source>
         <translation>nein</translation>
+    </message>
+    <message>
+        <source>set</source>
+        <translation>gesetzt</translation>
+    </message>
+    <message>
+        <source>proposed</source>
+        <translation>vorgeschlagen</translation>
     </message>
     <message>
         <source>Faces to align by</source>
@@ -5391,6 +5403,10 @@ Startet: {source}</translation>
     <message>
         <source>▲  The plan can be measured. {doubts}</source>
         <translation>▲  Der Plan kann gemessen werden. {doubts}</translation>
+    </message>
+    <message>
+        <source>✖  The plan is not valid: no job can be started by it. {errors}</source>
+        <translation>✖  Der Prüfplan ist nicht gültig: Mit ihm lässt sich kein Auftrag beginnen. {errors}</translation>
     </message>
     <message>
         <source>Picture of {names} not found beside the plan: the feature is drawn instead.</source>

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from datetime import date, datetime
 
@@ -37,7 +37,8 @@ def today(archive: Archive, asked: Asked) -> ArchiveAnswer:
         entry
         for entry in Judge(archive).rows(
             f"SELECT {JUDGED}, changed_utc, part, serial, operator, state, verdict, points,"  # noqa: S608
-            " simulated FROM archived_line WHERE changed_utc >= :low AND changed_utc < :high"
+            " simulated, requirements FROM archived_line"
+            " WHERE changed_utc >= :low AND changed_utc < :high"
             " ORDER BY changed_utc DESC, job_id DESC",
             {"low": low, "high": high}, asked.most, lambda entry: _is_at(entry, asked),
         )
@@ -82,8 +83,8 @@ def used(archive: Archive, asked: Asked) -> ArchiveAnswer:
     for column, word in _words_for(archive, asked):
         entries = judge.rows(
             f"SELECT {JUDGED}, used_utc, part, serial, operator, verdict, identity, name,"  # noqa: S608
-            f" simulated FROM archived_use WHERE used_kind = :kind AND {column} = :word"
-            " ORDER BY used_utc DESC",
+            " simulated, requirements FROM archived_use"
+            f" WHERE used_kind = :kind AND {column} = :word ORDER BY used_utc DESC",
             {"kind": asked.kind, "word": word}, asked.most, lambda _: True,
         )  # fmt: skip
         found |= {(one["job_uuid"], one["identity"]): one for one in entries}
@@ -130,8 +131,8 @@ def passed(archive: Archive, asked: Asked) -> ArchiveAnswer:
     low, high = span(asked.first or date(1970, 1, 1), asked.last or date(9000, 1, 1))
     entries = list(
         Judge(archive).rows(
-            f"SELECT {JUDGED}, operator, part, serial, verdict, changed_utc FROM archived_line"  # noqa: S608
-            " WHERE state = 'finished' AND simulated = 0"
+            f"SELECT {JUDGED}, operator, part, serial, verdict, changed_utc, requirements"  # noqa: S608
+            " FROM archived_line WHERE state = 'finished' AND simulated = 0"
             " AND changed_utc >= :low AND changed_utc < :high"
             " AND (:operator = '' OR operator = :operator) AND (:part = '' OR part = :part)"
             " ORDER BY changed_utc DESC, job_id DESC",
@@ -156,6 +157,12 @@ def passed(archive: Archive, asked: Asked) -> ArchiveAnswer:
     again = len(entries) - left - len(last)
     notes = [f"Jobs in doubt, not counted: {left}."] if left else []
     notes += [f"Measured again, counted once: {again}."] if again else []
+    counts = Counter(
+        str(one["requirements"])
+        for one in last.values()
+        if one["requirements"] and one["verdict"] == PartWord.CONFORMS.value
+    )
+    notes += [f"Conform, {n:d} parts: {sentence}." for sentence, n in counts.items()]
     return ArchiveAnswer(
         "Who passed what",
         ("Operator", "Part", "Station", "Parts", "Conform", "Do not conform", "Neither", "Last"),

@@ -80,7 +80,7 @@ def check_record(record: JobRecord) -> None:
             raise _bad(field, getattr(job, field), "is no SHA-256")
     for field in (
         "station", "part", "serial", "order_name", "batch", "operator", "plan", "program", "rig",
-        "calibration", "probe", "tip", "signer", "key", "signature",
+        "calibration", "probe", "tip", "signer", "key", "signature", "requirements",
     ):  # fmt: skip
         _name(field, getattr(job, field), empty=True)
     _name("fault", job.fault, LONGEST_SENTENCE, empty=True)

@@ -157,6 +157,7 @@ def _record(job: ReopenedJob, content: bytes, station: str, fault: str) -> JobRe
         points=len(job.points),
         **_sealed(job.seal),
         fault=fault,
+        requirements=_name(view.part_verdict.requirement_words),
     )
     results = []
     for position, result in enumerate(view.characteristics):

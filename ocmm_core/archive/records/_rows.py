@@ -117,6 +117,8 @@ class JobRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     key: str = ""
     signature: str = ""
     """`key`, `signature`: Public key and signature of the head, Base64; empty if not signed."""
+    requirements: str = ""
+    """How many requirements of its sources the plan contains; empty without a source."""
 
 
 class JobRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

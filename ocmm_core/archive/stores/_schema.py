@@ -167,11 +167,12 @@ _FIRST = (
 _VIEWS_BEFORE = tuple(
     f"DROP VIEW IF EXISTS {name}"
     for name in (
-        "archived_use", "archive_today", "archive_month", "archived_result", "archived_job",
-        "archive_station", "archive_mark", "archive_characteristic",
+        "archived_use", "archive_today", "archive_month", "archived_result",
+        "archived_line_result", "archived_job", "archived_line", "archive_station",
+        "archive_station_key", "archive_mark", "archive_characteristic",
     )
 )  # fmt: skip
-"""The third step makes all views: those of the first two are not made any more."""
+"""The last step makes all views: those of earlier ones are not made any more."""
 _SECOND = ("CREATE INDEX job_by_arrival ON job (station, received_utc)",)
 
 # The third step: rows bind login, station, key and outbox, and readers judge who signed. The
@@ -234,13 +235,21 @@ _THIRD_POSTGRESQL = (
 
 def _third(dialect: Dialect) -> tuple[str, ...]:
     own = _THIRD_SQLITE if dialect is SQLITE else _THIRD_POSTGRESQL
-    return (*_VIEWS_BEFORE, *own, *_LOGINS, *JUDGED_VIEWS)
+    return (*_VIEWS_BEFORE, *own, *_LOGINS)
+
+
+_FOURTH = (
+    *_VIEWS_BEFORE,
+    "ALTER TABLE job ADD COLUMN requirements {text} NOT NULL DEFAULT ''",
+    *JUDGED_VIEWS,
+)
 
 
 MIGRATIONS: tuple[Callable[[Dialect], tuple[str, ...]], ...] = (
     lambda _: _FIRST,
     lambda _: _SECOND,
     _third,
+    lambda _: _FOURTH,
 )
 """Statements of each step; the version of an archive is how many of them it has."""
 

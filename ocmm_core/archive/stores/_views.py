@@ -20,7 +20,8 @@ _OTHERS = """(SELECT count(*) FROM job o WHERE o.job_uuid = j.job_uuid AND o.id 
 _OF_JOB = """job_id, job_uuid, steps, sha256, size, station, state, part, serial, order_name, batch,
         operator, plan, plan_sha256, program, created_utc, changed_utc, received_utc, rig,
         calibration, probe, tip, part_c, probe_c, verdict, complete, simulated, points, seal,
-        signer, fault, held, head, job_key, signature, others, first_id, leads"""
+        signer, fault, held, head, job_key, signature, others, first_id, leads,
+        requirements"""
 _DISTINCT = "CASE WHEN serial = '' THEN job_uuid ELSE serial END"
 """Parts without a serial number cannot be told apart: each job is one."""
 _LIMITS = "part, characteristic, simulated, unit, low, high"
@@ -44,8 +45,8 @@ JUDGED_VIEWS = (
         j.part_c, j.probe_c, CASE WHEN j.fault <> '' OR {_HELD} THEN 'NOT PROVEN'
             ELSE j.verdict END AS verdict, j.complete, j.simulated, j.points, j.seal, j.signer,
         j.fault,
-        CASE WHEN {_HELD} THEN 1 ELSE 0 END AS held, j.head, j.key AS job_key, j.signature,
-        {_OTHERS} AS others, {_FIRST_ID} AS first_id,
+        j.requirements, CASE WHEN {_HELD} THEN 1 ELSE 0 END AS held, j.head, j.key AS job_key,
+        j.signature, {_OTHERS} AS others, {_FIRST_ID} AS first_id,
         CASE WHEN EXISTS (SELECT 1 FROM job m WHERE m.job_uuid = j.job_uuid
             AND (m.station <> j.station OR m.signer <> j.signer)
             AND (m.sound > j.sound OR (m.sound = j.sound AND (

@@ -1,13 +1,13 @@
-"""Cameras from known points: fit, guards, covariance, and the guided procedure for it.
+"""Calibrate cameras from known points: fit, guards, covariance, guided procedure.
 
-In: a list of known points, and the averaged spots that each camera saw there.
-Out: cameras with full covariance, what speaks against them, and a record to accept.
+In: a list of known points, and the averaged spots of each camera there. Out: cameras with full
+covariance, findings, and a record to accept.
 
 Read `_reference_points` (the files), `_dlt` (start values), `_problem` and `_least_squares` with
-`_kernel`, `_model_fit` (one camera), `_network` (all of them). Then
-the judgement: `_evaluation`, `_guards`, `_lens` and `_lens_terms` (is the lens model enough),
-`_mix_up`. `_procedure_known_points` guides somebody through it.
-It must not know bundles, relocation or the probe's calibration; they come later.
+`_kernel`, `_model_fit` (one camera), `_network` (all of them). Then the judgement: `_evaluation`,
+`_guards`, `_lens` and `_lens_terms` (sufficiency of the lens model), `_mix_up`.
+`_procedure_known_points` is the guided procedure. The package is independent of bundles, relocation
+and probe calibration.
 """
 
 from __future__ import annotations

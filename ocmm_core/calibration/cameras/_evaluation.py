@@ -1,4 +1,4 @@
-"""How good a calibration is: points that were not used for it, and what it predicts of itself."""
+"""Quality of a calibration: errors at independent points, and predicted errors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class AxisErrors:
     """Errors of points located with all cameras, as in Table 1 of the thesis."""
 
     errors_world: Points3
-    """(n, 3), mm, located minus known; NaN where fewer than two cameras saw the point."""
+    """(n, 3), mm, located minus reference; NaN if seen by fewer than two cameras."""
     rms: Float
     rms_space: float
     """`rms`, `rms_space`: (3,) per axis, and in space, mm."""
@@ -27,12 +27,12 @@ class AxisErrors:
 
 
 def split(points: KnownPoints, calibration: int, rng: np.random.Generator) -> tuple[Int, Int]:
-    """Return the indices of points for calibration and of those for evaluation, drawn at random.
+    """Return random disjoint indices of calibration and evaluation points.
 
     Raises
     ------
     CalibrationError
-        Nothing would be left for one of them.
+        One of the sets would be empty.
     """
     n = len(points.names)
     if not 0 < calibration < n:
@@ -57,10 +57,7 @@ def subset(points: KnownPoints, spots: SpotTable, indices: Int) -> tuple[KnownPo
 def axis_errors(rig: Rig, points: KnownPoints, spots: SpotTable) -> AxisErrors:
     """Return the errors of points located with all cameras of a calibrated rig.
 
-    Raises
-    ------
-    CalibrationError
-        No point was seen by two cameras.
+    Raises CalibrationError if no point was seen by two cameras.
     """
     rows = [spots.serials.index(camera.serial) for camera in rig.cameras]
     errors = triangulate(rig, spots.uv[rows]) - points.positions_world

@@ -1,4 +1,4 @@
-"""The known points and the spots seen at them, as files.
+"""Files of known points and their spots.
 
 Reference positions, from a CMM::
 
@@ -11,10 +11,10 @@ Reference positions, from a CMM::
     P001;-200,0;-7,5;-200,0
 
 ``unit`` is one of `ocmm_core.units`; ``uncertainty`` is the standard uncertainty (k = 1) of one
-coordinate in that unit, independent from point to point; ``length uncertainty``, which may be left
-out, that of all lengths together, as a ratio: 3 um/m is 3e-6. ``frame`` says in words what the
-coordinates refer to and becomes the world frame. Without a column ``name`` the points are numbered
-from 1. Headings may have the words of other programs, such as ``Point`` or ``X-Koordinate``.
+coordinate in that unit, independent between points; the optional ``length uncertainty`` is that of
+all lengths together, as a ratio: 3 um/m is 3e-6. ``frame`` describes the coordinate system, which
+becomes the world frame. Without a column ``name`` the points are numbered from 1. Headings may have
+the words of other programs, such as ``Point`` or ``X-Koordinate``.
 
 Spots, the mean of many exposures at each point::
 
@@ -23,8 +23,8 @@ Spots, the mean of many exposures at each point::
     point,serial,u,v
     P001,20330001,312.4471,1766.0312
 
-``sigma`` is the standard deviation of one mean, px per axis. A point that a camera does not see has
-no row for that camera. Separators and decimal signs: `ocmm_core.tables`.
+``sigma`` is the standard deviation of one mean, px per axis. A point unseen by a camera has no row
+for it. Separators and decimal signs: `ocmm_core.tables`.
 """
 
 from __future__ import annotations
@@ -45,12 +45,12 @@ _AXES = ("x", "y", "z")
 _LENGTH = "length uncertainty"
 
 MAX_LENGTH_SIGMA = 1e-3
-"""No machine is that bad; somebody gave another unit."""
+"""Larger values indicate a wrong unit."""
 
 
 @dataclass(frozen=True, slots=True)
 class KnownPoints:
-    """Positions that are known."""
+    """Reference positions."""
 
     names: tuple[str, ...]
     positions_world: Points3
@@ -58,9 +58,9 @@ class KnownPoints:
     sigma: float
     """Standard uncertainty of one coordinate, mm."""
     frame: str
-    """What the coordinates refer to, in words."""
+    """Description of the coordinate system."""
     length_sigma: float = 0.0
-    """Relative standard uncertainty of all distances, which are too long or too short together."""
+    """Relative standard uncertainty common to all distances."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +69,7 @@ class SpotTable:
 
     serials: tuple[int, ...]
     uv: Pixels
-    """(C, n, 2), px, in the order of the reference points; NaN where not seen."""
+    """(C, n, 2), px, in the order of the reference points; NaN if unseen."""
     sigma_px: float
     """Standard deviation of one averaged spot, px per axis."""
 
@@ -93,9 +93,8 @@ def read_reference_points(path: Path, options: TableOptions | None = None) -> Re
     Raises
     ------
     InputError
-        The file is no such list, lacks unit, uncertainty or frame, has an unknown unit, a length
-        uncertainty that is no small ratio, a name twice, a cell that is no number or a coordinate
-        of more than 100 m.
+        Not such a list, no unit, uncertainty or frame, an unknown unit, a length uncertainty above
+        `MAX_LENGTH_SIGMA`, a duplicate name, a cell without a number, or a coordinate over 100 m.
     """
     options = options or TableOptions()
     table = read_table(path, NamedColumns(_AXES, _AXES, optional=("name", "unit")), options)
@@ -126,8 +125,8 @@ def load_spots(path: Path | str, points: KnownPoints) -> SpotTable:
     Raises
     ------
     InputError
-        The file is no such table, lacks sigma, names a point that is not in the list, or has two
-        rows for the same point and camera, or a cell that is no number.
+        Not such a table, no sigma, a point outside the list, two rows for the same point and
+        camera, or a cell without a number.
     """
     table = read_table(path, NamedColumns(("point", "serial", "u", "v"), ("u", "v")))
     sigma_px = _positive(table, "sigma", "the uncertainty of an averaged spot, in px")

@@ -1,13 +1,13 @@
-"""What all guided procedures share: steps, sessions, collecting, seats, and their outcome.
+"""Common part of guided procedures: steps, sessions, collecting, seats, outcome.
 
-In: frames while somebody works, commands (next, take, repeat), lines of a session file.
-Out: snapshots of the procedure for any screen, averaged observations, a record to accept.
+In: frames during operation, commands (next, record, repeat), lines of a session file. Out:
+snapshots of the procedure for any screen, averaged observations, a record to accept.
 
-Read `_procedure` (steps and their gates) and `_procedure_views` (the snapshots), `_session` and
-`_session_events` (state follows from a file), `_collecting` (from frames to observations),
-`_labelling` (LEDs before cameras are known), `_seats`, `_repeats`, `_session_drift` and `_shocks`
-(did something move), `_coverage`, then `_outcome` and `_conclusion` (the record).
-It must not know which procedure uses it, nor Qt: a script runs a procedure as a window does.
+Read `_procedure` (steps and gates) and `_procedure_views` (snapshots), `_session` and
+`_session_events` (state from a file), `_collecting` (from frames to observations), `_labelling`
+(LEDs before cameras are calibrated), `_seats`, `_repeats`, `_session_drift` and `_shocks`
+(detection of motion), `_coverage`, then `_outcome` and `_conclusion` (the record). It is
+independent of specific procedures and of Qt: a script runs a procedure as a window does.
 """
 
 from __future__ import annotations

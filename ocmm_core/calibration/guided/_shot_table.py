@@ -1,4 +1,4 @@
-"""Averaged spots of the probe and of the bar as a file, for relocation, verification and tips.
+"""Table of averaged spots, for relocation, verification and tips.
 
 ::
 
@@ -7,13 +7,12 @@
     shot;kind;place;serial;led;u;v
     1;pose;;20330001;1;312.4471;1766.0312
 
-One row for each spot; the rows of a shot stand together or apart. ``kind`` is ``pose`` (the waved
-probe), ``bar`` (its two LEDs), ``seat`` (the ball in the control point ``place``; without a place,
-in an end of the bar), ``repeat`` (in the next of the two seats that a relocation visits first and
-again at its end), ``nest`` (in the next nest of the line under way), ``sphere`` (on the next
-point of it) or ``cone`` (held in the next attitude). ``led`` counts from 1 in the order of the
-probe document. ``sigma`` is the standard deviation of a spot, px per axis. Separators and decimal
-signs: `ocmm_core.tables`.
+One row for each spot; rows of a shot need not be adjacent. ``kind`` is ``pose`` (the waved probe),
+``bar`` (its two LEDs), ``seat`` (the ball in the control point ``place``; without a place, in an
+end of the bar), ``repeat`` (in the next of the two seats that a relocation visits first and again
+at its end), ``nest`` (in the next nest of the current line), ``sphere`` (on its next point) or
+``cone`` (in the next attitude). ``led`` counts from 1 in the order of the probe document. ``sigma``
+is the standard deviation of a spot, px per axis. Separators and decimal signs: `ocmm_core.tables`.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ class Shot:
     place: str
     """`kind`, `place`: See above."""
     uv: Pixels
-    """(C, L, 2), px, by LED; (C, 2, 2) for the bar; NaN where not seen."""
+    """(C, L, 2), px, by LED; (C, 2, 2) for the bar; NaN if unseen."""
     sigma_px: float
     """Standard deviation of a spot, px per axis."""
 
@@ -53,8 +52,8 @@ def load_shots(path: Path | str, rig: Rig, n_leds: int) -> tuple[Shot, ...]:
     Raises
     ------
     InputError
-        The file is no such table, or a row names a kind, camera or LED that is not known, repeats a
-        spot, or says something else of its shot than the row before.
+        Not such a table, or a row has an unknown kind, camera or LED, repeats a spot, or
+        contradicts an earlier row of its shot.
     """
     table = read_table(path, NamedColumns(_COLUMNS, ("u", "v")))
     what = "the uncertainty of an averaged spot, in px"

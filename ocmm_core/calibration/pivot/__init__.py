@@ -1,12 +1,12 @@
-"""The geometry of a probe from a sweep about its ball, and how far it can be wrong.
+"""Probe geometry from a sweep about its ball, with its uncertainty.
 
-In: spots of a probe that is turned about its resting ball, and calibrated cameras.
-Out: places of the LEDs about the ball, the covariance of the tip, and what speaks against it.
+In: spots of a probe that is turned about its resting ball, and calibrated cameras. Out: LED
+positions about the ball, the covariance of the tip, and findings.
 
-Read `_data` (what comes and goes), `_centre` and `_start` (first values), `_bundle` with `_kernel`
+Read `_data` (input and output), `_centre` and `_start` (first values), `_bundle` with `_kernel`
 (one rotation a pose), `_robust` (wrong frames), `_covariance` and `_pattern`, then `_pivot`, which
-puts them in order. `_guards`, `_coverage`, and `_validation` (a second sweep) judge.
-It must not know steps, sessions or screens; the guided form is `sweeping`.
+combines them. `_guards`, `_coverage`, and `_validation` (a second sweep) judge. The package is
+independent of steps, sessions and screens; the guided form is `sweeping`.
 """
 
 from __future__ import annotations

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from ocmm_core.inspection.drawing import Account
+    from ocmm_core.inspection.plan import Plan
 
 
 def print_account(account: Account, console: Console) -> None:
@@ -46,6 +47,16 @@ def print_account(account: Account, console: Console) -> None:
         console.print(f"{say(group)}: {sum(counts.values())} ({told})", highlight=False)
     for remark in account.remarks:
         console.print(say(remark), highlight=False, markup=False)
+
+
+def print_requirements(plan: Plan, console: Console) -> None:
+    """Print how many requirements of its sources a plan contains; nothing without a source."""
+    from ocmm_core.inspection.plan import requirement_count
+
+    count = requirement_count(plan)
+    if count is not None:
+        style = "" if count.is_whole else "bold yellow"
+        console.print(say(count.words), style=style, highlight=False)
 
 
 def account_json(account: Account, more: dict[str, Any]) -> str:

@@ -41,10 +41,16 @@ OverwriteOption = Annotated[
 
 @plan_app.command()
 def check(plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")]) -> None:
-    """Check a plan and its release, and list missing pictures and sizes for the guidance."""
-    from ocmm_core.inspection.plan import load_plan, plan_release
+    """Check a plan: contradictions, its release, requirements left out, pictures and sizes.
+
+    Code 1: the plan has errors, such as a nominal that its feature contradicts or limits that are
+    not yet set. It cannot be released or measured before they are corrected.
+    """
+    from ocmm_core.cli.measure._account import print_requirements
+    from ocmm_core.inspection.plan import load_plan, plan_release, requirement_count
 
     loaded = load_plan(plan)
+    errors = _print_findings(loaded)
     console = make_console()
     n_features, n_made = len(loaded.features), len(loaded.constructions)
     n_points = sum(feature.points for feature in loaded.features)
@@ -53,15 +59,70 @@ def check(plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")]) -
     points = say(f"{n_points:d} point{'' if n_points == 1 else 's'}")
     constructions = say(f"{n_made:d} construction{'' if n_made == 1 else 's'}")
     characteristics = say(f"{n_wanted:d} characteristic{'' if n_wanted == 1 else 's'}")
-    console.print(
-        say(f"{plan}: good. {features} with {points}, {constructions}, {characteristics}."),
-        highlight=False,
-    )
+    count = requirement_count(loaded)
+    if errors:
+        words = say(f"{plan}: not valid, {errors} error{'' if errors == 1 else 's'}.")
+    elif count is not None and not count.is_whole:
+        words = say(
+            f"{plan}: partial. {features} with {points}, {constructions}, {characteristics}."
+        )
+    else:
+        words = say(f"{plan}: good. {features} with {points}, {constructions}, {characteristics}.")
+    console.print(words, highlight=False, markup=False)
+    print_requirements(loaded, console)
     console.print(
         say(f"Plan release: {say(plan_release(plan).words)}."), highlight=False, markup=False
     )
     for warning in warnings_of(loaded, plan.parent):
         console.print(say(warning), style="yellow", highlight=False)
+    if errors:
+        raise typer.Exit(1)
+
+
+def _print_findings(plan: Plan) -> int:
+    """Print the contradictions of a plan, and return the number of errors."""
+    from ocmm_core.inspection.plan import plan_findings
+
+    found = plan_findings(plan)
+    for one in found:
+        make_console().print(
+            f"{'✖' if one.is_error else '▲'} {say(one.what)} {say(one.remedy)}",
+            style="red" if one.is_error else "yellow", highlight=False, markup=False,
+        )  # fmt: skip
+    return sum(one.is_error for one in found)
+
+
+@plan_app.command()
+def account(
+    plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="Inspection plan to write: .csv or .xlsx.")
+    ],
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Write the requirements of the imported files with balloon numbers, as an inspection plan.
+
+    Each requirement is in the plan, with its characteristics, or left out, with the reason.
+    """
+    from ocmm_core.cli.measure._account import print_requirements
+    from ocmm_core.documents import write_atomic
+    from ocmm_core.export.report import account_file
+    from ocmm_core.inspection.plan import load_plan
+
+    loaded = load_plan(plan)
+    if not loaded.requirements:
+        raise InputError(
+            "plan.no_account",
+            f"{plan}: the plan has no requirements of a model, QIF document or table.",
+            "Import one: ocmm plan import.",
+        )
+    if output.suffix.lower() not in (".csv", ".xlsx"):
+        raise InputError("plan.output", f"{output}: not .csv or .xlsx.", "Give another name.")
+    _require_free(output, overwrite=overwrite)
+    write_atomic(output, account_file(loaded, output.suffix))
+    console = make_console()
+    console.print(str(output), highlight=False, markup=False)
+    print_requirements(loaded, console)
 
 
 @plan_app.command()
@@ -165,8 +226,8 @@ def import_(
     of its surface against the model, by the datums of the plan, or where it fits best.
     Code 1: the plan is written, and something of the model's tolerances was refused.
     """
-    from ocmm_core.cli.measure._account import account_json, print_account
-    from ocmm_core.inspection.drawing import Account, general_of, plan_with_tolerances
+    from ocmm_core.cli.measure._account import account_json, print_account, print_requirements
+    from ocmm_core.inspection.drawing import Account, general_of, plan_with_tolerances, with_account
     from ocmm_core.inspection.plan import feature_table, with_model, with_profiles
     from ocmm_core.inspection.step import (
         STEP_ENDINGS,
@@ -194,7 +255,7 @@ def import_(
             )
         table = feature_table(file, TableOptions(unit, columns, decimal, skip))
         print_table_account(table.account)
-        _write(_plan(table.features, output, name, part), output, overwrite=overwrite)
+        _write(table.added_to(_plan((), output, name, part)), output, overwrite=overwrite)
         return
     general_of(general)
     if output is not None and not as_list:
@@ -225,10 +286,10 @@ def import_(
     taken = asked.taken
     free_forms = [one.free_form for one in taken if one.free_form is not None]
     surfaces = tuple(one.feature for one in taken if one.free_form is None)
-    plan = _plan(surfaces, output, name, part)
-    account = None
-    if tolerances:
-        plan, account = plan_with_tolerances(plan, model, general)
+    bare = _plan(surfaces, output, name, part)
+    plan, account = plan_with_tolerances(bare, model, general)
+    without = "" if tolerances else "the tolerances of the model were not imported"
+    plan = with_account(plan if tolerances else bare, model, account, file, without)
     if profile is not None:
         plan = with_profiles(plan, free_forms, profile)
     if keep_model:
@@ -236,7 +297,7 @@ def import_(
     _write(plan, output, overwrite=overwrite, silent=as_json)
     if as_json:
         told = {**_told(plan, output, faces), "reach": list(asked.sentences())}
-        typer.echo(account_json(account or Account(), told))
+        typer.echo(account_json(account if tolerances else Account(), told))
     else:
         console = make_console()
         offers.print_faces(faces, console)
@@ -244,9 +305,10 @@ def import_(
             console.print(say(sentence), style="yellow", highlight=False)
         if model.free_forms and not free_forms:
             console.print(offers.free_form_words(model), highlight=False)
-        if account is not None:
+        if tolerances:
             print_account(account, console)
-    if account is not None and not account.is_complete:
+        print_requirements(plan, console)
+    if tolerances and not account.is_complete:
         raise typer.Exit(1)
 
 
@@ -286,25 +348,30 @@ def _import_qif(
     file: Path, output: Path, name: str | None, part: str | None, *, overwrite: bool
 ) -> None:
     """Write the plan of a QIF document, and tell what it lacks by name; code 1 where it does."""
+    from ocmm_core.cli.measure._account import print_requirements
     from ocmm_core.documents import read_bytes
     from ocmm_core.export.qif import plan_of_qif
 
-    found = plan_of_qif(read_bytes(file), name or output.stem, part or output.stem)
+    found = plan_of_qif(read_bytes(file), name or output.stem, part or output.stem, file.name)
     _write(found.plan, output, overwrite=overwrite)
     console = make_console()
     for one in found.left_out:
         console.print(
             f"{say_word('Left out')}: {one.name}: {say(one.why)}", highlight=False, markup=False
         )
+    print_requirements(found.plan, console)
     if found.left_out:
         raise typer.Exit(1)
 
 
 def _told(plan: Plan, output: Path, faces: FacesAccount) -> dict[str, Any]:
+    from ocmm_core.inspection.plan import requirement_count
+
     return {
         "plan": str(output),
         "features": len(plan.features),
         "characteristics": len(plan.characteristics),
+        "requirements": "" if (count := requirement_count(plan)) is None else count.words,
         "faces": faces.faces,
         "faces_taken": faces.taken,
         "left_out": dict(faces.left_out),
@@ -355,6 +422,7 @@ def _write(plan: Plan, output: Path, *, overwrite: bool, silent: bool = False) -
         told = f", {count} characteristic{'' if count == 1 else 's'}" if count else ""
         features = f"{len(plan.features)} feature{'' if len(plan.features) == 1 else 's'}"
         make_console().print(say(f"{output}: {features}{told}."), highlight=False)
+        _print_findings(plan)
 
 
 def _require_free(output: Path, *, overwrite: bool) -> None:

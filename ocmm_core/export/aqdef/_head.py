@@ -136,7 +136,7 @@ def entry(catalogue: Sequence[str], text: str) -> str:
 
 def _part_words(jobs: Sequence[ReportData]) -> tuple[str, ...]:
     """Return the verdict on the part, or how many parts have which."""
-    words = [data.part.word.value for data in jobs]
+    words = [data.part.headline for data in jobs]
     if len(words) == 1:
         return (words[0],)
     return tuple(f"{words.count(word)} of {len(words)} {word}" for word in dict.fromkeys(words))

@@ -12,7 +12,7 @@ from ocmm_core.export.qif._check import NAMESPACE
 from ocmm_core.export.qif._features import FeatureIds, add_features
 from ocmm_core.export.qif._writer import Writer, count_children
 from ocmm_core.export.report import ReportData, check_name, clean_text, head_table, last_moment
-from ocmm_core.tolerances.decisions import PartWord
+from ocmm_core.tolerances.decisions import PartVerdict, PartWord
 
 _SPACE = uuid.uuid5(uuid.NAMESPACE_URL, NAMESPACE)
 _PRECEDENCE = ("PRIMARY", "SECONDARY", "TERTIARY")
@@ -73,9 +73,16 @@ def make_document(data: ReportData) -> etree._Element:
     return root
 
 
-def inspection_status(word: PartWord) -> str:
-    """Return how QIF says the verdict on a part: what is not decided neither passes nor fails."""
-    return {PartWord.CONFORMS: "PASS", PartWord.DOES_NOT_CONFORM: "FAIL"}.get(word, "UNKNOWN")
+def inspection_status(part: PartVerdict) -> tuple[str, str]:
+    """Return element and text of the verdict on a part in QIF.
+
+    Undecided parts neither pass nor fail. PASS has no room for requirements that the plan lacks:
+    the verdict is then written in words.
+    """
+    if part.word is PartWord.CONFORMS and part.is_partial:
+        return "OtherInspectionStatus", part.headline
+    words = {PartWord.CONFORMS: "PASS", PartWord.DOES_NOT_CONFORM: "FAIL"}
+    return "InspectionStatusEnum", words.get(part.word, "UNKNOWN")
 
 
 def _add_standard(writer: Writer, root: etree._Element) -> str:
@@ -189,8 +196,8 @@ def _end_results(
     data: ReportData,
     path: str,
 ) -> None:
-    status = inspection_status(data.part.word)
-    writer.add(writer.add(results, "InspectionStatus"), "InspectionStatusEnum", status)
+    status = inspection_status(data.part)
+    writer.add(writer.add(results, "InspectionStatus"), *status)
     sets = writer.add(results_root, "ActualComponentSets")
     sets.set("n", "1")
     one = writer.add(sets, "ActualComponentSet")
@@ -198,7 +205,7 @@ def _end_results(
     component = writer.add(one, "ActualComponent", own_id=True)
     if data.head.serial:
         writer.add(component, "SerialNumber", clean_text(data.head.serial))
-    writer.add(writer.add(component, "Status"), "InspectionStatusEnum", status)
+    writer.add(writer.add(component, "Status"), *status)
     writer.add(component, "AsmPathId", path)
     writer.add_ids(results, "ActualComponentIds", [str(component.get("id"))])
 
@@ -207,7 +214,7 @@ def _version_of(data: ReportData) -> str:
     """Return what tells these results from other ones of the same job."""
     told = [(item.name, item.measured, item.verdict.value) for item in data.results]
     numbers = [point.number for item in data.features for point in item.seen.points]
-    part = (data.part.word.value, data.part.missing, data.states)
+    part = (data.part.headline, data.part.missing, data.states)
     return repr((data.head.job_uuid, told, numbers, data.view.held, data.system, part))
 
 

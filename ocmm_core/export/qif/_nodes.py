@@ -14,7 +14,7 @@ from lxml import etree
 
 from ocmm_core.export.qif._check import NAMESPACE
 from ocmm_core.export.qif._units import DocumentUnits, NotTakenError, number, units_of
-from ocmm_core.inspection.plan import NAME_PATTERN
+from ocmm_core.names import name_fault, normal_name, usable_name
 from ocmm_core.units import scaled
 
 Q = f"{{{NAMESPACE}}}"
@@ -54,6 +54,12 @@ HARMLESS_ATTRIBUTES = frozenset({
     "zDecimalPlaces", "zSignificantFigures", "zValidity",
 })  # fmt: skip
 """Identity, and digits for display."""
+
+
+_STATED = (
+    "TargetValue", "MaxValue", "MinValue", "ToleranceValue", "MaterialCondition",
+)  # fmt: skip
+"""Elements that describe a requirement in its account."""
 
 
 class Node:
@@ -251,12 +257,9 @@ class References:
         text = item.findtext(f"{Q}{element}") or item.findtext(f"{Q}Name")
         if not text and nominal is not None:
             text = nominal.findtext(f"{Q}Name")
-        plain = " ".join((text or "").split())
-        if not NAME_PATTERN.fullmatch(plain):
-            kept = "".join(
-                sign if sign.isascii() and (sign.isalnum() or sign in " _.-") else "_"
-                for sign in plain
-            )[:40].strip(" .-")
+        plain = normal_name(" ".join((text or "").split()))
+        if name_fault(plain):
+            kept = usable_name(plain, 40)
             plain = f"{kept or local_name(item)}_{item.get('id', '0')}"[:60]
         return self.unique(plain, element, f"_{item.get('id', '0')}")
 
@@ -268,6 +271,18 @@ class References:
             made, count = f"{name[: 60 - len(end)]}{end}", count + 1
         self._names.add((element, made.casefold()))
         return made
+
+    def stated(self, item: etree._Element, nominal: etree._Element | None) -> list[str]:
+        """Return the numbers of a characteristic as the document states them, with their units."""
+        own = "" if nominal is None else nominal.findtext(f"{Q}CharacteristicDefinitionId") or ""
+        found = dict.fromkeys(
+            f"{local_name(one)} {text}{' ' if unit else ''}{unit}"
+            for part in (item, nominal, self._by_id.get(own.strip()))
+            for one in ([] if part is None else part.iter(*(f"{Q}{name}" for name in _STATED)))
+            if (text := " ".join((one.text or "").split())[:40])
+            for unit in [one.get("linearUnit") or one.get("angularUnit") or ""]
+        )
+        return list(found)
 
     def add_feature(self, item: etree._Element, nominal: etree._Element, name: str) -> None:
         """Note the name of a feature that the plan has."""

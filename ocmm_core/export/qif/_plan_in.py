@@ -8,6 +8,7 @@ no item refers to, as in models (MBD), are read as they are.
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,7 +19,18 @@ from ocmm_core.export.qif._characteristics_in import characteristics_of
 from ocmm_core.export.qif._nodes import Node, Q, References, local_name
 from ocmm_core.export.qif._units import NotTakenError
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.plan import Plan, add_characteristic, add_feature, new_plan, usual_points
+from ocmm_core.inspection.plan import (
+    Plan,
+    Requirement,
+    add_characteristic,
+    add_feature,
+    new_plan,
+    source_of,
+    usual_points,
+    with_requirements,
+)
+from ocmm_core.tolerances.kinds import spec_of
+from ocmm_core.tolerances.zones import Characteristic
 
 LARGEST = 200_000_000
 _PLACES = {
@@ -51,8 +63,13 @@ class QifPlan:
     """Everything else, by name."""
 
 
-def plan_of_qif(content: bytes, name: str, part: str) -> QifPlan:
-    """Return the plan of a document, and the items that it could not take.
+def plan_of_qif(content: bytes, name: str, part: str, file: str = "QIF document") -> QifPlan:
+    """Return the plan of a document with its account, and the items that it could not take.
+
+    Parameters
+    ----------
+    file
+        Name of the document, for the account.
 
     Raises
     ------
@@ -76,20 +93,53 @@ def plan_of_qif(content: bytes, name: str, part: str) -> QifPlan:
             found.left_out.append(LeftOut(own, _reason(why)))
         else:
             references.add_feature(item, nominal, own)
+    unprobed = list(found.left_out)
     if not found.plan.features:
         named = "; ".join(f"{one.name}: {one.why}" for one in found.left_out[:5])
         raise _refused(f"it has no feature that can be probed{f' ({named})' if named else ''}")
     features = {one.name: one for one in found.plan.features}
+    account: list[Requirement] = []
     for item, nominal in references.pairs("Characteristic"):
-        own = references.name(item, nominal, "Name")
+        own, plan, why = references.name(item, nominal, "Name"), found.plan, ""
+        kept: list[Characteristic] = []
         try:
-            plan = found.plan
-            for kept in characteristics_of(references, own, item, nominal, features):
-                plan = add_characteristic(plan, kept)
+            kept = list(characteristics_of(references, own, item, nominal, features))
+            for one in kept:
+                plan = add_characteristic(plan, one)
             found.plan = plan
-        except (NotTakenError, OcmmError) as why:
-            found.left_out.append(LeftOut(own, _reason(why)))
+        except (NotTakenError, OcmmError) as error:
+            why = _reason(error)
+            found.left_out.append(LeftOut(own, why))
+        account.append(_requirement(references, own, item, nominal, [] if why else kept, why))
+    account += [
+        Requirement(group="feature", label=one.name, asks=f"feature {one.name}", why=one.why)
+        for one in unprobed
+    ]
+    source = source_of("QIF document", file, hashlib.sha256(content).hexdigest())
+    found.plan = with_requirements(found.plan, source, account)
     return found
+
+
+def _requirement(
+    references: References,
+    name: str,
+    item: etree._Element,
+    nominal: etree._Element | None,
+    kept: list[Characteristic],
+    why: str,
+) -> Requirement:
+    """Return the account of a characteristic, with the texts of the document."""
+    word = local_name(item).removesuffix("Item").removesuffix("Nominal")
+    told = [word.removesuffix("Characteristic").lower(), *references.stated(item, nominal)]
+    one = kept[0] if kept else None
+    return Requirement(
+        group="characteristic", label=name, asks=" ".join(told),
+        balloon=(item.findtext(f".//{Q}CharacteristicDesignator/{Q}Designator") or "").strip()[:40],
+        reference=f"id {item.get('id', '')}", unit="" if one is None else spec_of(one.kind).unit,
+        nominal=None if one is None else one.nominal, lower=None if one is None else one.lower,
+        upper=None if one is None else one.upper, characteristics=[one.name for one in kept],
+        why=why,
+    )  # fmt: skip
 
 
 def _reason(error: NotTakenError | OcmmError) -> str:

@@ -61,9 +61,9 @@ def _differences(
 
 def _other_part(root: etree._Element, data: ReportData) -> Iterator[str]:
     """Yield where the verdict on the part, or what the job must not be taken for, is another."""
-    wanted = inspection_status(data.part.word)
+    element, wanted = inspection_status(data.part)
     for parent in ("MeasurementResults/{*}InspectionStatus", "ActualComponent/{*}Status"):
-        path = f".//{{*}}{parent}/{{*}}InspectionStatusEnum"
+        path = f".//{{*}}{parent}/{{*}}{element}"
         if [one.text for one in root.iterfind(path)] != [wanted]:
             yield f"The status of the part is not {wanted}."
     path = f".//{{{NAMESPACE}}}MeasurementResults/{{{NAMESPACE}}}Attributes/*"

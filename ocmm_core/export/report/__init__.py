@@ -4,9 +4,10 @@ In: an evaluated job and a profile. Out: one frozen `ReportData`, and bytes of f
 
 Read `_report_data` (all that a report can say) and `_exporter` (what every format can do).
 `_head`, `_elements`, `_tables` and `_names` are shared by the formats: `_polyworks`, `_delimited`,
-`_json_file` with `_json_schema`, `_xlsx` with `_xlsx_reader`. `_profile` says how text files are
-written, `_paper_facts` what a test report must say of itself; `_specimen` shows a template without
-a job. Whose paper it is says the room `template`. Every format has a reader of its own.
+`_json_file` with `_json_schema`, `_xlsx` with `_xlsx_reader`, `_first_article` (inspection plan,
+AS9102). `_profile` sets how text files are written, `_paper_facts` what a test report must state;
+`_specimen` shows a template without a job. Templates are in the package `template`. Each format has
+its own reader.
 It must not know the registry, QIF or Q-DAS.
 """
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from ocmm_core.export.report._delimited import same_number
     from ocmm_core.export.report._elements import Element
     from ocmm_core.export.report._exporter import Exporter, ReportFormat
+    from ocmm_core.export.report._first_article import AS9102, account_file
     from ocmm_core.export.report._head import head_table
     from ocmm_core.export.report._json_file import JSON
     from ocmm_core.export.report._json_schema import ReportFile, read_report
@@ -68,6 +70,7 @@ else:
         _delimited="same_number",
         _elements="Element",
         _exporter="Exporter ReportFormat",
+        _first_article="AS9102 account_file",
         _head="head_table",
         _json_file="JSON",
         _json_schema="ReportFile read_report",
@@ -87,6 +90,7 @@ else:
     )
 
 __all__ = [
+    "AS9102",
     "CLAUSES",
     "JSON",
     "NOT_STATED",
@@ -106,6 +110,7 @@ __all__ = [
     "ReportedResult",
     "Table",
     "Units",
+    "account_file",
     "check_file_stem",
     "check_name",
     "clean_text",

@@ -22,8 +22,9 @@ def head_table(data: ReportData) -> Table:
         counts[result.verdict] += 1
     part = data.part
     pairs: list[tuple[str, str | int]] = [
-        ("Part verdict", part.word.value),
+        ("Part verdict", part.headline),
         ("Job state", data.state_words),
+        *((("Requirements", part.requirement_words),) if part.requirement_words else ()),
         *_named("Characteristics NOT CONFORM", _RESULT, part.failing),
         *_named("Characteristics NOT PROVEN", _RESULT, part.unproven),
         *_named("Features INCOMPLETE", "feature", part.missing_features),

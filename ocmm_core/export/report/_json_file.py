@@ -86,7 +86,7 @@ def _differences(
         ):
             different.append(f"{name}: {result.name} is not the result of the job.")
     part = found.part_verdict
-    if part is None or (part.word, part.missing) != (data.part.word.value, data.part.missing):
+    if part is None or (part.word, part.missing) != (data.part.headline, data.part.missing):
         different.append(f"{name}: it has another verdict on the part.")
     if (found.state, found.simulated) != (data.states, data.view.simulated):
         different.append(f"{name}: it does not say that the job is {data.state_words}.")
@@ -174,13 +174,14 @@ def _file(data: ReportData) -> ReportFile:
 
 def _part(part: PartVerdict) -> PartVerdictPart:
     return PartVerdictPart(
-        word=part.word.value,
+        word=part.headline,
         verdict=None if part.verdict is None else part.verdict.value,
         complete=part.complete,
         not_conform=part.failing,
         not_proven=part.unproven,
         missing=part.missing,
         counts={verdict.value: count for verdict, count in part.summary.counts},
+        requirements=part.requirement_words,
     )
 
 

@@ -20,9 +20,10 @@ class _Part(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 class PartVerdictPart(_Part, frozen=True, kw_only=True):
     """The verdict on the part, and why it is not better.
 
-    ``word`` is what leads; ``verdict`` is in the words of the characteristics, null without any.
-    ``missing`` names what the plan asks for and is not measured, features first; ``complete`` says
-    that there is nothing. ``counts`` has how many characteristics have which verdict.
+    ``word`` leads, with the count of requirements if the plan lacks some; ``requirements`` has the
+    count for every plan with a source. ``verdict`` is in the words of the characteristics, null
+    without any. ``missing`` names items of the plan that are not measured, features first;
+    ``complete`` is true if there are none. ``counts`` has the number of characteristics by verdict.
     """
 
     word: str
@@ -32,6 +33,7 @@ class PartVerdictPart(_Part, frozen=True, kw_only=True):
     not_proven: tuple[str, ...]
     missing: tuple[str, ...]
     counts: dict[str, int]
+    requirements: str = ""
 
 
 class JobPart(_Part, frozen=True, kw_only=True):

@@ -179,6 +179,8 @@ def plan_deviations(data: ReportData) -> tuple[str, ...]:
             told.append(f"{words}: {', '.join(names)}.")
     if data.view.unproven:
         told.append(data.view.unproven)
+    if data.part.is_partial:
+        told.append(f"{data.part.requirement_words}.")
     told += data.notes
     return tuple(told) or ("None shown by the job, none stated.",)
 

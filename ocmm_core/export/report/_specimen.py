@@ -45,6 +45,7 @@ def specimen_report() -> ReportData:
         ),
         refusal=None,
         complete=False,
+        requirements=None,
         simulated=True,
     )  # fmt: skip
     return report_data(

@@ -262,5 +262,5 @@ def _result_row(data: ReportData, reported: ReportedResult, units: Units) -> tup
         result.verdict.value, " + ".join(result.features), " | ".join(reported.datums),
         reported.association, result.frame, tell(name, result.bonus or None),
         tell(name, result.floor), result.rule or data.plan.rule, clean_text(result.note),
-        data.part.word.value, data.state_words,
+        clean_text(data.part.headline), data.state_words,
     )  # fmt: skip

@@ -235,7 +235,7 @@ def _front_lines(data: ReportData) -> tuple[str, ...]:
         *map(speech.word, data.states),
         *(
             line
-            for reason in part.reasons
+            for reason in filter(None, (part.requirement_words, *part.reasons))
             for line in textwrap.wrap(speech.say(reason), _FRONT_SIGNS)
         ),
         speech.say(part.summary.counted or "The plan has no characteristics."),

@@ -95,10 +95,14 @@ def _all_refused(pmi: Pmi) -> Account:
         for group, items in groups
         for item in items
     ]  # fmt: skip
-    found = found or [
-        AccountItem(group="general", name="all", kind="tolerances of the model", entity=0,
-                    status="refused", why=why)
-    ]  # fmt: skip
+    if not pmi.dimensions and not pmi.tolerances:
+        # At least one requirement of the model is then known to be missing.
+        found.append(
+            AccountItem(
+                group="general", name="all", kind="tolerances of the model", entity=0,
+                status="refused", why=why,
+            )
+        )  # fmt: skip
     return Account(items=tuple(found))
 
 

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.evaluation._job_messages import (
         INCOMPLETE,
         NO_REAL_PART,
+        PARTIAL_PLAN,
         SIMULATED,
         SIMULATED_LINE,
         UNPROVEN_CAMERAS,
@@ -111,7 +112,7 @@ else:
             "FAR_MM Whereabouts aligned_nominals cue place_of_nominals targets_of whereabouts"
         ),
         _job_messages=(
-            "INCOMPLETE NO_REAL_PART SIMULATED SIMULATED_LINE UNPROVEN_CAMERAS "
+            "INCOMPLETE NO_REAL_PART PARTIAL_PLAN SIMULATED SIMULATED_LINE UNPROVEN_CAMERAS "
             "job_states part_line state_lines"
         ),
         _options=(
@@ -137,6 +138,7 @@ __all__ = [
     "INCOMPLETE",
     "LIMITS_EVENT",
     "NO_REAL_PART",
+    "PARTIAL_PLAN",
     "PAUSED",
     "RESUMED",
     "SIMULATED",

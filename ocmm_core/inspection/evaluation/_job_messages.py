@@ -15,6 +15,8 @@ UNPROVEN_CAMERAS = _UNPROVEN
 """Cameras that a file describes, and that cannot prove all that ours do."""
 
 INCOMPLETE = "INCOMPLETE"
+PARTIAL_PLAN = "PARTIAL PLAN"
+"""The model, document or table of the plan asks for more than the plan contains."""
 NO_REAL_PART = "No real part was measured."
 SIMULATED_LINE = "SIMULATED: No real part was measured."
 """Whole, for catalogues translate sentences; a test holds it to the two above."""
@@ -26,6 +28,7 @@ def job_states(view: JobView) -> tuple[str, ...]:
         (SIMULATED, view.simulated),
         (UNPROVEN_CAMERAS, bool(view.camera_doubts)),
         (INCOMPLETE, not view.part_verdict.complete),
+        (PARTIAL_PLAN, view.part_verdict.is_partial),
     )
     return tuple(word for word, holds in states if holds)
 
@@ -37,6 +40,7 @@ def state_lines(view: JobView) -> tuple[str, ...]:
         SIMULATED: SIMULATED_LINE,
         UNPROVEN_CAMERAS: f"{UNPROVEN_CAMERAS}: {' '.join(view.camera_doubts)}",
         INCOMPLETE: f"{INCOMPLETE}: Missing: {missing}.",
+        PARTIAL_PLAN: f"{PARTIAL_PLAN}: {view.part_verdict.requirement_words}.",
     }
     return tuple(lines[state] for state in job_states(view))
 
@@ -44,7 +48,8 @@ def state_lines(view: JobView) -> tuple[str, ...]:
 def part_line(view: JobView) -> str:
     """Return the verdict on the part with its reasons, or its counts where it has none."""
     part = view.part_verdict
-    if part.lines == part.reasons:
+    if part.lines[0] != part.headline:
         return "; ".join(part.lines)
     beside = "; ".join(part.reasons) or part.summary.counted
-    return f"{part.word.value}: {beside}" if beside else part.word.value
+    between = "; " if part.is_partial else ": "
+    return f"{part.headline}{between}{beside}" if beside else part.headline

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import Enum
 from typing import Literal
 
@@ -13,11 +13,13 @@ from ocmm_core.acquisition.frames import AcquisitionStatus
 from ocmm_core.features.shapes import Fit, NominalFeature, Shape
 from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.measuring import MeasuredPoint, Refusal
+from ocmm_core.names import normal_name
 from ocmm_core.part_model import PlacedPart
 from ocmm_core.tolerances.decisions import (
     NO_VERDICT,
     CharacteristicResult,
     PartVerdict,
+    RequirementCount,
     Verdict,
     VerdictSummary,
     judge_part,
@@ -226,6 +228,11 @@ class JobHeader:
     order: str = ""
     batch: str = ""
 
+    def __post_init__(self) -> None:
+        """Bring the names into their normal form, so that equal names are one part or batch."""
+        for one in fields(self):
+            object.__setattr__(self, one.name, normal_name(getattr(self, one.name)))
+
 
 @dataclass(frozen=True, slots=True)
 class JobView:
@@ -245,6 +252,8 @@ class JobView:
     """Why the last touch gave no point; None after an accepted one."""
     complete: bool
     """Every feature is done or skipped."""
+    requirements: RequirementCount | None
+    """How many requirements of its sources the plan contains; None for a plan made by hand."""
     unproven: str = ""
     """Why no verdict of this job can be CONFORM or NOT CONFORM; empty where they can."""
     held: tuple[int, ...] = ()
@@ -296,7 +305,7 @@ class JobView:
                 resting.setdefault(name, []).append(result)
         summaries = {name: summarise(results, name) for name, results in resting.items()}
         missing = [item.name for item in self.features if item.state is not FeatureState.DONE]
-        part = judge_part(self.characteristics, missing)
+        part = judge_part(self.characteristics, missing, self.requirements)
         object.__setattr__(self, "_summaries", summaries)
         object.__setattr__(self, "part_verdict", part)
 

@@ -3,12 +3,13 @@
 In: a TOML document, a table in text, or what was measured on a master part.
 Out: a checked plan, and TOML that reads back to the same plan.
 
-Read `_plan` (features and characteristics), `_file` (the document), `_step_checks` and `_doubts`
-(what speaks against a plan), `_environment` (the room that it demands, and what was noted of it),
+Read `_plan` (features and characteristics), `_file` (the document), `_step_checks` and `_findings`
+(contradictions), `_environment` (the room that it demands, and what was noted of it),
 `_edit` (changes: a plan in, another one out), `_shelf` (plans of a folder), `_file_beside` (files
 that it names), `_picture`, `_cad_model` (the part that is shown).
 It is filled by `_csv`, `_teach` and `_surface_profile` (of faces of the model). `_stored_plan`
-reads the plan of a job file; `_plan_release` releases a plan by name.
+reads the plan of a job file; `_plan_release` releases a plan by name; `_requirements` keeps the
+account of the files that were imported.
 It must not know points or sessions.
 """
 
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     )
     from ocmm_core.inspection.plan._climate import climate_for, material_expansion
     from ocmm_core.inspection.plan._csv import FeatureTable, feature_table
-    from ocmm_core.inspection.plan._doubts import nominal_doubts
     from ocmm_core.inspection.plan._edit import (
         EDITED,
         HEAD_FIELDS,
@@ -53,10 +53,10 @@ if TYPE_CHECKING:
         noted_rooms,
     )
     from ocmm_core.inspection.plan._file import save_plan
+    from ocmm_core.inspection.plan._findings import PlanFinding, plan_findings, require_consistent
     from ocmm_core.inspection.plan._picture import carry_pictures, with_picture, without_file
     from ocmm_core.inspection.plan._plan import (
         MAX_EXPANSION_PPM,
-        NAME_PATTERN,
         CadModel,
         Material,
         Plan,
@@ -70,6 +70,15 @@ if TYPE_CHECKING:
         release_in_job,
         release_plan,
         require_released,
+    )
+    from ocmm_core.inspection.plan._requirements import (
+        PlanSource,
+        Requirement,
+        RequirementState,
+        requirement_count,
+        requirement_states,
+        source_of,
+        with_requirements,
     )
     from ocmm_core.inspection.plan._shelf import PlanSummary, list_plans, plan_card
     from ocmm_core.inspection.plan._step_checks import step_fault
@@ -87,7 +96,6 @@ else:
         _cad_model="PartOfPlan carry_model part_of_plan with_model without_model",
         _climate="climate_for material_expansion",
         _csv="FeatureTable feature_table",
-        _doubts="nominal_doubts",
         _edit=(
             "EDITED HEAD_FIELDS add_characteristic add_construction add_feature move_item "
             "new_plan remove_item replace_item usual_points with_alignment with_head"
@@ -97,10 +105,15 @@ else:
             "note_room_in noted_rooms"
         ),
         _file="save_plan",
+        _findings="PlanFinding plan_findings require_consistent",
         _picture="carry_pictures with_picture without_file",
-        _plan="CadModel MAX_EXPANSION_PPM Material NAME_PATTERN Plan check_plan load_plan",
+        _plan="CadModel MAX_EXPANSION_PPM Material Plan check_plan load_plan",
         _plan_release=(
             "RELEASE_EVENT note_release plan_release release_in_job release_plan require_released"
+        ),
+        _requirements=(
+            "PlanSource Requirement RequirementState requirement_count requirement_states "
+            "source_of with_requirements"
         ),
         _shelf="PlanSummary plan_card list_plans",
         _step_checks="step_fault",
@@ -114,7 +127,6 @@ __all__ = [
     "ENVIRONMENT_EVENT",
     "HEAD_FIELDS",
     "MAX_EXPANSION_PPM",
-    "NAME_PATTERN",
     "RELEASE_EVENT",
     "USUAL_BALL_RADIUS",
     "CadModel",
@@ -124,7 +136,11 @@ __all__ = [
     "NotedRoom",
     "PartOfPlan",
     "Plan",
+    "PlanFinding",
+    "PlanSource",
     "PlanSummary",
+    "Requirement",
+    "RequirementState",
     "add_characteristic",
     "add_construction",
     "add_feature",
@@ -140,19 +156,23 @@ __all__ = [
     "material_expansion",
     "move_item",
     "new_plan",
-    "nominal_doubts",
     "note_release",
     "note_room_in",
     "noted_rooms",
     "part_of_plan",
     "plan_card",
+    "plan_findings",
     "plan_release",
     "release_in_job",
     "release_plan",
     "remove_item",
     "replace_item",
+    "require_consistent",
     "require_released",
+    "requirement_count",
+    "requirement_states",
     "save_plan",
+    "source_of",
     "step_fault",
     "stored_plan",
     "surface_profile",
@@ -164,6 +184,7 @@ __all__ = [
     "with_model_fit",
     "with_picture",
     "with_profiles",
+    "with_requirements",
     "without_file",
     "without_model",
 ]

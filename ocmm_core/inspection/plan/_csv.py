@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -18,9 +18,12 @@ import numpy as np
 
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.plan._edit import usual_points
-from ocmm_core.inspection.plan._plan import NAME_PATTERN
+from ocmm_core.inspection.plan._edit import add_feature, usual_points
+from ocmm_core.inspection.plan._plan import Plan
+from ocmm_core.inspection.plan._requirements import Requirement, source_of, with_requirements
+from ocmm_core.names import name_fault, normal_name
 from ocmm_core.tables import (
+    SKIPPED_BY_USER,
     NamedColumns,
     TableAccount,
     TableOptions,
@@ -51,6 +54,38 @@ class FeatureTable:
 
     features: tuple[NominalFeature, ...]
     account: TableAccount
+    sha256: str
+    """Of the file."""
+    heading_line: int
+    lines: tuple[int, ...]
+    """Line of each feature."""
+
+    def requirements(self) -> list[Requirement]:
+        """Return the account for the plan: each row, and each line that a user left out."""
+        found = []
+        for one, line in zip(self.features, self.lines, strict=True):
+            asks, reference = _words(one), f"line {line}"
+            found.append(
+                Requirement(
+                    group="feature", label=one.name, asks=asks, reference=reference,
+                    nominals=[one.name],
+                )
+            )  # fmt: skip
+        for rows in self.account.skipped:
+            first = max(rows.first, self.heading_line + 1)
+            for line in range(first, rows.last + 1) if rows.why == SKIPPED_BY_USER else ():
+                asks, at = rows.text if line == rows.first else "", f"line {line}"
+                found.append(
+                    Requirement(group="feature", label=at, asks=asks, reference=at, why=rows.why)
+                )
+        return found
+
+    def added_to(self, plan: Plan) -> Plan:
+        """Return the plan with these features and their account; InputError as `add_feature`."""
+        for feature in self.features:
+            plan = add_feature(plan, feature)
+        source = source_of("table", self.account.path, self.sha256)
+        return with_requirements(plan, source, self.requirements())
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,18 +139,16 @@ def feature_table(path: Path | str, options: TableOptions | None = None) -> Feat
             )
         lines[feature.name] = row.line
         found.append(feature)
-    return FeatureTable(tuple(found), table.account(unit))
+    return FeatureTable(
+        tuple(found), table.account(unit), table.sha256, table.heading_line, tuple(lines.values())
+    )
 
 
 def _feature(table: TextTable, row: TextRow, scales: dict[str, float]) -> NominalFeature:
     cells = {name: _Cell(table.path, row.line, name, text) for name, text in row.cells.items()}
-    name = cells["name"]
-    if not NAME_PATTERN.fullmatch(name.text):
-        raise name.fault(
-            "is not a valid name",
-            "A name has 1 to 60 letters, digits, spaces, '_', '.' or '-' and starts with a "
-            "letter, a digit or '_'.",
-        )
+    name = replace(cells["name"], text=normal_name(cells["name"].text))
+    if fault := name_fault(name.text):
+        raise name.fault(f"is not a valid name: it {fault}", "Correct the name.")
     word = cells["shape"]
     shape = _SHAPES.get(re.sub("[^a-z]", "", word.text.lower()))
     if shape is None:
@@ -149,6 +182,13 @@ def _feature(table: TextTable, row: TextRow, scales: dict[str, float]) -> Nomina
         side=_side(cells.get("side")),
         text=_text(cells.get("text")),
     )
+
+
+def _words(one: NominalFeature) -> str:
+    """Return the requirement of a row in words."""
+    place = ", ".join(f"{value:g}" for value in one.point)
+    size = f", diameter {one.diameter:g}" if one.diameter else ""
+    return f"{one.shape.value} at {place}{size} mm"
 
 
 def _number(table: TextTable, cell: _Cell | None) -> float:

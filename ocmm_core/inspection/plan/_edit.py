@@ -31,6 +31,7 @@ _REFERENCES = {
     "constructions": frozenset({"features", "towards"}),
     "characteristics": frozenset({"features", "datums"}),
     "features": frozenset({"projection"}),
+    "requirements": frozenset({"nominals"}),
     "alignment": frozenset({
         "primary", "secondary", "origin", "towards", "plane", "axis", "point", "points", "datums",
         "feature",
@@ -72,7 +73,8 @@ def replace_item(
 ) -> Plan:
     """Return the plan with the feature, construction or characteristic called ``name`` changed.
 
-    A new name is carried to all that refer to the old one.
+    A new name is carried to all that refer to the old one. Changed limits of a characteristic are
+    set, no longer proposed.
 
     Raises
     ------
@@ -84,7 +86,9 @@ def replace_item(
     index = _index(items, group, name)
     if item.name != name:
         plan = _renamed(plan, group, name, item.name)
-    items = list(getattr(plan, group))
+    old, items = items[index], list(getattr(plan, group))
+    if isinstance(item, Characteristic) and (item.lower, item.upper) != (old.lower, old.upper):
+        item = msgspec.structs.replace(item, limits="set")
     items[index] = item
     return _checked(msgspec.structs.replace(plan, **{group: items}))
 
@@ -206,9 +210,11 @@ def _renamed(plan: Plan, group: str, old: str, new: str) -> Plan:
     for item in data[group]:
         if item["name"] == old:
             item["name"] = new
-    if group != "characteristics":
-        for part, keys in _REFERENCES.items():
-            data[part] = _replaced(data[part], keys, old, new)
+    references = _REFERENCES
+    if group == "characteristics":
+        references = {"requirements": frozenset({"characteristics"})}
+    for part, keys in references.items():
+        data[part] = _replaced(data[part], keys, old, new)
     return msgspec.convert(data, Plan)
 
 

@@ -13,7 +13,7 @@ from ocmm_core.errors import StorageError
 from ocmm_core.inspection.plan._plan import Plan, check_plan, load_plan
 
 _TABLES = ("alignment", "material", "environment", "model")
-_LISTS = ("features", "constructions", "characteristics")
+_LISTS = ("features", "constructions", "characteristics", "sources", "requirements")
 
 
 def save_plan(plan: Plan, path: Path | str) -> None:

@@ -9,6 +9,7 @@ from ocmm_core.documents import digest
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.plan._plan import load_plan
 from ocmm_core.inspection.plan._plan_release import plan_release
+from ocmm_core.inspection.plan._requirements import requirement_count
 from ocmm_core.seals import NO_RELEASE, ReleaseState
 
 SUFFIX = ".toml"
@@ -25,12 +26,23 @@ class PlanSummary:
     name: str
     part: str
     release: ReleaseState = NO_RELEASE
+    requirements: str = ""
+    """How many requirements of its sources it contains; empty without a source."""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Return release and requirements in words."""
+        return tuple(filter(None, (self.release.words, self.requirements)))
 
 
 def plan_card(path: Path) -> PlanSummary:
     """Return the summary of a plan; raise InputError as `load_plan`."""
     plan = load_plan(path)
-    return PlanSummary(path.absolute(), digest(path), plan.name, plan.part, plan_release(path))
+    count = requirement_count(plan)
+    return PlanSummary(
+        path.absolute(), digest(path), plan.name, plan.part, plan_release(path),
+        "" if count is None else count.words,
+    )  # fmt: skip
 
 
 def list_plans(folder: Path) -> tuple[PlanSummary, ...]:

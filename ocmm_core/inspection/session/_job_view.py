@@ -29,7 +29,7 @@ from ocmm_core.inspection.evaluation import (
     targets_of,
     whereabouts,
 )
-from ocmm_core.inspection.plan import NotedRoom, Plan, environment_words
+from ocmm_core.inspection.plan import NotedRoom, Plan, environment_words, requirement_count
 from ocmm_core.inspection.session._job_points import JobPoints
 from ocmm_core.inspection.session._placed_part import placed, planned_feature
 from ocmm_core.measuring import Refusal
@@ -120,6 +120,7 @@ def view_of(
         characteristics=results,
         refusal=state.refusal,
         complete=not progress.active,
+        requirements=cache.known("requirements", (plan,), lambda: requirement_count(plan)),
         unproven=state.unproven,
         room_doubt=state.room_doubt,
         room=environment_words(state.room, points.last_number),

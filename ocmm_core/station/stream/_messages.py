@@ -149,10 +149,10 @@ def verdict_line(view: JobView, after: int) -> bytes:
     part = view.part_verdict
     return _line(
         "verdict",
-        job=view.job, after=after, part=part.word.value, verdict=_word(part.verdict),
-        complete=part.complete, missing=part.missing, not_conform=part.failing,
-        not_proven=part.unproven, simulated=view.simulated, unproven=view.unproven,
-        camera_doubts=view.camera_doubts,
+        job=view.job, after=after, part=part.headline, verdict=_word(part.verdict),
+        requirements=part.requirement_words, complete=part.complete, missing=part.missing,
+        not_conform=part.failing, not_proven=part.unproven, simulated=view.simulated,
+        unproven=view.unproven, camera_doubts=view.camera_doubts,
         features=[_feature(item, view.verdict_of(item.name)) for item in view.features],
         characteristics=[
             {"name": item.name, "verdict": item.verdict.value} for item in view.characteristics

@@ -1,7 +1,7 @@
-"""What several characteristics say together: of a feature, and of the whole part.
+"""Combined verdicts of several characteristics, for a feature and for the part.
 
-The one place where verdicts are joined. Screens, sounds, papers, exports and the live stream show
-what is made here; nobody else picks one characteristic among several. The worst one leads.
+Verdicts are combined only here. Screens, sounds, reports, exports and the live stream use these
+results; the worst characteristic leads.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ WORST_FIRST = (
     Verdict.PROVISIONAL,
     Verdict.CONFORM,
 )
-"""Nothing is shown greener than the worst of what it stands for, in this order."""
+"""Order of severity: a combination is never shown better than its worst member."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,47 +28,43 @@ class VerdictSummary:
     """The verdict on several characteristics."""
 
     verdict: Verdict | None
-    """The worst of them; None where there is no characteristic, and so no tolerance."""
+    """The worst; None without characteristics, hence without tolerance."""
     deciding: str
-    """Name of the characteristic that decides; empty without one."""
+    """Name of the deciding characteristic, or empty."""
     counts: tuple[tuple[Verdict, int], ...]
-    """How many have which verdict, worst first; only those that occur."""
+    """Number of each occurring verdict, worst first."""
 
     @property
     def total(self) -> int:
-        """Return how many characteristics there are."""
         return sum(count for _, count in self.counts)
 
     @property
     def words(self) -> str:
-        """Return how many share the verdict, e.g. ``1 of 3 NOT CONFORM``; empty for fewer than two.
-
-        With one characteristic the verdict says all there is to say.
-        """
+        """Return the share of the verdict, e.g. ``1 of 3 NOT CONFORM``; empty below two."""
         if self.verdict is None or self.total < 2:
             return ""
         return f"{self.counts[0][1]} of {self.total} {self.verdict.value}"
 
     @property
     def counted(self) -> str:
-        """Return all counts, worst first, e.g. ``1 NOT CONFORM, 2 CONFORM``; empty without any."""
+        """Return all counts, worst first, e.g. ``1 NOT CONFORM, 2 CONFORM``; may be empty."""
         return ", ".join(f"{count} {verdict.value}" for verdict, count in self.counts)
 
 
 NO_VERDICT = VerdictSummary(None, "", ())
-"""Of what has no tolerance."""
+"""Without tolerance."""
 
 
 def summarise(results: Sequence[CharacteristicResult], feature: str = "") -> VerdictSummary:
-    """Return the verdict on characteristics, and which of them decides.
+    """Return the verdict on characteristics, and the deciding one.
 
     Parameters
     ----------
     results
         In the order of the plan.
     feature
-        What they are about: among equally bad ones the first with a value that rests on this
-        feature alone decides, then the first with a value, then the first.
+        Their feature: among equally bad ones the first with a value that depends on it alone
+        decides, then the first with a value, then the first.
     """
     if not results:
         return NO_VERDICT
@@ -106,38 +102,89 @@ _AS_VERDICT = {
 
 
 @dataclass(frozen=True, slots=True)
+class RequirementCount:
+    """How many requirements of a model, document or table a plan contains."""
+
+    present: int
+    total: int
+    notes: int
+    """Notes for people; no plan contains them."""
+    origin: str
+    """``model``, ``QIF document``, ``table``, or ``sources`` for several kinds."""
+
+    @property
+    def is_whole(self) -> bool:
+        """Return whether the plan contains everything that its sources ask for."""
+        return self.present == self.total and not self.notes
+
+    @property
+    def words(self) -> str:
+        """Return the count as a sentence without its full stop."""
+        found, kind = self.present, self.origin
+        if not self.notes:
+            return f"{found:d} of {self.total:d} requirements of the {kind} are in this plan"
+        return (
+            f"{found:d} of {self.total:d} requirements of the {kind} are in this plan, "
+            f"notes left out: {self.notes:d}"
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class PartVerdict:
-    """The verdict on the whole part."""
+    """The verdict on the whole part.
+
+    Texts show `headline`, never the word alone: it names the requirements that the plan lacks.
+    """
 
     word: PartWord
-    """What leads."""
+    """For decisions of the program and for columns with a fixed set of words."""
     summary: VerdictSummary
     failing: tuple[str, ...]
     unproven: tuple[str, ...]
-    """`failing`, `unproven`: Names of the characteristics that are NOT CONFORM, and NOT PROVEN."""
+    """`failing`, `unproven`: Names of the NOT CONFORM and NOT PROVEN characteristics."""
     missing_features: tuple[str, ...]
-    """Names of the features that do not have what the plan asks for, also skipped ones."""
+    """Names of incomplete features, also skipped ones."""
     unmeasured: tuple[str, ...]
     """Names of the characteristics without a final value: NOT MEASURED or PROVISIONAL."""
+    requirements: RequirementCount | None = None
+    """Of the sources of the plan; None without a source."""
+
+    @property
+    def requirement_words(self) -> str:
+        """Return how many requirements of its sources the plan contains, or an empty text."""
+        return "" if self.requirements is None else self.requirements.words
+
+    @property
+    def is_partial(self) -> bool:
+        """Return whether the sources of the plan ask for more than the plan contains."""
+        return self.requirements is not None and not self.requirements.is_whole
+
+    @property
+    def headline(self) -> str:
+        """Return the word, with the count of requirements if the plan lacks some.
+
+        For example ``PART CONFORMS: 18 of 52 requirements of the model are in this plan``.
+        """
+        count = self.requirement_words if self.is_partial else ""
+        return f"{self.word.value}: {count}" if count else self.word.value
 
     @property
     def complete(self) -> bool:
-        """Return whether everything that the plan asks for was measured."""
         return not self.missing_features and not self.unmeasured
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Return what is not measured: features, then the characteristics that lack a value."""
+        """Return the missing features, then the characteristics without a value."""
         return (*self.missing_features, *self.unmeasured)
 
     @property
     def verdict(self) -> Verdict | None:
-        """Return the verdict whose colour and sign go with the word; None without tolerances."""
+        """Return the verdict with the colour and sign of the word; None without tolerances."""
         return _AS_VERDICT[self.word]
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """Return why it is not better, worst first: ``NOT CONFORM: A, B``; empty where it is."""
+        """Return the reasons, worst first, e.g. ``NOT CONFORM: A, B``; empty for the best."""
         lines = (
             ("NOT CONFORM", self.failing),
             ("NOT PROVEN", self.unproven),
@@ -148,19 +195,21 @@ class PartVerdict:
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Return the word and the reasons; where the first reason says the word, it says it."""
+        """Return headline and reasons; a first reason with the same word replaces the headline."""
         if self.reasons and self.reasons[0].startswith(f"{self.word.value}: "):
-            return self.reasons
-        return (self.word.value, *self.reasons)
+            return (*self.reasons, *((self.requirement_words,) if self.is_partial else ()))
+        return (self.headline, *self.reasons)
 
 
 def judge_part(
-    results: Sequence[CharacteristicResult], missing_features: Iterable[str]
+    results: Sequence[CharacteristicResult],
+    missing_features: Iterable[str],
+    requirements: RequirementCount | None = None,
 ) -> PartVerdict:
     """Return the verdict on a part.
 
-    A part with a characteristic that is NOT CONFORM does not conform, whatever is still missing. It
-    conforms only where every feature has what the plan asks for and all characteristics CONFORM.
+    A part with a NOT CONFORM characteristic does not conform, even if incomplete. It conforms only
+    if every feature is complete and all characteristics CONFORM.
 
     Parameters
     ----------
@@ -168,6 +217,8 @@ def judge_part(
         All characteristics, in the order of the plan.
     missing_features
         Names of features that are not done.
+    requirements
+        How many requirements of its sources the plan contains; they do not change the word.
     """
     summary = summarise(results)
     named = {
@@ -187,5 +238,6 @@ def judge_part(
     else:
         word = PartWord.CONFORMS if results else PartWord.NO_TOLERANCE
     return PartVerdict(
-        word, summary, named[Verdict.NOT_CONFORM], named[Verdict.NOT_PROVEN], missing, unmeasured
-    )
+        word, summary, named[Verdict.NOT_CONFORM], named[Verdict.NOT_PROVEN], missing, unmeasured,
+        requirements,
+    )  # fmt: skip

@@ -27,7 +27,7 @@ from tests.core.archive.made_jobs import made_delivery, made_sender
 from tests.core.archive.real_jobs import RealJobs
 
 OLD = 2
-OLD_FIELDS = tuple(name for name in JOB_FIELDS if name not in ("key", "signature"))
+OLD_FIELDS = tuple(name for name in JOB_FIELDS if name not in ("key", "signature", "requirements"))
 VIEW = (
     "CREATE VIEW archived_job AS SELECT j.id AS job_id, j.fault, j.job_uuid FROM job j",
     "CREATE VIEW archive_today AS SELECT a.* FROM archived_job a",

@@ -137,6 +137,7 @@ def sample_view() -> JobView:
         characteristics=RESULTS,
         refusal=None,
         complete=False,
+        requirements=None,
         temperature=COLD,
     )
 

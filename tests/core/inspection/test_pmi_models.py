@@ -17,7 +17,7 @@ import pytest
 
 from ocmm_core.features.shapes import Shape
 from ocmm_core.inspection.drawing import Account, plan_with_tolerances
-from ocmm_core.inspection.plan import Plan, load_plan, new_plan, nominal_doubts, save_plan
+from ocmm_core.inspection.plan import Plan, load_plan, new_plan, plan_findings, save_plan
 from ocmm_core.inspection.step import StepModel, read_model
 from tests.core.inspection.nist_models import nist_model, path_of
 from tests.core.inspection.pmi_texts import labels_of
@@ -119,7 +119,7 @@ def test_every_item_of_a_public_model_is_taken_or_refused_by_name(
     assert taken <= named
     save_plan(plan, tmp_path / "plan.toml")
     assert load_plan(tmp_path / "plan.toml") == plan
-    assert nominal_doubts(plan) == ()
+    assert plan_findings(plan) == ()
 
 
 def test_ftc_06_gives_a_plan_with_its_limits(read: Callable[[str], StepModel]) -> None:

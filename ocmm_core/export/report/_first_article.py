@@ -1,0 +1,246 @@
+"""Requirements with balloon numbers: as an inspection plan, and as form 3 of AS9102 with results.
+
+A first article inspection accounts for every requirement of the drawing. Requirements that the plan
+lacks are listed as NOT MEASURED with the reason; no cell that could mean conformity is left empty.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+
+import msgspec
+from lxml import etree
+
+from ocmm_core.export.report._delimited import compare_delimited, delimited
+from ocmm_core.export.report._exporter import Exporter
+from ocmm_core.export.report._names import clean_text
+from ocmm_core.export.report._profile import Profile, TableProfile, polyworks_profile
+from ocmm_core.export.report._report_data import ReportData, ReportedResult
+from ocmm_core.export.report._tables import JOB_STATE, Cell, Number, Table, Units
+from ocmm_core.export.report._xlsx_reader import read_workbook
+from ocmm_core.inspection.plan import Plan, RequirementState, requirement_count, requirement_states
+from ocmm_core.tolerances.decisions import Verdict
+from ocmm_core.tolerances.zones import Characteristic
+
+_FORM = (
+    "5. Char. No.", "6. Reference Location", "7. Characteristic Designator", "8. Requirement",
+    "9. Results", "10. Tooling", "11. Non-Conformance", "Comment", "Verdict", "PartVerdict",
+    JOB_STATE,
+)  # fmt: skip
+_PLAN = (
+    "Balloon", "Source", "Reference", "Group", "Label", "Requirement", "Nominal", "Lower", "Upper",
+    "Unit", "In the plan", "Characteristics", "Features", "Reason", "Remark",
+)  # fmt: skip
+_NOT_MEASURED = Verdict.NOT_MEASURED.value
+_BASIC = "Basic dimension: nominal of the feature, without a result of its own"
+_DECIMALS = 6
+_WIDEST = 70
+
+
+def account_table(plan: Plan) -> Table:
+    """Return the requirements of a plan with their state, as an inspection plan."""
+    rows = [_planned(one) for one in requirement_states(plan)]
+    return Table("Inspection plan", _PLAN, tuple(rows))
+
+
+def account_file(plan: Plan, suffix: str) -> bytes:
+    """Return the inspection plan as CSV (UTF-8), or as a workbook for ``.xlsx``."""
+    table, count = account_table(plan), requirement_count(plan)
+    if suffix.lower() == ".xlsx":
+        about = () if count is None else (f"{count.words}.",)
+        return _workbook((f"{plan.name}, part {plan.part}", *about), table)
+    return delimited(table, _csv_profile(polyworks_profile()), _shape(table))
+
+
+def form_table(data: ReportData) -> Table:
+    """Return form 3 of AS9102: a row for each requirement, then for each other characteristic."""
+    rows: list[tuple[Cell, ...]] = []
+    end = (clean_text(data.part.headline), data.state_words)
+    known = {one.result.name: one for one in data.reported}
+    states = requirement_states(data.plan)
+    for one in states:
+        if one.counts or one.requirement.group == "note":
+            rows.append((*_accounted(data, one, known), *end))
+    drawn = {name for one in states for name in one.requirement.characteristics}
+    numbers = [int(n) for one in states if (n := one.requirement.balloon).isdecimal()]
+    others = [one for name, one in known.items() if name not in drawn]
+    for number, one in enumerate(others, start=max(numbers, default=0) + 1):
+        place = f"plan {data.plan.name}"
+        asks = "" if one.asked is None else _words(one.asked, one.unit)
+        cells = (str(number), place, one.result.name, asks)
+        rows.append((*cells, *_results(data, [one], ""), *end))
+    return Table("Form 3", _FORM, tuple(rows))
+
+
+def _planned(one: RequirementState) -> tuple[Cell, ...]:
+    item = one.requirement
+    numbers = (None if x is None else Number(x, _DECIMALS) for x in (item.nominal, item.lower))
+    upper = None if item.upper is None else Number(item.upper, _DECIMALS)
+    return (
+        item.balloon, one.source.file, item.reference, item.group, item.label, item.asks,
+        *numbers, upper, item.unit, "no" if one.why else "yes", ", ".join(item.characteristics),
+        ", ".join(item.nominals), one.why, item.remark,
+    )  # fmt: skip
+
+
+def _accounted(
+    data: ReportData, one: RequirementState, known: Mapping[str, ReportedResult]
+) -> tuple[Cell, ...]:
+    item = one.requirement
+    found = [known[name] for name in item.characteristics if name in known]
+    cells = (item.balloon, f"{one.source.file} {item.reference}", item.label, item.asks)
+    if found or one.why or item.group == "note":
+        return (*cells, *_results(data, found, one.why or item.remark, is_partial=bool(one.why)))
+    done = {seen.name for seen in data.features if seen.actual_element is not None}
+    if not set(item.nominals) <= done:
+        return (*cells, _NOT_MEASURED, "", _NOT_MEASURED, "", _NOT_MEASURED)
+    words = _BASIC if item.group == "dimension" else "Measured; no tolerance in the plan"
+    return (*cells, words, _tool(data), "No result", item.remark, "NO TOLERANCE")
+
+
+def _results(
+    data: ReportData, found: Sequence[ReportedResult], comment: str, *, is_partial: bool = False
+) -> tuple[Cell, ...]:
+    """Return results, tool, non-conformance, comment and verdict of a requirement."""
+    told = [_result(one, name=len(found) > 1) for one in found]
+    verdicts = [one.result.verdict for one in found]
+    bad = [one.result.name for one in found if one.result.verdict is Verdict.NOT_CONFORM]
+    # A part of a requirement cannot conform for the whole of it.
+    missing = is_partial or any(one.result.stated is None for one in found) or not found
+    if missing:
+        told.append(_NOT_MEASURED)
+    word = _NOT_MEASURED if missing else Verdict.CONFORM.value
+    if bad:
+        word = Verdict.NOT_CONFORM.value
+    elif not missing and any(verdict is not Verdict.CONFORM for verdict in verdicts):
+        word = Verdict.NOT_PROVEN.value
+    fault = f"{word}: {', '.join(bad)}" if bad else "" if word == Verdict.CONFORM.value else word
+    return "; ".join(dict.fromkeys(told)), _tool(data) if found else "", fault, comment, word
+
+
+def _result(one: ReportedResult, *, name: bool) -> str:
+    lead = f"{one.result.name}: " if name else ""
+    if one.result.stated is None:
+        return f"{lead}{_NOT_MEASURED}"
+    measured, _, u = one.result.stated
+    value, uncertainty = (Units.finite(one.result.name, x, 4).text() for x in (measured, u or 0.0))
+    return f"{lead}{value} {one.unit} (U {uncertainty}), {one.result.verdict.value}"
+
+
+def _words(one: Characteristic, unit: str) -> str:
+    size = f"{one.nominal:g} {one.upper:+g} {one.lower:+g}" if one.nominal else f"{one.upper:g}"
+    return f"{one.kind} {size} {unit}{''.join(f'|{name}' for name in one.datums)}"
+
+
+def _tool(data: ReportData) -> str:
+    return f"{data.paper.template.machine.name or 'OCMM'}, {data.probe.label}"
+
+
+def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
+    (data,) = jobs
+    table = form_table(data)
+    csv, book = _files(data)
+    return {
+        csv: delimited(table, _csv_profile(profile), _shape(table)),
+        book: _workbook(_above(data), table),
+    }
+
+
+def _differences(
+    jobs: Sequence[ReportData], profile: Profile, files: Mapping[str, bytes]
+) -> list[str]:
+    (data,) = jobs
+    table = form_table(data)
+    csv, book = _files(data)
+    found = compare_delimited(csv, files[csv], table, _csv_profile(profile), _shape(table))
+    try:
+        (rows,) = read_workbook(files[book]).values()
+    except (zipfile.BadZipFile, KeyError, ValueError, etree.XMLSyntaxError) as error:
+        return [*found, f"{book}: it cannot be read ({error})."]
+    width = len(_FORM)
+    wanted = [[line] for line in _above(data)] + [list(_FORM), *map(list, table.rows)]
+    for line, (row, cells) in enumerate(zip(wanted, rows, strict=False), start=1):
+        plain = [cell or None for cell in row] + [None] * (width - len(row))
+        if plain != [*cells, *[None] * (width - len(cells))]:
+            found.append(f"{book}: row {line} is not what was to be written.")
+    return found if len(rows) == len(wanted) else [*found, f"{book}: rows are missing."]
+
+
+def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
+    (data,) = jobs
+    return (form_table(data),)
+
+
+def _files(data: ReportData) -> tuple[str, str]:
+    return f"{data.stem}_form3.csv", f"{data.stem}_form3.xlsx"
+
+
+def _above(data: ReportData) -> tuple[str, ...]:
+    """Return the lines above the form: its blocks 1 to 4, and the verdict."""
+    lines = (
+        "AS9102 form 3: characteristic accountability, verification and compatibility evaluation",
+        f"Part: {clean_text(data.head.part)}",
+        f"Serial number: {clean_text(data.head.serial)}",
+        f"Report: {data.job}",
+        f"Part verdict: {data.part.headline}",
+        data.part.requirement_words,
+        data.state_words,
+    )
+    return tuple(filter(None, lines))
+
+
+def _csv_profile(profile: Profile) -> Profile:
+    """Return a profile with the signs of drawings, such as Ø."""
+    return msgspec.structs.replace(profile, encoding="utf-8-sig")
+
+
+def _shape(table: Table) -> TableProfile:
+    return TableProfile(header=True, columns=list(table.columns))
+
+
+def _workbook(above: Sequence[str], table: Table) -> bytes:
+    """Return a workbook of one sheet; texts stay texts."""
+    import xlsxwriter
+
+    stream = io.BytesIO()
+    book = xlsxwriter.Workbook(
+        stream, {"in_memory": True, "strings_to_formulas": False, "strings_to_urls": False}
+    )
+    # The same job gives the same bytes.
+    book.set_properties({"created": datetime(1980, 1, 1, tzinfo=UTC)})
+    sheet = book.add_worksheet(table.title)
+    bold, text = book.add_format({"bold": True}), book.add_format({"text_wrap": True})
+    text.set_align("top")
+    for row, line in enumerate(above):
+        sheet.write_string(row, 0, line, bold)
+    for column, name in enumerate(table.columns):
+        longest = max((len(str(row[column] or "")) for row in table.rows), default=0)
+        sheet.set_column(column, column, min(max(longest, len(name)) + 2, _WIDEST))
+        sheet.write_string(len(above), column, name, bold)
+    for place, cells in enumerate(table.rows, start=len(above) + 1):
+        for column, cell in enumerate(cells):
+            if isinstance(cell, Number):
+                sheet.write_number(place, column, cell.value, text)
+            elif cell:
+                sheet.write_string(place, column, str(cell), text)
+    sheet.freeze_panes(len(above) + 1, 0)
+    sheet.set_landscape()
+    sheet.fit_to_pages(1, 0)
+    book.close()
+    return stream.getvalue()
+
+
+AS9102 = Exporter(
+    name="as9102",
+    title="First article (AS9102 form 3)",
+    purpose="first article inspection: every requirement of the model with its result",
+    suffixes=("_form3.csv", "_form3.xlsx"),
+    profile="separators",
+    contents=_contents,
+    differences=_differences,
+    preview=_preview,
+    batch=False,
+)
