@@ -41,7 +41,6 @@ LEFT_OUT = (
     "ocmm_core/export/aqdef", "ocmm_core/export/certificate/_dcc.py",
     "ocmm_core/export/report/_json_schema.py", "ocmm_core/export/report/_polyworks.py",
     "ocmm_core/export/report/_first_article.py",
-    "ocmm_core/inspection/pmi/_",
     # For whoever builds a camera: the rules of a conforming one, by the words of the ETG.
     "ocmm_core/fieldbus/conform",
     # Documents of the cameras, in English as the ETG wants them.
