@@ -80,6 +80,8 @@ def _complete(qtbot: QtBot, bench: _Bench, kind: ProcedureKind) -> Runner:
     assert wizard.start.trouble.text() == ""
     assert "PRACTICE" in window.hand.strip.text.text()
     wizard.start.begin_button.click()
+    if wizard.currentWidget() is wizard.tables:
+        wizard.tables.take.click()
     runner = wizard.runner
     assert runner is not None, wizard.start.trouble.text()
     pages = 0
