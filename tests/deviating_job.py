@@ -86,7 +86,8 @@ def deviating_job(top: float = 0.05) -> tuple[JobView, list[NominalFeature]]:
         )
     view = JobView(
         job="Block_08", part="Block", operator=HEAD.operator, features=tuple(features),
-        active="", characteristics=results(made, asked(top)), refusal=None, complete=True, requirements=None,
+        active="", characteristics=results(made, asked(top)), refusal=None, complete=True,
+        requirements=None,
     )  # fmt: skip
     return view, made.nominals
 
