@@ -88,10 +88,11 @@ class PartVerdictView(Painted):
         painter.drawText(box.adjusted(1.05 * size, 0.0, 0.0, 0.0), _LEFT, self.word())
         lines, pixels = self.lines(), self._line_px()
         painter.setFont(text_font(pixels, bold=True))
-        painter.setPen(QColor(self._theme.text))
+        stated = said(part.requirement_words)
         line = QRectF(box.left(), box.bottom(), self.width(), 1.25 * pixels)
         metrics = QFontMetricsF(painter.font())
         for text in lines:
+            painter.setPen(QColor(self._theme.warn if text == stated else self._theme.text))
             painter.drawText(line, _LEFT, with_room(text, metrics, self.width()))
             line.translate(0.0, line.height())
 

@@ -99,7 +99,7 @@ def test_an_import_is_counted_and_saved(tmp_path: Path) -> None:
     count = requirement_count(plan)
     assert count is not None
     assert not count.is_whole
-    expected = "6 of 8 requirements of the model are in this plan, notes left out: 1"
+    expected = "6 of 8 requirements of the model are in this plan, and 0 of 1 notes"
     assert count.words == expected
     assert "reference dimension" in why(plan, "REF")
     file = tmp_path / "plan.toml"
