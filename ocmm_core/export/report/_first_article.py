@@ -175,7 +175,7 @@ def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
 
 
 def _files(data: ReportData) -> tuple[str, str]:
-    return f"{data.stem}_form3.csv", f"{data.stem}_form3.xlsx"
+    return f"{data.stem}_fai.csv", f"{data.stem}_fai.xlsx"
 
 
 def _above(data: ReportData) -> tuple[str, ...]:
@@ -237,7 +237,7 @@ AS9102 = Exporter(
     name="fai",
     title="First article (AS9102 form 3)",
     purpose="first article inspection: every requirement of the model with its result",
-    suffixes=("_form3.csv", "_form3.xlsx"),
+    suffixes=("_fai.csv", "_fai.xlsx"),
     profile="",
     contents=_contents,
     differences=_differences,
