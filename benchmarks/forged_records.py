@@ -27,6 +27,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from lxml import etree
 from typer.testing import CliRunner
 
 from ocmm_core.acceptance import (
@@ -43,10 +44,11 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.audits import AuditedKind, audit, document_kind
 from ocmm_core.export.certificate import certificate_of_folder, write_certificate
+from ocmm_core.export.certificate._xml_signature import xml_signed
 from ocmm_core.export.template import load_paper, standard_template
 from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.inspection.plan import plan_release, release_plan
-from ocmm_core.seals import KeyFolder, Signed, release_file, sign
+from ocmm_core.seals import KeyFolder, Signed, document_key, release_file, sign
 from ocmm_core.settings import SettingsFile
 from ocmm_core.studies import load_part_study, make_part_study, save_part_study
 
@@ -338,17 +340,26 @@ def _settings(kind: Kind, rng: Rng, number: int) -> Mapping[Path, bytes | None]:
 
 def _certificate(kind: Kind, rng: Rng, number: int) -> Mapping[Path, bytes | None]:
     beside = kind.path.with_name(kind.path.name + ".sig.json")
-    text = kind.path.read_text("utf-8")
+    text, signed, end = kind.path.read_text("utf-8").partition("<ds:Signature ")
     places = [found.start() + 1 for found in re.finditer(r">[^<>\s]", text)]
     at = places[number % len(places)]
-    changed = (text[:at] + ("7" if text[at] != "7" else "1") + text[at + 1 :]).encode()
+    text = text[:at] + ("7" if text[at] != "7" else "1") + text[at + 1 :]
     how = SIGNATURES[int(rng.integers(len(SIGNATURES)))]
+    if how == "kept":
+        return {kind.path: f"{text}{signed}{end}".encode()}
+    bare = f"{text}</dcc:digitalCalibrationCertificate>".encode()
     if how == "removed":
-        return {kind.path: changed, beside: None}
-    file = msgspec.json.decode(beside.read_bytes())
-    stolen = msgspec.to_builtins(sign(KeyFolder().station_key(), Signed.JOB, changed))
-    file["signature"] = _signature(kind, how, changed, file["signature"], stolen)
-    return {kind.path: changed, beside: msgspec.json.encode(file)}
+        return {kind.path: bare}
+    if how == "foreign":
+        with other_station(kind.path.parent / "stranger"):
+            key = document_key(KeyFolder().station_key(), "forged")
+        return {kind.path: xml_signed(etree.fromstring(bare), key)}
+    # A detached signature, as versions before 2026-11-28 wrote it.
+    file = {
+        "schema": "ocmm.certificate-seal/1", "number": "V-1",
+        "signature": msgspec.to_builtins(sign(KeyFolder().station_key(), Signed.JOB, bare)),
+    }  # fmt: skip
+    return {kind.path: bare, beside: msgspec.json.encode(file)}
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -9,17 +9,25 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Iterable, Sequence, Set
-from functools import partial
+from enum import EnumType
+from functools import cache, partial
 from pathlib import Path
+from typing import get_args
 
 import msgspec
+from lxml import etree
 
 from ocmm_core.composition import SOURCES
 from ocmm_core.doctor import CHECKS, DoctorReport
 from ocmm_core.documents import write_atomic
 from ocmm_core.export import FORMATS
 from ocmm_core.export.report import ReportFile
+from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.fieldbus.report import Alarm, AlarmResponse, AlarmSpec
+from ocmm_core.inspection.plan import HEAD_FIELDS, EnvironmentLimits, Material, Plan
+from ocmm_core.tolerances.kinds import KINDS
+from ocmm_core.tolerances.zones import Characteristic
+from ocmm_gui.plan_editor.form import words_of
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -138,10 +146,53 @@ def allowed() -> str:
     )
 
 
+def fields_of(struct: type[msgspec.Struct], language: str = "en") -> str:
+    """Return the table of the fields of a part of a plan, in the words of its form."""
+    german = _german() if language == "de" else {}
+    rows = []
+    for field in msgspec.structs.fields(struct):
+        if struct is Plan and field.name not in HEAD_FIELDS:
+            continue
+        words = words_of(struct, field.name)
+        meaning = german.get(words[1], words[1])
+        words_of_type = KINDS if field.name == "kind" else get_args(field.type)
+        if isinstance(field.type, EnumType):
+            words_of_type = [one.value for one in field.type]
+        choices = [f'`"{word}"`' for word in words_of_type if isinstance(word, str) and word]
+        if len(choices) > 1:
+            meaning = f"{meaning}: {', '.join(choices)}"
+        default = field.default
+        is_text = isinstance(default, str)
+        told = f'"{default}"' if is_text else str(default).lower()
+        shown = "" if default in (msgspec.NODEFAULT, "", None, ()) else f"`{told}`"
+        if isinstance(default, tuple) and default:
+            shown = f"`{list(default)}`"
+        rows.append((f"`{field.name}`", shown or ("" if not field.required else "—"), meaning))
+    head = ("Feld", "Vorgabe", "Bedeutung") if german else ("field", "default", "meaning")
+    return table(head, ((name, shown, _plain(meaning)) for name, shown, meaning in rows))
+
+
+@cache
+def _german() -> dict[str, str]:
+    """Return the German of the sentences of the window."""
+    tree = etree.parse(ROOT / "resources" / "i18n" / "ocmm_de.ts")
+    return {
+        one.findtext("source", ""): one.findtext("translation", "") for one in tree.iter("message")
+    }
+
+
 def _plain(text: str) -> str:
     """Return text of a cell: a bar would begin the next one."""
     return text.replace("|", "\\|")
 
+
+PARTS_OF_A_PLAN: dict[str, type[msgspec.Struct]] = {
+    "plan": Plan,
+    "environment": EnvironmentLimits,
+    "material": Material,
+    "feature": NominalFeature,
+    "characteristic": Characteristic,
+}
 
 _LICENCES = "THIRD_PARTY_LICENCES.md"
 TABLES: dict[str, tuple[str, Callable[[], str]]] = {
@@ -168,6 +219,11 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
     ),
     "parts of packages": (_LICENCES, held),
     "sources": ("docs/commands.md", sources),
+    **{
+        f"{name} fields{mark}": (f"docs{folder}/plans.md", partial(fields_of, struct, language))
+        for name, struct in PARTS_OF_A_PLAN.items()
+        for mark, folder, language in (("", "", "en"), (" (de)", "/de", "de"))
+    },
 }
 """By the name in its marks: the page, from the root, and what stands between the marks."""
 
@@ -184,7 +240,9 @@ DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
 def marked(page: str, name: str) -> re.Match[str]:
     """Return the place of a table in the text of a page, marks included."""
-    pattern = rf"(<!-- table {name}: [^\n]*-->\n)(.*?)(\n<!-- end of {name} -->)"
+    pattern = (
+        rf"(<!-- table {re.escape(name)}: [^\n]*-->\n)(.*?)(\n<!-- end of {re.escape(name)} -->)"
+    )
     found = re.search(pattern, page, re.DOTALL)
     if found is None:
         raise LookupError(f"the marks of the table {name!r} are missing")

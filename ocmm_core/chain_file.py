@@ -205,28 +205,34 @@ class ChainFile(Generic[T]):
 
         The lines are then saved in another file.
         """
-        if self._lost is None:
-            loss = None if self._name is None else self._name.loss()
-            if loss is None:
-                return
-            self._lost = self.lost(loss.words)
-        raise self._lost
+        if self._lost is not None:
+            raise self._lost
+        loss = None if self._name is None else self._name.loss()
+        if loss is not None:
+            raise self.lost(loss.words)
 
     def lost(self, words: str) -> StorageError:
-        """Save all lines in another file, and return the error that names it.
+        """Save all lines in another file, once, and return the error that names it.
 
         Parameters
         ----------
         words
-            What happened to this file.
+            What happened to this file, if its name still means it.
         """
+        if self._lost is not None:
+            return self._lost
+        loss = None if self._name is None else self._name.loss()
         saved = write_rescued(self.path.name, b"".join(self._pieces))
         where = f"The {len(self.links)} entries before are saved in {saved}."
-        return StorageError(
+        lost = StorageError(
             "chain.lost",
-            f"{self.path}: {words}. {where if saved else 'No other folder takes its entries.'}",
+            f"{self.path}: {words if loss is None else loss.words}. "
+            f"{where if saved else 'No other folder takes its entries.'}",
             "Copy the saved file back to that path, then repeat the last step.",
         )
+        # If no folder took them, the next call tries again.
+        self._lost = None if saved is None else lost
+        return lost
 
     def begins(self, content: bytes) -> tuple[int, hashlib._Hash] | None:
         """Return the length and the hash of this chain if ``content`` begins with it."""

@@ -19,6 +19,7 @@ from pathlib import Path
 from types import TracebackType
 
 from ocmm_core import __version__
+from ocmm_core.console import print_in_any_encoding
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InternalError, OcmmError
 
@@ -26,6 +27,10 @@ EXIT_INTERNAL = 3
 """Exit code of every command that met the unexpected."""
 
 CODE = "internal.failure"
+REOPEN = "Open the job again."
+"""Remedy of what fails while a job is measured."""
+AGAIN = "Try again."
+"""Remedy of everything else."""
 MOST_LOGS = 50
 """Older log files of failures are removed."""
 _LONGEST_MESSAGE = 200
@@ -33,7 +38,7 @@ _LONGEST_MESSAGE = 200
 _numbers = itertools.count(1)
 
 
-def contained(error: BaseException, part: str, safe: str = "") -> OcmmError:
+def contained(error: BaseException, part: str, safe: str = "", remedy: str = AGAIN) -> OcmmError:
     """Return what to tell of an exception; the traceback of an unexpected one is in a file then.
 
     Never raises, whatever is wrong with the disk or with the exception itself.
@@ -46,20 +51,22 @@ def contained(error: BaseException, part: str, safe: str = "") -> OcmmError:
         What failed, as the beginning of a sentence: "The reconstruction".
     safe
         Sentence that says what is not lost; may be empty.
+    remedy
+        `REOPEN` where a job is measured.
     """
-    told = described(error, part, safe)
+    told = described(error, part, safe, remedy)
     if not isinstance(told, InternalError) or told is cause_of(error):
         return told
     return InternalError(told.code, told.what, f"{told.remedy} {_kept(error, part)}")
 
 
-def described(error: BaseException, part: str, safe: str = "") -> OcmmError:
+def described(error: BaseException, part: str, safe: str = "", remedy: str = AGAIN) -> OcmmError:
     """Return what to tell of an exception, as `contained`, at once: nothing is written."""
     cause = cause_of(error)
     if isinstance(cause, OcmmError):
         return cause
     what = f"{part} failed: {_named(cause)}{_place(cause)}."
-    return InternalError(CODE, what, f"{safe} Open the job again.".strip())
+    return InternalError(CODE, what, f"{safe} {remedy}".strip())
 
 
 def cause_of(error: BaseException) -> BaseException:
@@ -81,7 +88,7 @@ def log_folder() -> Path:
 
 
 def hold_standard_streams() -> None:
-    """Put the null device in the place of standard streams that are closed.
+    """Replace closed standard streams by the null device; let the others print any character.
 
     Else the next file that is opened gets the number of a closed one, and everything printed is
     written into it: into a job file, for example.
@@ -98,6 +105,7 @@ def hold_standard_streams() -> None:
             mode = "w" if number else "r"
             stream = os.fdopen(number, mode, encoding="utf-8", errors="replace", closefd=False)
             setattr(sys, name, stream)
+    print_in_any_encoding()
 
 
 class ThreadNet:

@@ -16,7 +16,7 @@ from pathlib import Path
 import platformdirs
 
 from ocmm_core.documents import write_new
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.host import HOST
 
 _MOST_NAMES = 10_000
@@ -115,6 +115,31 @@ class NamedFile:
         except OSError as error:
             return NameLoss(f"its folder cannot be reached ({error.strerror})")
         return NameLoss("it was replaced by another file" if other else "it was removed")
+
+
+@dataclass(frozen=True, slots=True)
+class FileIdentity:
+    """A file that was read, to be compared with its name before something is written about it."""
+
+    path: Path
+    device: int
+    inode: int
+
+    def require_name(self) -> None:
+        """Raise StorageError if the path no longer means this file."""
+        try:
+            found = self.path.stat()
+        except OSError:
+            words = "it was removed or moved"
+        else:
+            if (found.st_dev, found.st_ino) == (self.device, self.inode):
+                return
+            words = "it was replaced by another file"
+        raise StorageError(
+            "job.lost",
+            f"{self.path}: {words} after it was read. Nothing is written about it.",
+            "Put the file back, or open it where it is now, then repeat.",
+        )
 
 
 def rescue_folders() -> tuple[Path, ...]:

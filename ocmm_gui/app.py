@@ -20,7 +20,7 @@ from PySide6.QtWidgets import QApplication
 
 from ocmm_core.composition import DEFAULT_SOURCE, DEMO_PLAN
 from ocmm_core.errors import InputError, InternalError, OcmmError
-from ocmm_core.failure import EXIT_INTERNAL, contained, hold_standard_streams
+from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained, hold_standard_streams
 from ocmm_core.settings import LoadedSettings, Origin, RecentPlaces, Settings, SettingsStore
 from ocmm_gui._hand_over import HandOverSender, watch_jobs
 from ocmm_gui._showing import end_after, end_on_signals, let_go, save_pictures, show, splash
@@ -115,7 +115,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return run(parsed)
     except Exception as error:
-        told = contained(error, "The window", _SAFE)
+        told = contained(error, "The window", _SAFE, remedy=REOPEN)
         sys.stderr.write(f"{told.what}\n{told.remedy}\n")
         return EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED
 

@@ -1,14 +1,14 @@
-"""Acceptance and reverification tests: procedures as documents, one engine, sealed records.
+"""Acceptance and reverification tests: procedure documents, engine, sealed records.
 
-In: a procedure, artefacts, ball centres in the order of the plan, temperatures.
-Out: a plan, what is wrong with what was taken, judged values, and a record.
+In: a procedure, artefacts, ball centres in plan order, temperatures.
+Out: a plan, objections to recorded points, judged values, and a record.
 
-Read `_procedure` (documents, limits), `_result` (what a test leaves) and `_values` (pure statistics
-of points), then `_kinds` (one entry a kind: planned by `_planning`, judged by `_evaluating` and
-`_placement`), `_session` (the engine, a chain of `_events` folded by `_session_state`), `_guards`
-and `_recompute`. `_offers` is what can be chosen before, `_guided` a test as a guided procedure.
-`_register` keeps the artefacts, `_interim` is the chart of interim checks.
-It must not know where a ball centre comes from: cameras, a recording or a simulation.
+Start with `_procedure` (documents, limits), `_result` (record) and `_values` (pure statistics of
+points), then `_kinds` (one entry per kind: planned by `_planning`, judged by `_evaluating` and
+`_placement`), `_session` (engine, a chain of `_events` folded by `_session_state`), `_guards` and
+`_recompute`. `_offers` lists the choices before a test, `_guided` is a test as a guided procedure.
+`_register` holds the artefacts, `_interim` the chart of interim checks.
+It must not depend on the source of ball centres: cameras, recording or simulation.
 """
 
 from __future__ import annotations

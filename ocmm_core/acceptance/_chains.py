@@ -1,4 +1,4 @@
-"""Who wrote a chain of this package, and when: the register, interim checks, steps of a test."""
+"""Authors and dates in chain files: register, interim checks, test steps."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ocmm_core.seals import SealState, Signed
 
 
 def chain_history(path: Path) -> tuple[Signed, SealState, tuple[tuple[str, str, str], ...]]:
-    """Return the kind of a chain, the state of its signature, and its lines: UTC, who, what.
+    """Return kind, signature state, and lines (UTC, author, text) of a chain.
 
     Errors as `ChainFile`.
     """

@@ -1,7 +1,7 @@
-"""Judged values of every kind of test, from the ball centres that were taken.
+"""Judged values of every kind of test, from recorded ball centres.
 
-Each function gives all values of the positions that are complete, retests among them; which of them
-are superseded is decided in `_kinds`.
+Each function returns the values of all complete positions, including retests; `_kinds` decides
+which are superseded.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Values = list[JudgedValue]
 
 
 def repeated_lengths(at: Situation, position: int) -> Float:
-    """Return the lengths (items, repeats), mm, of a position with a bar or a gauge block."""
+    """Return lengths (items, repeats), mm, of a position with a bar or gauge block."""
     plan = at.plan[position]
     if plan.role == "gauge block":
         faces = at.tips[position].reshape(plan.repeats, 2, -1, 3)
@@ -76,7 +76,7 @@ def e0_values(at: Situation) -> Values:
     for position in at.complete():
         plan = at.plan[position]
         if plan.role == "gauge block":
-            # R0 is of the lengths of the bar; a block is there for its two sides.
+            # R0 is of the bar's lengths; a block serves two-sided probing only.
             continue
         for item, spread in zip(
             plan.items, repeat_ranges(repeated_lengths(at, position)), strict=True
@@ -100,7 +100,7 @@ def e0_values(at: Situation) -> Values:
 def _nominal(at: Situation, position: int, item: int) -> float:
     """Return the certified length at 20 degrees of an item of a bar or a block, mm.
 
-    From the plan: its points were laid out by the certificate.
+    From the plan, which is based on the certificate.
     """
     if at.plan[position].role == "gauge block":
         return _artefact(at, position).sizes[0]
@@ -112,9 +112,9 @@ def _nominal(at: Situation, position: int, item: int) -> float:
 
 
 def _artefact(at: Situation, position: int) -> UsedArtefact:
-    """Return the artefact of a position; of several gauge blocks, the one that it was planned for.
+    """Return the artefact of a position; of several gauge blocks, the planned one.
 
-    The planned faces lie apart by its length and the ball: blocks of a set differ by more.
+    Planned faces are apart by length and ball: blocks of a set differ by more.
     """
     plan = at.plan[position]
     found = at.stage.of_role(plan.role) or (at.stage.only(plan.role),)
@@ -164,7 +164,7 @@ def _size(at: Situation, position: int, quantity: str) -> Values:
 
 
 def _form_of_sphere(at: Situation) -> float:
-    """Return U of a form: the sphere's own, or its certificate where no form is stated."""
+    """Return U of a form: the sphere's own, or its certificate if no form is stated."""
     sphere = at.stage.only("sphere")
     return sphere.form or sphere.expanded
 
@@ -191,7 +191,7 @@ def location_results(at: Situation) -> Values:
 
 
 def ball_results(at: Situation) -> Values:
-    """Return size and form of every measurement, and how far the centres lie apart."""
+    """Return size and form of every measurement, and the spread of the centres."""
     found = sphere_results(at)
     for group in groups(at, len([one for one in at.plan if one.retest_of < 0])):
         centres = np.array([sphere_values(at.tips[one]).centre for one in group])
@@ -282,7 +282,7 @@ def plate_results(at: Situation) -> Values:
     plate, found = at.stage.only("plate"), []
     for group in groups(at, 2):
         bed, top = (at.tips[one] for one in group)
-        # Both faces are touched from above, so that the ball's radius cancels.
+        # Both faces are touched from above, so the ball's radius cancels.
         measured = float(thickness(bed, top, 0.0).mean())
         certified, expanded = certified_at(plate, plate.sizes[0], at.celsius[group[0]])
         found.append(

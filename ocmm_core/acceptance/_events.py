@@ -1,4 +1,4 @@
-"""The lines of a session file, and the snapshot that a screen shows."""
+"""Lines of a session file, and the snapshot for a screen."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Begun(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 class PointTaken(Observation, frozen=True, kw_only=True, tag=True):
-    """A point that counts."""
+    """An accepted point."""
 
 
 class PointRefused(Refusal, frozen=True, kw_only=True, tag=True):
@@ -49,7 +49,7 @@ class PointRefused(Refusal, frozen=True, kw_only=True, tag=True):
 
 
 class PositionRedone(Refusal, frozen=True, kw_only=True, tag=True):
-    """All points of a position were taken away, because it was placed wrongly."""
+    """All points of a position were removed because of wrong placement."""
 
 
 class RetestBegun(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True):
@@ -64,7 +64,7 @@ class ClimateNoted(Climate, frozen=True, kw_only=True, tag=True):
 
 
 class Finished(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True):
-    """The verdict was given; nothing comes after it."""
+    """The verdict was given; last line."""
 
     utc: str
     verdict: Verdict
@@ -72,7 +72,7 @@ class Finished(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class Abandoned(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True):
-    """The test was ended without a verdict; nothing comes after it."""
+    """The test was ended without a verdict; last line."""
 
     utc: str
     reason: str
@@ -102,26 +102,21 @@ class AcceptanceView:
 
     title: str
     wording: str
-    """`title`, `wording`: Of the procedure."""
     positions: tuple[PlannedPosition, ...]
     done: tuple[int, ...]
-    """`positions`, `done`: The plan with retests, and how many points of each were taken."""
+    """`positions`, `done`: plan with retests, and points recorded of each."""
     current: int
     next_item: int
-    """`current`, `next_item`: Which position and point come next; -1 where all were taken."""
+    """`current`, `next_item`: next position and point; -1 if complete."""
     instruction: str
-    """One sentence."""
     values: tuple[JudgedValue, ...]
-    """Judged so far."""
     verdict: Verdict | None
-    """If it were finished now; None before all is complete."""
+    """Verdict if finished now; None until complete."""
     retests_left: int
-    """How many are allowed still."""
     needs_temperature: bool
-    """The temperature is to be noted before the next point."""
+    """The temperature is required before the next point."""
     refusals: tuple[str, ...]
     void_reasons: tuple[str, ...]
-    """`refusals`, `void_reasons`: Sentences."""
     finished: bool
     abandoned: bool = False
-    """`finished`, `abandoned`: Whether the verdict was given, or the test was ended without one."""
+    """`finished`, `abandoned`: ended with or without a verdict."""

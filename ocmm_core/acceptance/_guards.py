@@ -1,4 +1,4 @@
-"""What must hold before a test begins: the artefacts, the instrument, and what was used before."""
+"""Preconditions of a test: artefacts, instrument, and earlier use of both."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _FORM_SHARE = 0.20
 """Certified form of a sphere over the limit of form (ISO 10360-5)."""
 
 _READY = ("VALID", "DUE", "DESIGN")
-"""`DESIGN` is a virtual rig: real cameras have a record, or no points are taken with them."""
+"""`DESIGN` is a virtual rig: real cameras have a record, or record no points."""
 
 _LARGEST_MM = 1e5
 
@@ -35,12 +35,9 @@ def begin_findings(
     calibration_artefacts: Sequence[ArtefactUse],
     qualification_artefacts: Sequence[ArtefactUse],
 ) -> list[Finding]:
-    """Return what speaks against beginning a test.
+    """Return objections to starting a test.
 
-    Parameters
-    ----------
-    calibration_artefacts, qualification_artefacts
-        What the calibration and the qualification of the tip rest on: they may not test themselves.
+    Artefacts of calibration and tip qualification may not test themselves.
     """
     found = [*_instrument(stage, temperature_c)]
     for artefact in stage.artefacts:
@@ -58,9 +55,9 @@ def artefact_findings(
     calibration_artefacts: Sequence[ArtefactUse],
     qualification_artefacts: Sequence[ArtefactUse],
 ) -> list[Finding]:
-    """Return what speaks against an artefact in a test; parameters as in `begin_findings`.
+    """Return objections to an artefact in a test; parameters as in `begin_findings`.
 
-    Nothing is said of an artefact that the test does not need.
+    Artefacts that the test does not need have none.
     """
     if artefact.role not in kind_of(stage).roles:
         return []
@@ -120,7 +117,7 @@ def _instrument(stage: Stage, temperature_c: float) -> list[Finding]:
 
 
 def _certified_limits(stage: Stage, artefact: UsedArtefact) -> list[tuple[float, float]]:
-    """Return the lengths of an artefact with the limits that they are used for."""
+    """Return the lengths of an artefact with the limits that they test."""
     limits = stage.procedure.limits
     if artefact.role == "bar":
         limit = limits.get("E") or limits.get("E_L") or limits.get("V_max")
@@ -190,12 +187,12 @@ def _sphere(stage: Stage, artefact: UsedArtefact) -> list[Finding]:
 
 
 def spots_hash(uv: Spots) -> str:
-    """Return what averaged spots are known again by."""
+    """Return the identity of averaged spots."""
     return hashlib.sha256(msgspec.json.encode(uv)).hexdigest()
 
 
 def require_usable(tip: Float) -> None:
-    """Raise InputError where a ball centre (3,) is no place in a room, mm."""
+    """Raise InputError for an impossible ball centre (3,), mm."""
     if tip.shape != (3,) or not bool((abs(tip) < _LARGEST_MM).all()):
         raise InputError(
             "acceptance.point",
@@ -205,10 +202,10 @@ def require_usable(tip: Float) -> None:
 
 
 def climate_reasons(stage: Stage, climate: Sequence[Climate]) -> list[str]:
-    """Return why the temperatures make a test void; sentences, empty where they do not.
+    """Return why the temperatures make a test void; empty if they do not.
 
-    A change is too large where two temperatures differ by more than is allowed in the time between
-    them; what lies closer than an hour counts as an hour, because thermometers jitter.
+    A change is too large if two temperatures differ by more than is allowed in the time between
+    them; intervals below an hour count as an hour, because thermometers jitter.
     """
     rule, reasons = stage.procedure.climate, []
     for one in climate:
@@ -235,8 +232,8 @@ def climate_reasons(stage: Stage, climate: Sequence[Climate]) -> list[str]:
 def reserved_spots(folders: Sequence[Path]) -> tuple[str, ...]:
     """Return `spots_hash` of every observation in the session files of folders.
 
-    What the cameras were calibrated from, or the tip was qualified with, must not test them. A line
-    that cannot be read holds nothing that could be offered again.
+    Spots used for calibration or tip qualification must not test them. Unreadable lines hold
+    nothing that could be reused.
     """
     found: dict[str, None] = {}
     for folder in folders:

@@ -1,8 +1,8 @@
-"""An acceptance test as a guided procedure: frames in, points taken, a verdict that is stored.
+"""Acceptance test as a guided procedure: frames in, points recorded, verdict stored.
 
-Window and scripts drive it as they drive a calibration (`calibration.guided`). Every point is one
-line of the session file before `take` returns; which page is shown is nobody's record, so a test
-that goes on begins where its points end. A point that was taken stays: there is no `drop`.
+Window and scripts drive it like a calibration (`calibration.guided`). Every point is one line of
+the session file before `take` returns; the current page is not stored, so a resumed test starts
+after its points. Recorded points stay: `drop` is refused.
 """
 
 from __future__ import annotations
@@ -40,34 +40,26 @@ from ocmm_core.calibration.guided import (
 )
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import Rig
-from ocmm_core.errors import CalibrationError
+from ocmm_core.errors import CalibrationError, StorageError
 from ocmm_core.geometry import Float, unit
 from ocmm_core.tracking import ProbeBody, solve
 
 Charted: TypeAlias = Callable[[AcceptanceRecord, datetime], InterimChart]
 _PREPARE, _MEASURE, _RESULT = range(3)
 _APART_MM, _TURN_RAD = 1.5, 0.15
-"""So far the ball must have moved, or the probe have turned, since the point before."""
+"""Minimum movement of the ball, or turn of the probe, since the previous point."""
 _TORN = "A point was being written when the program stopped; it is not there. All others are."
 _ANEW = "The position is measured again: {hint}"
 
 
 class AcceptanceProcedure:
-    """A test from its first page to its stored verdict; its methods may be called by any thread.
+    """A test from first page to stored verdict; thread-safe.
 
     Parameters
     ----------
-    session
-        Begun or resumed.
-    rig, body
-        What is seen; as the session's instrument says.
-    records
-        Folder of the finished tests.
-    temperature_c
-        Of the room; `set_temperature` follows it.
     charted
-        Takes the record of an interim check into its chart, before it counts as stored; None for
-        other tests.
+        Adds the record of an interim check to its chart before it counts as stored; None for other
+        tests.
     """
 
     def __init__(
@@ -87,7 +79,7 @@ class AcceptanceProcedure:
         self._probe = self._averager()
         self._live = Live()
         self._ready: tuple[Average, Float, Float] | None = None
-        self._hint = ""
+        self._hint = self._lost = ""
         self._error: Finding | None = None
         self._outcome: AcceptanceOutcome | None = None
         self._test = session.view
@@ -95,16 +87,13 @@ class AcceptanceProcedure:
         if self._test.finished:
             self._step = _RESULT
 
-    # What is seen.
-
     @property
     def session(self) -> AcceptanceSession:
-        """Return what is stored."""
         return self._session
 
     @property
     def base(self) -> ProcedureView:
-        """Return the part of the snapshot that all procedures have."""
+        """Return the part of the snapshot common to all procedures."""
         return self.view.base
 
     @property
@@ -133,9 +122,9 @@ class AcceptanceProcedure:
     # Frames and points.
 
     def watch(self, block: FrameBlock) -> None:
-        """Look at frames; never takes anything by itself."""
+        """Process frames; never records a point on its own."""
         with self._lock:
-            if self._step != _MEASURE or self._test.current < 0:
+            if self._lost or self._step != _MEASURE or self._test.current < 0:
                 return
             self._probe.feed(block)
             live = self._probe.live()
@@ -152,15 +141,25 @@ class AcceptanceProcedure:
                     self._ready = average, tip, handle
             self._live = live
 
+    def require_name(self) -> None:
+        """Raise StorageError if the file is lost; see `procedure.Procedure.require_name`."""
+        try:
+            self._session.require_name()
+        except StorageError as error:
+            with self._lock:
+                self._lost, self._ready = error.what, None
+                self._live = replace(self._live, ready=False, hint=error.what)
+            raise
+
     def take(self, now: datetime) -> None:
-        """Take what is seen now as the next point of the plan.
+        """Record the current probe position as the next point of the plan.
 
         Raises
         ------
         CalibrationError
             Nothing is ready, or the point is refused, which is logged.
         StorageError
-            It could not be stored; nothing was taken.
+            It could not be stored; nothing was recorded.
         """
         with self._lock:
             if self._ready is None:
@@ -187,11 +186,11 @@ class AcceptanceProcedure:
 
     @property
     def ready(self) -> bool:
-        """Return whether `take` would take something now."""
+        """Return whether `take` would record a point now."""
         return self._ready is not None
 
     def drop(self, now: datetime) -> None:
-        """Refuse: a point that was accepted is never replaced."""
+        """Refuse: accepted points are never replaced."""
         del now
         raise CalibrationError(
             "acceptance.kept",
@@ -200,19 +199,17 @@ class AcceptanceProcedure:
         )
 
     def set_temperature(self, celsius: float, now: datetime) -> None:
-        """Note the temperature of the room now, and use it from now on; InputError if wrong."""
+        """Log the room temperature and use it from now on; raise InputError if wrong."""
         with self._lock:
             self._session.note_temperature(celsius, now)
             self._temperature = celsius
             self._test = self._session.view
 
     def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
-        """Do nothing: sensors warm by themselves, and the test asks for the room."""
-
-    # Steps.
+        """Do nothing: sensors heat up, and the test needs the room temperature."""
 
     def advance(self, now: datetime) -> None:
-        """Enter the next step; raise CalibrationError where its gate is closed."""
+        """Enter the next step; raise CalibrationError if its gate is closed."""
         del now
         with self._lock:
             gate = steps_of(self._test)[self._step].gate
@@ -222,13 +219,13 @@ class AcceptanceProcedure:
             self._probe, self._live, self._ready = self._averager(), Live(), None
 
     def back(self, now: datetime) -> None:
-        """Return to the step before; points are kept."""
+        """Return to the previous step; points are kept."""
         del now
         with self._lock:
             self._step = max(self._step - 1, _PREPARE)
 
     def compute(self, elsewhere: object = None) -> None:
-        """Give the verdict as it would be stored; raise CalibrationError where none can be."""
+        """Compute the verdict for storing; raise CalibrationError if incomplete."""
         del elsewhere
         with self._lock:
             missing = "" if self._test.finished else self._session.open_end()
@@ -247,13 +244,7 @@ class AcceptanceProcedure:
             )  # fmt: skip
 
     def retest(self, now: datetime) -> None:
-        """Begin the retest that the procedure allows, and go back to measuring.
-
-        Raises
-        ------
-        CalibrationError
-            Nothing failed, too much did, or no retest is left.
-        """
+        """Start the permitted retest and return to measuring; CalibrationError if none is."""
         with self._lock:
             self._session.retest(now)
             self._test = self._session.view
@@ -261,7 +252,7 @@ class AcceptanceProcedure:
             self._step = _MEASURE
 
     def accept(self, now: datetime, reason: str) -> None:
-        """Store the verdict, whatever it is; may be called again where it was interrupted."""
+        """Store the verdict, whatever it is; may be repeated after an interruption."""
         with self._lock:
             if not self._test.finished:
                 record = self._session.finish(now, self._temperature, reason)

@@ -1,4 +1,4 @@
-"""What is shown of a guided acceptance test: steps, snapshot, and the words of its verdict."""
+"""View of a guided acceptance test: steps, snapshot, and verdict texts."""
 
 from __future__ import annotations
 
@@ -53,37 +53,34 @@ _AGAIN = "What the procedure allows to repeat, N measures again; both results st
 
 
 class GuidedKind(StrEnum):
-    """What a snapshot is of; its session files are named by the procedure."""
+    """Kind of a snapshot; session files are named by the procedure."""
 
     ACCEPTANCE = "acceptance"
 
 
 @dataclass(frozen=True, slots=True)
 class AcceptanceOutcome:
-    """The verdict as it would be stored, or as it was."""
+    """Computed or stored verdict."""
 
     verdict: Verdict
     values: tuple[JudgedValue, ...]
     quantities: tuple[QuantityResult, ...]
-    """`values`, `quantities`: As in `AcceptanceRecord`."""
     void_reasons: tuple[str, ...]
-    """Why it shows nothing; empty where it does."""
+    """Why the result is void; empty if valid."""
     retests_left: int
-    """How many are allowed still."""
     record: AcceptanceRecord | None = None
-    """Once it is stored; None before."""
     file: Path | None = None
     chart: InterimChart | None = None
-    """Of the interim checks with this one; None where it is none."""
+    """Chart of the interim checks including this one; None for other tests."""
 
     @property
     def word(self) -> str:
-        """Return the verdict in a word or two, to be shown in large type."""
+        """Return the verdict in one or two words, for large type."""
         return _WORDS[self.verdict]
 
     @property
     def sentence(self) -> str:
-        """Return what the verdict means, and what to do."""
+        """Return meaning and consequence of the verdict."""
         if self.verdict is Verdict.VOID:
             return " ".join((*self.void_reasons, "The test shows nothing: do it again."))
         if self.chart is not None:
@@ -96,25 +93,23 @@ class AcceptanceOutcome:
 
 @dataclass(frozen=True, slots=True)
 class GuidedAcceptanceView:
-    """The snapshot of a test that is shown."""
+    """Snapshot of a test for display."""
 
     base: ProcedureView
     test: AcceptanceView
-    """Plan, what was taken, values."""
+    """Plan, recorded points, values."""
     stage: Stage
-    """Procedure, instrument, artefacts."""
     notes: tuple[str, ...]
-    """What of the advice could not be followed, and what only warned."""
+    """Advice not followed, and warnings."""
     latest: tuple[JudgedValue, ...]
-    """Values of the position that was completed last; empty before the first."""
+    """Values of the last completed position; empty before the first."""
     hint: str
-    """Why that position is measured again, or what was refused last; empty where nothing was."""
+    """Why that position is repeated, or the last refusal; empty if none."""
     temperature_c: float
     outcome: AcceptanceOutcome | None
-    """None before it was computed."""
 
     def artefact(self) -> UsedArtefact | None:
-        """Return the artefact of the current position; None where none is needed."""
+        """Return the artefact of the current position, or None."""
         current = self.test.current
         if current < 0:
             return None
@@ -145,7 +140,7 @@ def steps_of(test: AcceptanceView) -> tuple[Step, ...]:
 
 
 def latest_values(test: AcceptanceView) -> tuple[JudgedValue, ...]:
-    """Return the values of the position that was completed last."""
+    """Return the values of the last completed position."""
     complete = [
         one.name
         for one, done in zip(test.positions, test.done, strict=True)
@@ -157,6 +152,6 @@ def latest_values(test: AcceptanceView) -> tuple[JudgedValue, ...]:
 
 
 def worst_value(values: Sequence[JudgedValue]) -> int:
-    """Return the index of the value that is nearest to its limit or farthest beyond it."""
+    """Return the index of the value nearest to its limit or farthest beyond it."""
     shares = [abs(one.error_mm) / one.limit_mm for one in values]
     return int(np.argmax(shares))

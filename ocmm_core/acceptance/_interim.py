@@ -1,11 +1,11 @@
-"""The chart of interim checks: is the instrument still what it was.
+"""Chart of interim checks, to detect changes of the instrument.
 
-The first 25 checks set centre c and s. Then a check with error e and z = (e - c) / s signals
-where |z| > 3 (Shewhart), where eight in a row lie on one side, or where a cumulative sum
-C+ = max(0, C+ + z - 1/2), C- likewise, exceeds 5 (CUSUM). A signal alone comes by chance once in
-some hundred checks, so it is repeated at once; where the repeat lies on the same side beyond 2 s
-the check is out, else the sums begin anew. Beyond the hard limit, half of the permissible error,
-it is out after the repeat whatever the chart says.
+The first 25 checks set centre c and s. Then a check with error e and z = (e - c) / s signals if |z|
+> 3 (Shewhart), if eight in a row lie on one side, or if a cumulative sum C+ = max(0, C+ + z - 1/2),
+C- likewise, exceeds 5 (CUSUM). A single signal occurs by chance once in some hundred checks, so it
+is repeated at once; if the repeat lies on the same side beyond 2 s the check is out, otherwise the
+sums restart. Beyond the hard limit, half of the permissible error, it is out after the repeat
+whatever the chart shows.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ from ocmm_core.chain_file import ChainFile
 from ocmm_core.seals import Signed
 
 INTERIM = "interim.chain"
-"""The file of all checks in a folder."""
+"""File of all checks in a folder."""
 LEARNING = 25
 _SHEWHART, _RUN = 3.0, 8
 _CUSUM_K, _CUSUM_H = 0.5, 5.0
 _CONFIRMED = 2.0
 _LEAST_S_MM = 1e-4
-"""A scatter below a tenth of a micrometre is that of a typed number, not of a measurement."""
+"""A scatter below 0.1 µm indicates typed numbers, not measurements."""
 
 
 class InterimWord(StrEnum):
-    """What a check says."""
+    """Result of a check."""
 
     LEARNING = "learning"
     GOOD = "good"
@@ -45,20 +45,17 @@ class InterimWord(StrEnum):
 
 
 class InterimCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One check."""
-
     utc: str
-    """When."""
     calibration: str
     artefact: str
     tip: str
-    """`calibration`, `artefact`, `tip`: Hash of the calibration, serial of the artefact, name of
-    the tip: a chart is of one of each."""
+    """`calibration`, `artefact`, `tip`: hash of the calibration, serial of the artefact, name of
+    the tip; there is a chart per combination."""
     error_mm: float
     limit_mm: float
-    """`error_mm`, `limit_mm`: Of the length, and the hard limit."""
+    """`error_mm`, `limit_mm`: of the length, and the hard limit."""
     record: str = ""
-    """Hash of its acceptance record; empty where it has none."""
+    """Hash of its acceptance record; empty without one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,13 +64,12 @@ class ChartPoint:
 
     check: InterimCheck
     z: float
-    """(e - c) / s; NaN while the chart learns."""
+    """(e - c) / s; NaN while learning."""
     high: float
     low: float
-    """`high`, `low`: The sums after it."""
+    """`high`, `low`: cumulative sums after it."""
     word: InterimWord
     reason: str
-    """`word`, `reason`: What it says, and why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,13 +80,13 @@ class InterimChart:
     """Oldest first."""
     centre: float
     sigma: float
-    """`centre`, `sigma`: mm; NaN while the chart learns."""
+    """`centre`, `sigma`: mm; NaN while learning."""
     last_good: datetime | None
-    """When the last check was good; None where none was."""
+    """Time of the last good check, or None."""
 
     @property
     def word(self) -> InterimWord:
-        """Return what the last check says."""
+        """Return the result of the last check."""
         return self.points[-1].word if self.points else InterimWord.LEARNING
 
 
@@ -144,7 +140,7 @@ def interim_chart(checks: Sequence[InterimCheck]) -> InterimChart:
 
 
 def _signal(z: float, high: float, low: float, run: int, side: int) -> tuple[str, int]:
-    """Return why a check signals and on which side; nothing where it does not."""
+    """Return reason and side of a check's signal; empty if none."""
     if abs(z) > _SHEWHART:
         return f"The check lies {abs(z):.1f} s from the centre of its chart.", (
             1 if z > 0.0 else -1
@@ -157,13 +153,7 @@ def _signal(z: float, high: float, low: float, run: int, side: int) -> tuple[str
 
 
 class InterimHistory:
-    """The checks of a folder; every one is on the disk before `add` returns.
-
-    Raises
-    ------
-    StorageError
-        A line was changed.
-    """
+    """Checks of a folder; on disk before `add` returns; StorageError if altered."""
 
     def __init__(self, folder: Path) -> None:
         self._chain: ChainFile[InterimCheck] = ChainFile(
@@ -172,7 +162,7 @@ class InterimHistory:
 
     @property
     def doubt(self) -> str:
-        """Return why the chart is not vouched for, as a sentence; empty if it is."""
+        """Return why the chart is not trustworthy, as a sentence; empty if it is."""
         return self._chain.signer.fault if self._chain.items else ""
 
     def chart(self, calibration: str, artefact: str, tip: str) -> InterimChart:
@@ -186,10 +176,10 @@ class InterimHistory:
         )
 
     def add(self, check: InterimCheck) -> InterimChart:
-        """Add a check and return its chart; StorageError where it cannot be written.
+        """Add a check and return its chart; raise StorageError if it cannot be written.
 
-        A check whose record is in the chart already is not added again: whoever was interrupted
-        between chart and record may store once more.
+        A check whose record is already in the chart is not added again, so an interrupted store can
+        be repeated.
         """
         if not check.record or all(one.record != check.record for one in self._chain.items):
             self._chain.append(check)
@@ -197,10 +187,9 @@ class InterimHistory:
 
 
 def check_of(record: AcceptanceRecord) -> InterimCheck:
-    """Return what the record of an interim check puts on its chart.
+    """Return the chart entry of an interim check record.
 
-    That is the error of the length; where a length or a diameter is beyond its limit, the one that
-    is farthest beyond.
+    The error of the length, or the value farthest beyond its limit if any is.
     """
     counted = [one for one in record.values if not one.superseded]
     value = max(counted, key=lambda one: abs(one.error_mm) / one.limit_mm)
@@ -216,15 +205,15 @@ def check_of(record: AcceptanceRecord) -> InterimCheck:
 def note_check(
     history: InterimHistory, record: AcceptanceRecord, store: CalibrationStore | None, now: datetime
 ) -> InterimChart:
-    """Add the record of a check to its chart, and hold points back where it says stop.
+    """Add the record of a check to its chart, and suspend measuring if required.
 
-    A void check shows nothing: it is not added.
+    Void checks are not added.
 
     Parameters
     ----------
     store
-        Calibrations of the rig: what was measured since the last good check becomes suspect there,
-        until a verification passes. None where none are kept.
+        Calibrations of the rig: measurements since the last good check become suspect there until a
+        verification passes. None if not kept.
     """
     check = check_of(record)
     if record.void_reasons:
@@ -232,7 +221,7 @@ def note_check(
     chart = history.add(check)
     if chart.word is InterimWord.STOP and store is not None:
         reason = f"The interim check is out ({record.number}): {chart.points[-1].reason}"
-        # Whoever was interrupted between chart and store asks once more; it is held back once.
+        # After an interruption this runs again; suspend only once.
         if all(one.reason != reason for one in store.events):
             store.suspect(record.made_by, reason, chart.last_good, now)
     return chart

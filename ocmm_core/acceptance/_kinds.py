@@ -1,4 +1,4 @@
-"""One entry a kind of test: what it needs, how it is planned and judged, what may be repeated."""
+"""Kinds of tests: requirements, planning, judging and retests, one entry each."""
 
 from __future__ import annotations
 
@@ -35,23 +35,20 @@ Retest: TypeAlias = tuple[PlannedPosition, ...]
 
 @dataclass(frozen=True, slots=True)
 class TestKind:
-    """What distinguishes a kind of test."""
-
     __test__ = False
 
     roles: tuple[str, ...]
     quantities: tuple[str, ...]
-    """That its procedure must state limits of."""
+    """Quantities whose limits the procedure must state."""
     plan: Callable[[Stage, Any], plan.Planned]
-    """All positions before the first point."""
+    """All positions, before the first point."""
     values: Callable[[Situation], list[JudgedValue]]
-    """All judged values of what is complete."""
+    """All judged values of complete positions."""
     retest: Callable[[Situation], Retest]
-    """The positions that may be measured again. It raises CalibrationError where none may."""
+    """Positions that may be repeated; raises CalibrationError if none may."""
     open_end: Callable[[Situation, Any], str] = lambda _at, _numbers: ""
-    """What is missing when all positions are complete; empty where nothing is."""
+    """Missing items when all positions are complete; empty if none."""
     shuffled: bool = True
-    """The order of the positions is drawn."""
 
 
 def _whole(at: Situation) -> Retest:
@@ -174,7 +171,7 @@ KINDS: dict[type[msgspec.Struct], TestKind] = {
 
 
 def kind_of(stage: Stage) -> TestKind:
-    """Return the entry of a procedure's kind; raise InputError where it takes no points."""
+    """Return the entry of a procedure's kind; raise InputError for kinds without points."""
     found = KINDS.get(type(stage.procedure.test))
     if found is None:
         raise InputError(
@@ -186,14 +183,14 @@ def kind_of(stage: Stage) -> TestKind:
 
 
 def plan_of(stage: Stage) -> tuple[tuple[PlannedPosition, ...], tuple[str, ...]]:
-    """Return the positions of a test in the order in which they are taken, and notes.
+    """Return the positions of a test in measuring order, and notes.
 
-    The order is drawn from the seed, so that a drift is no pattern over the volume.
+    The order is drawn from the seed, so that drift forms no pattern over the volume.
 
     Raises
     ------
     CalibrationError
-        An artefact or a limit is missing, or an artefact does not suit the volume.
+        An artefact or limit is missing, or an artefact does not suit the volume.
     """
     kind = kind_of(stage)
     for role in kind.roles:
@@ -208,7 +205,7 @@ def plan_of(stage: Stage) -> tuple[tuple[PlannedPosition, ...], tuple[str, ...]]
 
 
 def values_of(at: Situation) -> list[JudgedValue]:
-    """Return all judged values; those that a complete retest replaces are superseded."""
+    """Return all judged values; those replaced by a complete retest are superseded."""
     values = kind_of(at.stage).values(at)
     newest: dict[tuple[str, str], int] = {}
     for one in values:

@@ -1,7 +1,6 @@
-"""What can be chosen before a test begins: procedures, artefacts, and tests that are not finished.
+"""Choices before a test: procedures, artefacts, and unfinished tests.
 
-An artefact that may not be used is offered with its sentence, so that whoever looks for it learns
-why it is refused.
+Unusable artefacts are offered with the reason.
 """
 
 from __future__ import annotations
@@ -31,10 +30,10 @@ from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.seals import SealState
 
 SESSIONS, RECORDS = "sessions", "records"
-"""Folders in that of the tests."""
+"""Folders within the test folder."""
 MOST_SHOWN, _NEWEST = 200, 4
 MOST_READ = 100
-"""Sessions that are read at most, the newest: each takes milliseconds for its hashes."""
+"""Maximum number of sessions read, newest first: each takes milliseconds to hash."""
 _TEXTS = (
     "id", "name", "maker", "serial", "laboratory", "certificate", "certificate_sha256", "due_utc",
     "supports", "source",
@@ -48,7 +47,6 @@ class ProcedureOffer:
     procedure: Procedure
     file: Path
     sha256: str
-    """`procedure`, `file`, `sha256`: Its document."""
     roles: tuple[str, ...]
 
 
@@ -57,28 +55,25 @@ class ArtefactOffer:
     """An artefact for a test."""
 
     name: str
-    """Its id in the register, or what the virtual rig calls it."""
+    """Id in the register, or name in the virtual rig."""
     used: UsedArtefact
     refusal: str = ""
-    """Why it may not be used, and what to do; empty where it may."""
+    """Why it is unusable, and the remedy; empty if usable."""
     warnings: tuple[str, ...] = ()
-    """What only warns."""
 
 
 @dataclass(frozen=True, slots=True)
 class OpenTest:
-    """A test that was begun and has no stored verdict."""
+    """A started test without stored verdict."""
 
     path: Path
     title: str
     who: str
     begun_utc: str
-    """`title`, `who`, `begun_utc`: Of the procedure; who begun it, and when."""
     done: int
     wanted: int
-    """`done`, `wanted`: Points."""
     blocker: str = ""
-    """Why it cannot go on; empty where it can."""
+    """Why it cannot be resumed; empty if it can."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,13 +86,13 @@ class FinishedTest:
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Return the words that go before the verdict: SIMULATED, NOT SIGNED, ..."""
+        """Return the status words before the verdict: SIMULATED, NOT SIGNED, ..."""
         signed = () if self.signer.sound else (self.signer.word.value,)
         return (*self.record.instrument.states, *signed)
 
 
 def offered_procedures(stage_of: Instrument, seed: int = 0) -> tuple[ProcedureOffer, ...]:
-    """Return the shipped procedures with what they need."""
+    """Return the shipped procedures with their requirements."""
     found = []
     for path in procedure_files().values():
         procedure, sha256 = load_procedure(path)
@@ -114,13 +109,7 @@ def offered_artefacts(
     calibration_artefacts: Sequence[ArtefactUse] = (),
     qualification_artefacts: Sequence[ArtefactUse] = (),
 ) -> tuple[ArtefactOffer, ...]:
-    """Return the artefacts that a test could use, the usable ones first; others with the reason.
-
-    Parameters
-    ----------
-    candidates
-        Names and artefacts; those that the test does not need are left out.
-    """
+    """Return the needed artefacts for a test, usable first; others with the reason."""
     offers = []
     for name, used in candidates:
         if used.role not in kind_of(stage).roles:
@@ -135,16 +124,10 @@ def offered_artefacts(
 
 
 def open_tests(folder: Path, instrument: Instrument, most: int = MOST_READ) -> tuple[OpenTest, ...]:
-    """Return the tests of a folder that are not finished, the newest first.
+    """Return the unfinished tests of a folder, newest first.
 
-    Where there are more sessions than are read, a last one says so.
-
-    Parameters
-    ----------
-    instrument
-        As it is now: a test of another one cannot go on.
-    most
-        So many of the newest sessions are read at most.
+    If there are more sessions than read, the last entry states so. Tests of another instrument
+    cannot be resumed.
     """
     found = []
     paths = sorted((folder / SESSIONS).glob("*.chain"), key=_made, reverse=True)
@@ -157,7 +140,7 @@ def open_tests(folder: Path, instrument: Instrument, most: int = MOST_READ) -> t
         state = session.state
         if state.abandoned is not None:
             continue
-        # Between verdict and record lies a moment: only the newest can have been caught in it.
+        # Only the newest can have been interrupted between verdict and record.
         if state.finished is not None and (index >= _NEWEST or _is_stored(folder, session)):
             continue
         begun, done = state.begun, sum(len(one) for one in state.taken)
@@ -185,7 +168,7 @@ def _is_stored(folder: Path, session: AcceptanceSession) -> bool:
 
 
 def _changed(then: Instrument, now: Instrument) -> str:
-    """Return why a test of one instrument cannot go on with another; empty where it can."""
+    """Return why a test of one instrument cannot be resumed with another, or empty."""
     for field, what in (
         ("rig", "another rig"), ("calibration", "another calibration of the cameras"),
         ("probe", "another probe"), ("tip_record", "another calibration of the tip"),
@@ -199,13 +182,7 @@ def _changed(then: Instrument, now: Instrument) -> str:
 def finished_tests(
     folder: Path, most: int = MOST_SHOWN
 ) -> tuple[tuple[FinishedTest, ...], tuple[str, ...]]:
-    """Return the records of a folder, the newest first, and why others cannot be read.
-
-    Parameters
-    ----------
-    most
-        So many of the newest files at most: each is read and its hash compared.
-    """
+    """Return the records of a folder, newest first, and why others are unreadable."""
     found, unread = [], []
     paths = sorted((folder / RECORDS).glob("*.json"), key=_made, reverse=True)
     for path in paths[:most]:
@@ -219,18 +196,18 @@ def finished_tests(
 
 
 def typed_entry(fields: Mapping[str, str]) -> ArtefactEntry:
-    """Return an entry of the register from what was typed, or read from a certificate.
+    """Return a register entry from typed fields or those of a certificate.
 
     Parameters
     ----------
     fields
-        Texts by name: those of `ArtefactEntry`; ``sizes`` parted by blanks or semicolons, mm;
-        ``due_utc`` as a date. What is empty and has a default takes it.
+        Texts by name: those of `ArtefactEntry`; ``sizes`` separated by blanks or semicolons, mm;
+        ``due_utc`` as a date. Empty fields with a default use it.
 
     Raises
     ------
     InputError
-        A field is no number, or cannot be meant.
+        A field is not a number, or implausible.
     """
 
     def number(name: str) -> float:

@@ -1,9 +1,9 @@
-"""Uncertainty of a measuring task from a calibrated workpiece (modelled on ISO 15530-3).
+"""Uncertainty of a measuring task from a calibrated workpiece (after ISO 15530-3).
 
-x_i are results of one characteristic, over clamping, operators, shifts and temperatures:
-b = mean(x) - x_cal, u_p = s(x), u_cal = U_cal / 2, u_b = |T - 20| u_alpha L, and
-U = 2 sqrt(u_cal^2 + u_p^2 + u_w^2 + u_b^2) of a result that b was taken off. Where it was not,
-|b| is added. U holds for similar parts only: see `dissimilar`.
+x_i are results of one characteristic, over clamping, operators, shifts and temperatures: b =
+mean(x) - x_cal, u_p = s(x), u_cal = U_cal / 2, u_b = |T - 20| u_alpha L, and U = 2 sqrt(u_cal^2 +
+u_p^2 + u_w^2 + u_b^2) of a result corrected by b. For uncorrected results |b| is added. U holds for
+similar parts only: see `dissimilar`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _USUAL = PartTest(
 
 
 class PartTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What was measured, and how; a U of the study holds where this is alike."""
+    """The measuring task; a U of the study holds for similar tasks."""
 
     dimension: float
     """mm."""
@@ -36,28 +36,27 @@ class PartTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     stylus: str
     material: str
     clamping: str
-    """`strategy`, `stylus`, `material`, `clamping`: In words; compared letter by letter without
-    case."""
+    """`strategy`, `stylus`, `material`, `clamping`: texts, compared exactly but without case."""
 
 
 @dataclass(frozen=True, slots=True)
 class PartUncertainty:
-    """What a study of one characteristic says; mm."""
+    """Result of a study of one characteristic; mm."""
 
     bias: float
     scatter: float
-    """`bias`, `scatter`: Mean less certified value, and s of the results."""
+    """`bias`, `scatter`: mean minus certified value, and s of the results."""
     u_cal: float
     u_workpiece: float
     u_expansion: float
-    """`u_cal`, `u_workpiece`, `u_expansion`: Standard uncertainties of the certificate, of the
-    workpieces, of the expansion."""
+    """`u_cal`, `u_workpiece`, `u_expansion`: standard uncertainties of certificate, workpieces and
+    expansion."""
     expanded: float
-    """U (k = 2) of a result that the bias was taken off."""
+    """U (k = 2) of a bias-corrected result."""
     expanded_uncorrected: float
-    """U + |b|, of a result as it was measured."""
+    """U + |b|, of an uncorrected result."""
     normalized: float | None
-    """E_n = |b| / sqrt(U_model^2 + U_cal^2); None where no U of the model was given."""
+    """E_n = |b| / sqrt(U_model^2 + U_cal^2); None without a U of the model."""
     results: int
     """N."""
 
@@ -72,7 +71,7 @@ def part_uncertainty(
     u_expansion: float = 0.0,
     expanded_model: float | None = None,
 ) -> PartUncertainty:
-    """Return the uncertainty that repeated results of a calibrated part show.
+    """Return the uncertainty from repeated results of a calibrated part.
 
     Parameters
     ----------
@@ -83,9 +82,9 @@ def part_uncertainty(
     u_workpiece
         Standard uncertainty from the workpieces' form, roughness and spread of expansion, mm.
     temperature_c, u_expansion
-        Of use, degrees Celsius; standard uncertainty of the expansion, 1/K.
+        Temperature of use, degrees Celsius; standard uncertainty of the expansion, 1/K.
     expanded_model
-        U that OCMM states for the characteristic, mm.
+        U stated by OCMM for the characteristic, mm.
 
     Raises
     ------
@@ -114,13 +113,7 @@ def part_uncertainty(
 
 
 def dissimilar(studied: PartTask, wanted: PartTask, numbers: PartTest = _USUAL) -> str:
-    """Return why the U of a study does not hold for another task; empty where it does.
-
-    Parameters
-    ----------
-    numbers
-        Limits of the gate, of the procedure.
-    """
+    """Return why the U of a study does not hold for another task; empty if it does."""
     large = studied.dimension > numbers.large
     allowed = numbers.large_share * studied.dimension if large else numbers.small
     off = abs(wanted.dimension - studied.dimension)
@@ -142,9 +135,9 @@ def dissimilar(studied: PartTask, wanted: PartTask, numbers: PartTest = _USUAL) 
 
 
 def share_within(normalized: Sequence[float | None]) -> float | None:
-    """Return the share of characteristics with E_n <= 1; None where none was computed.
+    """Return the share of characteristics with E_n <= 1; None if none was computed.
 
-    Below 0.95, the uncertainty that OCMM states is too small.
+    Below 0.95, the uncertainty stated by OCMM is too small.
     """
     known = [one for one in normalized if one is not None]
     return sum(one <= 1.0 for one in known) / len(known) if known else None

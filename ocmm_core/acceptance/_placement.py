@@ -1,6 +1,6 @@
-"""What speaks against a position as it was taken: geometry only, never the errors.
+"""Objections to a position as recorded: geometry only, never errors.
 
-A position whose placement is wrong is taken anew, which is logged; its values were not looked at.
+A wrongly placed position is repeated, which is logged; its values were not inspected.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from ocmm_core.calibration.verification import CORNER_NAMES, corner_distances
 from ocmm_core.geometry import Float, Points3, unit
 
 _NEST_MM = 10.0
-"""A ball farther from its nest is in another one; less than the step of a bar."""
+"""A ball farther from its nest is in another one; less than the pitch of a bar."""
 
 _OUTSIDE_MM = 1.0
 _OFF_PLAN_MM = 75.0
 _CONE_MM = 2.0
 _BLOCK_MM = 1.0
 _BLOCK_FLAT_MM = 0.5
-"""Far above the noise of a point, far below an edge or a fixture that was touched instead."""
+"""Far above the noise of a point, far below an edge or fixture touched instead."""
 _BLOCK_SPREAD = 0.15
-"""Standard deviation of the points across the narrow way of a face, of its width."""
+"""Standard deviation across the narrow side of a face, relative to its width."""
 
 
 def judge_point(at: Situation, position: int, tip: Float) -> str:
-    """Return why a ball at rest is not the next point of a position; empty where it may be."""
+    """Return why a ball at rest is not the next point of a position; empty if it may be."""
     plan, taken = at.plan[position], at.tips[position]
     points = np.array(plan.points_world)
     item = len(taken) % len(points)
@@ -70,7 +70,7 @@ def judge_point(at: Situation, position: int, tip: Float) -> str:
     off = float(np.linalg.norm(points[item] - tip))
     if off > _OFF_PLAN_MM and not len(taken):
         return f"The ball is {off:.0f} mm from where {plan.name} begins."
-    # A block is measured several times: the same place again is what is wanted then.
+    # A block is measured several times, at the same place.
     now = taken[len(taken) - item :] if plan.role == "gauge block" else taken
     if any(float(np.linalg.norm(tip - one)) < 0.2 for one in now) and plan.role != "cone":
         return "This point was taken already: take the next one."
@@ -78,7 +78,7 @@ def judge_point(at: Situation, position: int, tip: Float) -> str:
 
 
 def judge_position(at: Situation, position: int) -> str:
-    """Return what speaks against a complete position; empty where nothing does."""
+    """Return objections to a complete position, or empty."""
     low, high = at.stage.volume
     tips = at.tips[position]
     if np.any(tips < low - _OUTSIDE_MM) or np.any(tips > high + _OUTSIDE_MM):
@@ -134,7 +134,7 @@ def _line(at: Situation, position: int, numbers: LengthTest | E0Test) -> str:
 
 
 def _block(at: Situation, position: int, numbers: E0BlockTest) -> str:
-    """Judge where the points of a gauge block lie; its length to a millimetre only."""
+    """Judge the points on a gauge block; its length to a millimetre only."""
     plan = at.plan[position]
     planned = np.array(plan.points_world).reshape(2, -1, 3).mean(axis=1)
     wanted = float(np.linalg.norm(planned[1] - planned[0]))
@@ -161,15 +161,15 @@ def _block(at: Situation, position: int, numbers: E0BlockTest) -> str:
 
 
 def octant_of(point: Float, volume: Float) -> int:
-    """Return in which octant of the volume a point (3,) lies, in the order of `CORNER_NAMES`."""
+    """Return the octant of a point (3,) in the volume, in the order of `CORNER_NAMES`."""
     upper = point > volume.mean(axis=0)
     return int(upper[0]) * 4 + int(upper[1]) * 2 + int(upper[2])
 
 
 def _octant(at: Situation, position: int) -> str:
-    """Return why a placement would leave an octant of the volume empty; empty where it would not.
+    """Return why a placement would leave an octant of the volume empty, or empty.
 
-    So many placements as are still to come fill at most so many octants.
+    The remaining placements must suffice for the empty octants.
     """
     same = [one for one in range(len(at.plan)) if at.depth(one) == at.depth(position)]
     done = [one for one in same if at.is_complete(one)]
@@ -189,14 +189,14 @@ def _planned_octant(at: Situation, position: int) -> str:
 
 
 def _empty_octants(at: Situation, positions: list[int]) -> set[int]:
-    """Return the octants of the plan in which no placement has its middle."""
+    """Return the octants of the plan without the middle of a placement."""
     volume = at.stage.volume
     planned = {octant_of(np.array(one.points_world).mean(axis=0), volume) for one in at.plan}
     return planned - {octant_of(at.tips[one].mean(axis=0), volume) for one in positions}
 
 
 def missing_octants(at: Situation, numbers: VolumetricTest) -> str:
-    """Return which octants of the volume are empty, or that there are too few; empty: none."""
+    """Return the empty octants of the volume, or that placements are missing; or empty."""
     volume = at.stage.volume
     filled = {octant_of(at.tips[one].mean(axis=0), volume) for one in at.complete()}
     if len(filled) >= numbers.octants:
@@ -214,7 +214,7 @@ def _ends(at: Situation, position: int) -> Float:
 
 
 def missing_corners(at: Situation, numbers: LengthTest) -> str:
-    """Return which corners of the volume no test length reached; empty where all are."""
+    """Return the volume corners not reached by a test length; empty if all are."""
     nests = np.concatenate([at.tips[one] for one in at.complete()])
     shares = corner_distances(nests, at.stage.volume).min(axis=0)
     missing = [
@@ -258,7 +258,7 @@ def _sphere(at: Situation, position: int) -> str:
 
 
 def _missing_places(arms: Points3, normals: Points3, match_deg: float) -> int:
-    """Return how many wanted directions have no point of their own nearby."""
+    """Return the number of wanted directions without their own point nearby."""
     directions = arms / np.linalg.norm(arms, axis=1)[:, None]
     angles = np.degrees(np.arccos(np.clip(directions @ normals.T, -1.0, 1.0)))
     far = 1e3 * match_deg**2

@@ -1,7 +1,7 @@
-"""Where artefacts stand and which points are taken, for every kind of test.
+"""Positions of artefacts and points, for every kind of test.
 
-Each function gives the positions of one kind, all before the first point. `plan_of` in `_kinds`
-orders them.
+Each function returns all positions of one kind before the first point; `plan_of` in `_kinds` orders
+them.
 """
 
 from __future__ import annotations
@@ -36,29 +36,29 @@ from ocmm_core.geometry import Float, Points3, perpendicular_pair, unit
 _UP = np.array([0.0, 0.0, 1.0])
 _INSIDE = 0.98
 _CLEAR_MM = 25.0
-"""From the faces of the volume to what stands in it."""
+"""Clearance of objects from the faces of the volume."""
 
 Planned = tuple[list[PlannedPosition], list[str]]
 
 
 def vector(values: Float) -> Vector3:
-    """Return a point as a record holds it."""
+    """Return a point in record form."""
     x, y, z = (float(value) for value in values)
     return x, y, z
 
 
 def vectors(values: Iterable[Float]) -> tuple[Vector3, ...]:
-    """Return points as a record holds them."""
+    """Return points in record form."""
     return tuple(vector(one) for one in values)
 
 
 def plan_length(stage: Stage, numbers: LengthTest) -> Planned:
-    """Plan the lines of a bar: corners first, by set cover, then axes, diagonals, new directions.
+    """Plan the lines of a bar: corners by set cover, axes, diagonals, new directions.
 
     Raises
     ------
     CalibrationError
-        The bar has too few nests, or is too short or too long for the volume.
+        The bar has too few nests, or is too short or long for the volume.
     """
     bar = stage.only("bar")
     if len(bar.sizes) < numbers.lengths + 1:
@@ -115,7 +115,7 @@ def plan_diameter(stage: Stage, numbers: DiameterTest) -> Planned:
 
 
 def plan_ball(stage: Stage, numbers: BallTest) -> Planned:
-    """Plan a ball that is measured several times in the middle."""
+    """Plan repeated measurements of a ball in the middle."""
     rings = ((0.0, 1, 0.0), (45.0, 3, 0.0), (90.0, max(numbers.points - 4, 3), 20.0))
     return [
         _sphere(stage, "middle third", f"measurement {one + 1}", rings)
@@ -148,7 +148,7 @@ def ring_directions(rings: Sequence[tuple[float, int, float]], pole: Float) -> P
 
 
 def plan_location(stage: Stage, numbers: LocationTest) -> Planned:
-    """Plan five attitudes of the probe on a sphere, each with the pole and four points."""
+    """Plan five probe attitudes on a sphere, each with the pole and four points."""
     reach = 0.5 * stage.only("sphere").sizes[0] + stage.instrument.ball_radius
     positions = []
     lean = np.radians(numbers.lean_deg)
@@ -177,7 +177,7 @@ def plan_location(stage: Stage, numbers: LocationTest) -> Planned:
 
 
 def plan_spat(stage: Stage, numbers: SpatTest) -> Planned:
-    """Plan a cone in three places; the same point is taken with the probe turned."""
+    """Plan a cone in three places; the same point with the probe turned."""
     return [
         PlannedPosition(
             name=place,
@@ -248,13 +248,7 @@ def plan_e0(stage: Stage, numbers: E0Test) -> Planned:
 
 
 def plan_e0_blocks(stage: Stage, numbers: E0BlockTest) -> Planned:
-    """Plan E0, and every gauge block upright in the middle, probed from both sides.
-
-    Raises
-    ------
-    CalibrationError
-        As `plan_e0`, or a block is too long.
-    """
+    """Plan E0 and upright gauge blocks; CalibrationError as `plan_e0` or if too long."""
     positions, notes = plan_e0(stage, numbers)
     middle, across = stage.volume.mean(axis=0), np.array([1.0, 0.0, 0.0])
     grid = ring_directions(((90.0, max(numbers.block_points - 1, 3), 45.0),), across)
@@ -286,13 +280,7 @@ def plan_e0_blocks(stage: Stage, numbers: E0BlockTest) -> Planned:
 
 
 def plan_long_stylus(stage: Stage, numbers: LongStylusTest) -> Planned:
-    """Plan the first diagonals with a stylus that is long enough.
-
-    Raises
-    ------
-    CalibrationError
-        As `plan_e0`, or the stylus is too short.
-    """
+    """Plan the first diagonals with a long stylus; CalibrationError if unsuitable."""
     said = stage.instrument.stylus
     stylus = 0.0 if isinstance(said, msgspec.UnsetType) else said
     if stylus < numbers.stylus:
@@ -307,12 +295,12 @@ def plan_long_stylus(stage: Stage, numbers: LongStylusTest) -> Planned:
 
 
 def newness(direction: Float, others: Sequence[Float]) -> float:
-    """Return the smallest angle of a line with others, rad."""
+    """Return the smallest angle of a line to others, rad."""
     return min(float(np.arccos(min(abs(float(direction @ one)), 1.0))) for one in others)
 
 
 def _leaning(extent: Float, length: float) -> list[Float]:
-    """Return directions in which a bar fits that lean from an axis in a plane of two."""
+    """Return directions leaning from an axis in a plane, in which a bar fits."""
     found = []
     for first, second in combinations(range(3), 2):
         for angle in np.radians(np.arange(5.0, 90.0, 5.0)):
@@ -325,12 +313,9 @@ def _leaning(extent: Float, length: float) -> list[Float]:
 
 
 def plan_volumetric(stage: Stage, numbers: VolumetricTest) -> Planned:
-    """Plan a length in many placements: every octant, level, upright and at 45 degrees.
+    """Plan a length in many placements; CalibrationError if it does not fit.
 
-    Raises
-    ------
-    CalibrationError
-        The bar has no length that fits into the octants.
+    Every octant, level, upright and at 45 degrees.
     """
     bar, volume = stage.only("bar"), stage.volume
     rng = np.random.default_rng([stage.seed, 11])
@@ -354,7 +339,7 @@ def plan_volumetric(stage: Stage, numbers: VolumetricTest) -> Planned:
         direction = np.array(
             [np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)]
         )
-        # Short and long turn about; a bar that is too long there gives a shorter length.
+        # Alternate short and long; if too long, use a shorter length.
         order = range(1, len(bar.sizes)) if len(places) % 2 else range(len(bar.sizes) - 1, 0, -1)
         centre = middle + signs * rng.uniform(0.1, 0.25, 3) * extent
         for nest in order:
@@ -369,7 +354,7 @@ def plan_volumetric(stage: Stage, numbers: VolumetricTest) -> Planned:
 
 
 def plan_plate(stage: Stage, numbers: PlateTest) -> Planned:
-    """Plan points on either face of a plate that lies in the middle of the volume."""
+    """Plan points on both faces of a plate in the middle of the volume."""
     plate = stage.only("plate")
     middle, half = stage.volume.mean(axis=0), 0.5 * np.array([*numbers.size, 0.0])
     across = max(int(np.ceil(np.sqrt(numbers.points))), 2)
@@ -385,7 +370,7 @@ def plan_plate(stage: Stage, numbers: PlateTest) -> Planned:
 
 
 def plan_interim(stage: Stage, numbers: InterimTest) -> Planned:
-    """Plan five points on either of two spheres of a short bar."""
+    """Plan five points on each sphere of a short bar."""
     first, second, distance = stage.only("dumbbell").sizes
     middle = stage.volume.mean(axis=0)
     positions = []

@@ -1,8 +1,7 @@
-"""Procedures as documents (`ocmm.acceptance/1`): every number of a test is a field.
+"""Procedure documents (`ocmm.acceptance/1`): every number of a test is a field.
 
-A procedure names the standard that it is modelled on, its edition, the limits, the decision rule,
-and who compared it with the standard clause by clause. As long as nobody did, every paper says
-"modelled on".
+A procedure names its standard with edition, the limits, the decision rule, and who compared it with
+the standard clause by clause. Without such a comparison, every report reads "modelled on".
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ PROCEDURE_SCHEMA = "ocmm.acceptance/1"
 class Mpe(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Permissible error: min(constant + per_length L, largest), mm.
 
-    ``largest`` is None where there is none: A + L/K; ``per_length`` zero gives a constant.
+    ``largest`` None: A + L/K; ``per_length`` zero gives a constant.
     """
 
     constant: float
@@ -34,14 +33,14 @@ class Mpe(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
         return limit if self.largest is None else min(limit, self.largest)
 
     def describe(self) -> str:
-        """Return it in words, um and mm."""
+        """Return it as text, um and mm."""
         grows = f" + L/{1.0 / (1e3 * self.per_length):.4g}" if self.per_length else ""
         text = f"{1e3 * self.constant:g} µm{grows}"
         return text if self.largest is None else f"min({text}, {1e3 * self.largest:g} µm)"
 
 
 class ClimateRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where a test is valid: degrees Celsius, and the largest change, K/h; beyond, it is void."""
+    """Permitted temperatures, °C, and largest change, K/h; otherwise the test is void."""
 
     low: float
     high: float
@@ -59,17 +58,17 @@ class LengthTest(_Numbers, frozen=True, kw_only=True, tag="length"):
 
     lines: int
     lengths: int
-    """`lines`, `lengths`: At least so many lines, and test lengths on each."""
+    """`lines`, `lengths`: minimum number of lines, and test lengths on each."""
     diagonal_share: float
     corner_share: float
-    """`diagonal_share`, `corner_share`: Longest length over the space diagonal; an end reaches a
-    corner within this share of each edge."""
+    """`diagonal_share`, `corner_share`: longest length over the space diagonal; an end reaches a
+    corner within this fraction of each edge."""
     angle_deg: float
-    """Between two lines, at least."""
+    """Minimum between two lines."""
 
 
 class SphereTest(_Numbers, frozen=True, kw_only=True, tag="sphere"):
-    """A sphere probed with rings of points at some places (ISO 10360-5): P_Form, P_Size."""
+    """A sphere probed with rings of points at several places (ISO 10360-5): P_Form, P_Size."""
 
     rings: tuple[tuple[float, int, float], ...]
     """(angle below the pole, number, azimuth of the first), degrees."""
@@ -80,11 +79,11 @@ class SphereTest(_Numbers, frozen=True, kw_only=True, tag="sphere"):
     gain: float
     """Largest standard deviation of the diameter over that of a point."""
     match_deg: float
-    """So far a point may be from its place."""
+    """Maximum deviation of a point from its place."""
 
 
 class LocationTest(_Numbers, frozen=True, kw_only=True, tag="location"):
-    """One sphere in several attitudes of the probe (L_Dia of ISO 10360-12, -5)."""
+    """One sphere in several probe attitudes (L_Dia of ISO 10360-12, -5)."""
 
     lean_deg: float
     attitude_deg: float
@@ -102,33 +101,31 @@ class E0Test(_Numbers, frozen=True, kw_only=True, tag="e0"):
     line_share: float
     """Longest length over the longest possible on that line."""
     sets_outside: int
-    """So many of the sets of repeats may have one value outside, and are measured again."""
+    """Number of sets of repeats that may have one value outside, and are repeated."""
     retest_repeats: int
-    """How often."""
     angle_deg: float
 
 
 class E0BlockTest(E0Test, frozen=True, kw_only=True, tag="e0-block"):
-    """The same with gauge blocks besides, which are probed from both sides: E0, R0.
+    """As E0, with gauge blocks probed from both sides: E0, R0.
 
-    A bar is unidirectional, so that an error of the ball's radius would not be seen.
+    A bar is unidirectional and would not reveal an error of the ball's radius.
     """
 
     block_largest: float
-    """No block is longer, mm."""
+    """Longest block, mm."""
     block_face: tuple[float, float]
-    """Of a measuring face, mm: where the points lie."""
+    """Measuring face with the points, mm."""
     block_points: int
     block_repeats: int
-    """`block_points`, `block_repeats`: On either face, which are averaged; how often the block is
-    measured."""
+    """`block_points`, `block_repeats`: averaged points per face; measurements of the block."""
 
 
 class LongStylusTest(E0Test, frozen=True, kw_only=True, tag="e0-stylus"):
-    """The same on two diagonals with the longest stylus (as E150 of ISO 10360-2): E_L, R0."""
+    """E0 on two diagonals with the longest stylus (as E150 of ISO 10360-2): E_L, R0."""
 
     stylus: float
-    """From the ball to the nearest LED, mm, at least."""
+    """Minimum from ball to nearest LED, mm."""
 
 
 class SpatTest(_Numbers, frozen=True, kw_only=True, tag="spat"):
@@ -159,11 +156,11 @@ class PlateTest(_Numbers, frozen=True, kw_only=True, tag="plate"):
 
     points: int
     size: tuple[float, float]
-    """Of the plate in x and y, mm."""
+    """Plate in x and y, mm."""
 
 
 class BallTest(_Numbers, frozen=True, kw_only=True, tag="ball"):
-    """A ball measured several times (the thesis, Tables 6 to 8): P_Size, P_Form, L_Dia."""
+    """Repeated measurement of a ball (the thesis, Tables 6 to 8): P_Size, P_Form, L_Dia."""
 
     points: int
     repeats: int
@@ -171,28 +168,28 @@ class BallTest(_Numbers, frozen=True, kw_only=True, tag="ball"):
 
 
 class InterimTest(_Numbers, frozen=True, kw_only=True, tag="interim"):
-    """Two spheres that stay at the machine, in 90 seconds: Interim_L, Interim_D."""
+    """Two spheres kept at the machine, in 90 seconds: Interim_L, Interim_D."""
 
     points: int
     distance: float
 
 
 class PartTest(_Numbers, frozen=True, kw_only=True, tag="part"):
-    """Results of a calibrated workpiece (ISO 15530-3): its U, for similar parts alone.
+    """Results of a calibrated workpiece (ISO 15530-3): its U, for similar parts only.
 
-    It is computed from jobs (`ocmm msa part`), not taken point by point.
+    Computed from jobs (`ocmm msa part`), not point by point.
     """
 
     cycles: int
     results: int
-    """`cycles`, `results`: At least so many, each with the part taken out and clamped again."""
+    """`cycles`, `results`: minimum numbers, each with the part reclamped."""
     large: float
     large_share: float
     small: float
-    """`large`, `large_share`, `small`: How far the dimension of another part may be: the share
-    above ``large`` mm, else ``small`` mm."""
+    """`large`, `large_share`, `small`: dimension tolerance of another part: the share above
+    ``large`` mm, otherwise ``small`` mm."""
     angle_deg: float
-    """How far it may be turned."""
+    """Maximum turn."""
 
 
 TestNumbers: TypeAlias = (
@@ -213,50 +210,39 @@ TestNumbers: TypeAlias = (
 
 
 class Procedure(Document, frozen=True, kw_only=True):
-    """A procedure."""
-
     id: str
     title: str
-    """`id`, `title`: What it is called."""
     standard: str
     edition: str
-    """`standard`, `edition`: What it is modelled on."""
     checked_by: str = ""
-    """Who compared it with the standard clause by clause; empty: nobody."""
+    """Who compared it with the standard clause by clause; empty if not done."""
     accreditation: str = ""
-    """Number under which certificates are issued; empty: in-house record."""
+    """Accreditation number for certificates; empty: in-house record."""
     by_agreement: str = ""
-    """Why it is outside the scope of the standard; empty where it is inside."""
+    """Why it is outside the scope of the standard; empty if inside."""
     rule: Literal["simple", "guarded"]
-    """"simple", or "guarded": U(q) is taken off the limit."""
+    """"simple", or "guarded": the limit is reduced by U(q)."""
     retests_allowed: int
     minutes: float
-    """That it takes a trained person."""
+    """Duration for a trained person."""
     fixing: float = 0.0
-    """U (k = 2) of how the artefact is held, mm."""
+    """U (k = 2) of fixing the artefact, mm."""
     limits: dict[str, Mpe]
     climate: ClimateRule
     test: TestNumbers
-    """`climate`, `test`: See there."""
     cameras: Literal["proven", "unproven"] | msgspec.UnsetType = msgspec.UNSET
-    """"unproven" allows cameras that cannot prove the age or the order of their data; records from
-    before it could be said keep their hash."""
+    """"unproven" allows cameras that cannot prove the age or order of their data; omitted in older
+    records, whose hash stays valid."""
 
     @property
     def wording(self) -> str:
-        """Return what may be said about the standard."""
+        """Return the permitted statement about the standard."""
         name = f"{self.standard}:{self.edition}"
         return f"tested to {name}" if self.checked_by.strip() else f"modelled on {name}"
 
 
 def load_procedure(path: Path | str) -> tuple[Procedure, str]:
-    """Return a procedure and the SHA-256 of its file.
-
-    Raises
-    ------
-    InputError
-        It is malformed, or a number in it cannot be meant.
-    """
+    """Return a procedure and the SHA-256 of its file; raise InputError if invalid."""
     procedure = load_document(path, Procedure, PROCEDURE_SCHEMA)
     for name, limit in procedure.limits.items():
         if not (limit.constant > 0.0 and limit.per_length >= 0.0) or (
@@ -273,13 +259,7 @@ def load_procedure(path: Path | str) -> tuple[Procedure, str]:
 
 
 def procedure_files(*, of_jobs: bool = False) -> dict[str, Path]:
-    """Return the shipped procedures by their id.
-
-    Parameters
-    ----------
-    of_jobs
-        Those that are computed from jobs, instead of those that are taken point by point.
-    """
+    """Return the shipped procedures by id; `of_jobs`: computed from jobs, not points."""
     folder = resource("acceptance", "length_7x5.toml").parent
     found = {}
     for path in sorted(folder.glob("*.toml")):
@@ -290,13 +270,7 @@ def procedure_files(*, of_jobs: bool = False) -> dict[str, Path]:
 
 
 def find_procedure(name: str) -> Path:
-    """Return the file of a procedure by its id or its path.
-
-    Raises
-    ------
-    InputError
-        There is none.
-    """
+    """Return the file of a procedure by id or path; raise InputError if absent."""
     shipped = {**procedure_files(), **procedure_files(of_jobs=True)}
     for known, path in shipped.items():
         if known.casefold() == name.casefold():

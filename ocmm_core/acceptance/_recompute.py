@@ -1,4 +1,4 @@
-"""Records as signed files, and their recomputation from raw data."""
+"""Signed record files, and their recomputation from raw data."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from ocmm_core.tracking import ProbeBody, solve
 
 _SAME_MM = 1e-9
 _SAME_TIP_MM = 1e-6
-"""A pose is iterated; another processor ends some picometres beside."""
+"""Poses are iterated; processors differ by some picometres."""
 
 
 def save_record(folder: Path, record: AcceptanceRecord) -> Path:
-    """Write a record under its hash, signed; raise CalibrationError if it cannot be written."""
+    """Write a signed record under its hash; raise CalibrationError on failure."""
     return save(folder, record, Signed.ACCEPTANCE)
 
 
@@ -40,7 +40,7 @@ def load_signed_record(path: Path) -> SignedRecord[AcceptanceRecord]:
 
 
 def recompute(record: AcceptanceRecord) -> AcceptanceRecord:
-    """Return a record with values, quantities and verdict computed from its observations."""
+    """Return a record with values, quantities and verdict recomputed."""
     stage = Stage(record.procedure, record.instrument, record.artefacts, record.seed)
     values = tuple(values_of(situation_of(stage, record.plan, record.observations, record.climate)))
     void = tuple(climate_reasons(stage, record.climate))
@@ -76,12 +76,9 @@ def differences(record: AcceptanceRecord, again: AcceptanceRecord) -> list[str]:
 
 
 def recompute_tips(record: AcceptanceRecord, rig: Rig, body: ProbeBody) -> list[str]:
-    """Return which ball centres do not follow from their spots; sentences.
+    """Return sentences on ball centres not following from their spots.
 
-    Raises
-    ------
-    CalibrationError
-        The rig is not the one that was tested.
+    Raises CalibrationError if the rig is not the one that was tested.
     """
     if record.instrument.calibration and rig.identity != record.instrument.calibration:
         raise CalibrationError(

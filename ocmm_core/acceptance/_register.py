@@ -1,8 +1,8 @@
-"""The artefact register: spheres, bars, gauge blocks and parts of this user, with certificates.
+"""Artefact register: this user's spheres, bars, gauge blocks and parts.
 
-One chain file in the user's data folder: nothing is overwritten, every line is bound to the one
-before, and two programs that write at once are noticed. `add` takes an entry from wherever it
-comes: typed, or read from a certificate file.
+One chain file in the user's data folder: nothing is overwritten, every line is bound to the
+previous one, and concurrent writers are detected. Entries are typed or read from a certificate
+file.
 """
 
 from __future__ import annotations
@@ -46,42 +46,40 @@ NOT_SIGNED_REMEDY = (
 
 
 class ArtefactEntry(Document, frozen=True, kw_only=True):
-    """A calibrated artefact as the register keeps it; lengths in mm at 20 degrees, U with k = 2."""
+    """A calibrated artefact in the register; lengths in mm at 20 degrees, U with k = 2."""
 
     id: str
-    """What commands call it."""
+    """Name in commands."""
     kind: ArtefactKind
     name: str
     maker: str = ""
     serial: str
-    """`kind`, `name`, `maker`, `serial`: What it is."""
     laboratory: str
     certificate: str
     certificate_sha256: str = ""
-    """`laboratory`, `certificate`, `certificate_sha256`: Who calibrated it, the number of the
-    certificate, and the hash of its file."""
+    """`laboratory`, `certificate`, `certificate_sha256`: issuer, number and file hash of the
+    certificate."""
     due_utc: str
-    """ISO 8601 text: it holds until then."""
+    """Expiry, ISO 8601 text."""
     sizes: tuple[float, ...]
     """Diameter of a sphere; nests of a bar; length of a block; two diameters and the distance of a
     dumbbell; certified values of a part."""
     expanded: float
     expanded_per_length: float = 0.0
-    """`expanded`, `expanded_per_length`: U: constant part, and part of the length."""
+    """`expanded`, `expanded_per_length`: U: constant and length-dependent part."""
     form: float = 0.0
-    """Certified form error; zero where it is within U."""
+    """Certified form error; zero if within U."""
     expansion: float
     expansion_sigma: float
     """`expansion`, `expansion_sigma`: 1/K."""
     temperatures: tuple[float, float] = (10.0, 35.0)
-    """Where the certificate holds, degrees Celsius."""
+    """Validity of the certificate, degrees Celsius."""
     supports: str = ""
-    """How it is to be held."""
     source: str = "typed"
-    """"typed", or which file it was read from."""
+    """"typed", or the file that it was read from."""
 
     def used(self, role: str | None = None) -> UsedArtefact:
-        """Return it as a test uses it."""
+        """Return the artefact in the form used by tests."""
         return UsedArtefact(
             role=role or self.kind,
             use=ArtefactUse(
@@ -112,13 +110,7 @@ class _Change(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 class ArtefactRegister:
-    """The register of a folder; empty if there is no file.
-
-    Raises
-    ------
-    StorageError
-        A line of its file was changed, or its signature does not belong to it.
-    """
+    """Register of a folder, empty without a file; StorageError if altered."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self.path = (folder or default_artefact_folder()) / REGISTER
@@ -131,19 +123,19 @@ class ArtefactRegister:
 
     @property
     def signer(self) -> SealState:
-        """Return the state of the signature of the whole register."""
+        """Return the signature state of the whole register."""
         return self._chain.signer
 
     @property
     def changes(self) -> tuple[tuple[str, str, str], ...]:
-        """Return who changed what and when, oldest first: UTC, name, words."""
+        """Return all changes, oldest first: UTC, name, text."""
         return tuple((one.utc, one.who, _change_words(one)) for one in self._chain.items)
 
     def faults(self) -> dict[str, str]:
-        """Return the entries that no trusted station signed, each with the reason.
+        """Return the entries not signed by a trusted station, with reasons.
 
-        The state is that of the line of the entry: later lines of the register, which this station
-        signed, do not vouch for what an entry held before.
+        The signature of the entry's own line counts: later lines signed by this station do not
+        vouch for earlier entries.
         """
         found: dict[str, str] = {}
         for change, signer in zip(self._chain.items, self._chain.signers(), strict=True):
@@ -164,7 +156,7 @@ class ArtefactRegister:
 
     @property
     def entries(self) -> dict[str, ArtefactEntry]:
-        """Return what is in it, by id, in the order in which it was added."""
+        """Return the current entries by id, in the order of addition."""
         found: dict[str, ArtefactEntry] = {}
         for change in self._chain.items:
             if change.removed:
@@ -174,7 +166,7 @@ class ArtefactRegister:
         return found
 
     def entry(self, name: str) -> ArtefactEntry:
-        """Return an artefact by its id; raise InputError where there is none."""
+        """Return an artefact by its id; raise InputError if absent."""
         found = self.entries.get(name)
         if found is None:
             known = ", ".join(self.entries) or "none yet"
@@ -184,12 +176,12 @@ class ArtefactRegister:
         return found
 
     def add(self, entry: ArtefactEntry, who: str, now: datetime, *, replace: bool = False) -> None:
-        """Add an artefact, or put a newer certificate in the place of the one before.
+        """Add an artefact, or replace its certificate by a newer one.
 
         Raises
         ------
         InputError
-            A field cannot be meant, the certificate ended already, or the id is taken.
+            A field is implausible, the certificate expired, or the id is in use.
         StorageError
             It cannot be written.
         """
@@ -213,7 +205,7 @@ class ArtefactRegister:
         self._write(change)
 
     def remove(self, name: str, who: str, now: datetime) -> None:
-        """Take an artefact out; its lines stay. Raise InputError where there is none."""
+        """Remove an artefact; its lines stay. Raise InputError if absent."""
 
         def change() -> _Change:
             self.entry(name)
@@ -227,7 +219,7 @@ class ArtefactRegister:
             try:
                 self._chain.append(made)
             except StorageError as error:
-                # Another program wrote meanwhile: what is asked is judged anew by its entries.
+                # Another program wrote meanwhile: check again with its entries.
                 if error.code != "chain.elsewhere" or attempt == _ATTEMPTS - 1:
                     raise
                 self._read()
@@ -242,19 +234,19 @@ def _change_words(change: _Change) -> str:
 
 
 def default_artefact_folder() -> Path:
-    """Return where the artefacts of this user are kept."""
+    """Return the artefact folder of this user."""
     return platformdirs.user_data_path("ocmm") / "artefacts"
 
 
 def load_artefact(path: Path | str) -> ArtefactEntry:
-    """Return the artefact of a document (`ocmm.artefact/1`); raise InputError where it is wrong."""
+    """Return the artefact of a document (`ocmm.artefact/1`); raise InputError if invalid."""
     entry = load_document(path, ArtefactEntry, ARTEFACT_SCHEMA)
     check_entry(entry, str(path))
     return entry
 
 
 def check_entry(entry: ArtefactEntry, where: str) -> None:
-    """Raise InputError where a field of an entry cannot be meant."""
+    """Raise InputError for implausible fields."""
     few, many = _SIZES[entry.kind]
     sizes = entry.sizes
     low, high = entry.temperatures
@@ -291,17 +283,17 @@ def check_entry(entry: ArtefactEntry, where: str) -> None:
 
 
 def used_bar(bar: LengthBar) -> UsedArtefact:
-    """Return a length bar of a document as a test uses it."""
+    """Return a document's length bar in the form used by tests."""
     return _used("bar", bar, bar.nests)
 
 
 def used_sphere(sphere: Sphere) -> UsedArtefact:
-    """Return a sphere of a document as a test uses it."""
+    """Return a document's sphere in the form used by tests."""
     return _used("sphere", sphere, (sphere.diameter,))
 
 
 def load_used(path: Path) -> UsedArtefact:
-    """Return the artefact of a document of the register as a test uses it."""
+    """Return a register document's artefact in the form used by tests."""
     entry = load_artefact(path)
     return msgspec.structs.replace(entry.used(), identity=digest(path))
 

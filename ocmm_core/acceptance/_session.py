@@ -1,7 +1,7 @@
-"""The engine: an acceptance test from its plan to its record, durable at every step.
+"""Engine of an acceptance test from plan to record, durable at every step.
 
-State follows from the lines of a chain file, each on the disk before a method returns: what was
-told to the operator is stored. Whoever resumes after a power cut goes on with the next point.
+State follows from the lines of a chain file, each on disk before a method returns: whatever the
+operator was shown is stored. After a power cut the test resumes with the next point.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from ocmm_core.seals import Signed
 
 
 class AcceptanceSession:
-    """One test; made by `begin` and `resume`. Its methods may be called from any thread."""
+    """One test, from `begin` or `resume`; thread-safe."""
 
     def __init__(self, chain: ChainFile[log.Line]) -> None:
         self._chain = chain
@@ -65,22 +65,22 @@ class AcceptanceSession:
         reserved: Sequence[str] = (),
         air: RoomAir | None = None,
     ) -> AcceptanceSession:
-        """Begin a test in a new file; what only warns is in its notes.
+        """Start a test in a new file; warnings go into its notes.
 
         Parameters
         ----------
         calibration_artefacts, qualification_artefacts
-            What the calibration and the tip rest on.
+            Artefacts of the calibration and the tip.
         reserved
-            `spots_hash` of observations that the calibration and the tip were computed from.
+            `spots_hash` of observations behind the calibration and the tip.
         air
-            Humidity and pressure; None where nobody read them off.
+            Humidity and pressure; None if not measured.
 
         Raises
         ------
         CalibrationError
-            An artefact is missing, expired, too coarse, or was used for the calibration; the
-            calibration may not be used; the artefact does not suit the volume.
+            An artefact is missing, expired, too coarse, unsuitable for the volume, or was used for
+            the calibration; or the calibration may not be used.
         InputError
             The file exists.
         """
@@ -108,26 +108,17 @@ class AcceptanceSession:
 
     @classmethod
     def resume(cls, path: Path) -> AcceptanceSession:
-        """Continue the test of a file.
-
-        Raises
-        ------
-        StorageError
-            It was changed, or no trusted station signed it: its record would vouch for it.
-        """
+        """Continue the test of a file; StorageError if altered or not trusted."""
         chain = ChainFile(path, log.Line, signed=Signed.TEST, remembered=True)
         chain.require_signed("Start a new test: its record would vouch for these points.")
         return cls(chain)
 
     @property
     def path(self) -> Path:
-        """Return the session file."""
         return self._chain.path
 
-    # What is taken.
-
     def note_temperature(self, celsius: float, now: datetime) -> None:
-        """Note the temperature: the end of what was measured, and the begin of what comes."""
+        """Log the temperature, which ends the previous and starts the next interval."""
         if not -50.0 < celsius < 100.0:
             raise InputError(
                 "acceptance.temperature",
@@ -155,17 +146,12 @@ class AcceptanceSession:
         uv: Spots | None = None,
         sigma_px: float = 0.0,
     ) -> str:
-        """Take the next point.
-
-        Returns
-        -------
-        hint
-            Why the position that it completed is to be taken anew; empty where it is not.
+        """Record the next point; return why the position must be repeated, or empty.
 
         Raises
         ------
         CalibrationError
-            The point is refused, with the reason, which is logged; or nothing is to be taken.
+            The point is refused, with the reason, which is logged; or no point is due.
         """
         with self._lock:
             self.state.require_open()
@@ -194,30 +180,24 @@ class AcceptanceSession:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Return what of the advice could not be followed, and what only warns."""
+        """Return advice not followed, and warnings."""
         notes: tuple[str, ...] = self.state.begun.notes
         return notes
 
     @property
     def current(self) -> int:
-        """Return the position whose points come next; -1 where all were taken."""
+        """Return the position of the next points; -1 if complete."""
         with self._lock:
             return self.state.current()
 
     def hint(self, tip_world: Float) -> str:
-        """Return why a ball at rest would be refused now; empty where it would be taken."""
+        """Return why a ball at rest would be refused now; empty if accepted."""
         with self._lock:
             position = self.state.current()
             return "" if position < 0 else judge_point(self.situation(), position, tip_world)
 
     def retest(self, now: datetime) -> Retest:
-        """Begin a retest, and return what is measured again.
-
-        Raises
-        ------
-        CalibrationError
-            Points are missing, nothing failed, too much did, or no retest is left.
-        """
+        """Start a retest, and return what is repeated; CalibrationError if not allowed."""
         with self._lock:
             self.state.require_open()
             self.state.require_complete()
@@ -233,18 +213,12 @@ class AcceptanceSession:
             return positions
 
     def open_end(self) -> str:
-        """Return what a verdict still needs, in one sentence; empty where it may be given."""
+        """Return what the verdict still requires, in one sentence; empty if nothing."""
         with self._lock:
             return self.state.open_end()
 
     def finish(self, now: datetime, temperature_c: float, remark: str = "") -> AcceptanceRecord:
-        """Give the verdict and return the record.
-
-        Raises
-        ------
-        CalibrationError
-            Points are missing, or a corner of the volume was not reached.
-        """
+        """Give the verdict and return the record; CalibrationError if incomplete."""
         with self._lock:
             self.state.require_open()
             self.state.require_complete()
@@ -259,21 +233,19 @@ class AcceptanceSession:
             return self.record()
 
     def abandon(self, now: datetime, reason: str) -> None:
-        """End the test without a verdict; its file stays, and nothing is added to it any more."""
+        """End the test without a verdict; its file stays and is closed."""
         with self._lock:
             self.state.require_open()
             self._append(log.Abandoned(utc=utc_text(now), reason=reason))
 
     def record(self) -> AcceptanceRecord:
-        """Return the record of a finished test; raise CalibrationError where it is not."""
+        """Return the record of a finished test; raise CalibrationError if unfinished."""
         with self._lock:
             return self.state.record(self._chain.links[0][:12], self._chain.links[-1])
 
-    # What is seen.
-
     @property
     def stage(self) -> Stage:
-        """Return what is tested, how, and with what."""
+        """Return procedure, instrument and artefacts."""
         return self.state.stage
 
     @property
@@ -283,11 +255,11 @@ class AcceptanceSession:
             return self.state.view()
 
     def situation(self) -> Situation:
-        """Return what was taken."""
+        """Return the recorded points."""
         return self.state.situation()
 
     def needs_temperature(self) -> bool:
-        """Return whether the temperature is to be noted before the next point."""
+        """Return whether the temperature is required before the next point."""
         return self.state.needs_temperature()
 
     @property
@@ -295,9 +267,13 @@ class AcceptanceSession:
         """Return the hash of the last line: `AcceptanceRecord.chain_head` of a finished test."""
         return self._chain.links[-1]
 
+    def require_name(self) -> None:
+        """Raise StorageError if the session file is not on the disk under its name."""
+        self._chain.require_name()
+
     @property
     def torn(self) -> bool:
-        """Return whether a line was being written when the program stopped; it is not there."""
+        """Return whether an incomplete last line was dropped."""
         return self._chain.torn
 
     def _append(self, event: log.Event) -> None:

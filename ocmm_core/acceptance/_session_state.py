@@ -1,6 +1,6 @@
-"""The state of an acceptance test: a pure fold over the lines of its file, and what is seen of it.
+"""State of an acceptance test: a pure fold over the lines of its file.
 
-Nothing is written here and nobody waits here; `_session` writes, and holds the lock.
+No writing and no locking here: `_session` does both.
 """
 
 from __future__ import annotations
@@ -40,16 +40,9 @@ S = TypeVar("S", bound=msgspec.Struct)
 
 
 class SessionState:
-    """What the lines of a session file say.
+    """State from the lines of a session file.
 
-    Attributes
-    ----------
-    begun, stage, plan
-        What was fixed before the first point; retests are added to the plan.
-    refusals, climate, retests
-        What was refused, temperatures, and how many retests were begun.
-    finished, abandoned
-        How it ended; None while it is open.
+    Retests are added to the plan; ``finished`` and ``abandoned`` are None while open.
     """
 
     def __init__(self, begun: Begun) -> None:
@@ -57,7 +50,6 @@ class SessionState:
         self.stage = Stage(begun.procedure, begun.instrument, begun.artefacts, begun.seed)
         self.plan = list(begun.plan)
         self.taken: list[list[Observation]] = [[] for _ in self.plan]
-        """Observations of every position of the plan."""
         self.refusals: list[Refusal] = []
         self.climate: list[Climate] = []
         self.retests = 0
@@ -88,31 +80,31 @@ class SessionState:
             self.abandoned = event
 
     def situation(self) -> Situation:
-        """Return what was taken."""
+        """Return the recorded points."""
         return situation_of(
             self.stage, self.plan, [one for many in self.taken for one in many], self.climate
         )
 
     def current(self) -> int:
-        """Return the position whose points come next; -1 where all were taken."""
+        """Return the position of the next points; -1 if complete."""
         for position, plan in enumerate(self.plan):
             if len(self.taken[position]) < wanted(plan):
                 return position
         return -1
 
     def missing(self) -> int:
-        """Return how many points are missing."""
+        """Return the number of missing points."""
         return sum(wanted(one) for one in self.plan) - sum(len(one) for one in self.taken)
 
     def open_end(self) -> str:
-        """Return what a verdict still needs, in one sentence; empty where it may be given."""
+        """Return what the verdict still requires, in one sentence; empty if nothing."""
         missing = self.missing()
         if missing:
             return _missing_words(missing)
         return kind_of(self.stage).open_end(self.situation(), self.stage.procedure.test)
 
     def require_open(self) -> None:
-        """Raise CalibrationError where nothing may be added any more."""
+        """Raise CalibrationError if the test is closed."""
         if self.finished is not None or self.abandoned is not None:
             raise CalibrationError(
                 "acceptance.finished",
@@ -121,7 +113,7 @@ class SessionState:
             )
 
     def require_next(self) -> int:
-        """Return the position of the next point; raise CalibrationError where none may be taken."""
+        """Return the position of the next point; raise CalibrationError if none is due."""
         position = self.current()
         if position < 0:
             raise CalibrationError(
@@ -136,7 +128,7 @@ class SessionState:
         return position
 
     def require_complete(self) -> None:
-        """Raise CalibrationError where points are missing."""
+        """Raise CalibrationError if points are missing."""
         missing = self.missing()
         if missing:
             raise CalibrationError(
@@ -144,12 +136,12 @@ class SessionState:
             )
 
     def last_touched(self) -> int:
-        """Return the last position of which points were taken; -1 where none was."""
+        """Return the last position with points, or -1."""
         touched = [i for i, one in enumerate(self.taken) if one]
         return touched[-1] if touched else -1
 
     def needs_temperature(self) -> bool:
-        """Return whether the temperature is to be noted before the next point."""
+        """Return whether the temperature is required before the next point."""
         position = self.current()
         if position < 0 or self.taken[position]:
             return False
@@ -157,24 +149,24 @@ class SessionState:
         return not any(one.position == name and one.when == "begin" for one in self.climate)
 
     def next_item(self, position: int) -> int:
-        """Return which point of a position comes next."""
+        """Return the next point of a position."""
         return len(self.taken[position]) % len(self.plan[position].points_world)
 
     def reused(self, uv: Spots | None) -> str:
-        """Return why averaged spots may not be offered; empty where they may."""
+        """Return why averaged spots may not be used; empty if they may."""
         if uv is None or spots_hash(uv) not in self._seen:
             return ""
         return "These spots were used before, in the calibration or in this test."
 
     def verdict(self, values: tuple[JudgedValue, ...] | None = None) -> Verdict:
-        """Return the verdict on what was taken."""
+        """Return the verdict on the recorded points."""
         if climate_reasons(self.stage, self.climate):
             return Verdict.VOID
         judged = values_of(self.situation()) if values is None else values
         return worst_of([one.verdict for one in judged if not one.superseded])
 
     def instruction(self, position: int) -> str:
-        """Return what to do next, in one sentence."""
+        """Return the next instruction, in one sentence."""
         if position < 0:
             return "All points taken. Finish, or repeat what failed."
         plan, item = self.plan[position], self.next_item(position)
@@ -207,7 +199,7 @@ class SessionState:
         )  # fmt: skip
 
     def record(self, number: str, chain_head: str) -> AcceptanceRecord:
-        """Return the record of a finished test; raise CalibrationError where it is not."""
+        """Return the record of a finished test; raise CalibrationError if unfinished."""
         if self.finished is None:
             raise CalibrationError(
                 "acceptance.unfinished", "The test is not finished.", "Take what is missing."
@@ -232,7 +224,7 @@ class SessionState:
 
 
 def _plain(event: msgspec.Struct, kind: type[S]) -> S:
-    """Return an event as the struct that it is made from, without its tag."""
+    """Return an event as its base struct, without tag."""
     return kind(**{name: getattr(event, name) for name in kind.__struct_fields__})
 
 

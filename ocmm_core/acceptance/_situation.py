@@ -1,4 +1,4 @@
-"""What a test stands on while it is planned, taken and judged."""
+"""Data for planning, recording and judging a test."""
 
 from __future__ import annotations
 
@@ -23,21 +23,19 @@ from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3, unit
 
 _SIGMA_K = 0.3
-"""Standard uncertainty of the temperature of an artefact, K: a thermometer beside it."""
+"""Standard uncertainty of an artefact's temperature, K: a thermometer next to it."""
 
 THIRDS = ("near third", "middle third", "far third")
 
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """What is tested, how, and with what; what a plan follows from."""
+    """Procedure, instrument and artefacts, which determine the plan."""
 
     procedure: Procedure
     instrument: Instrument
     artefacts: tuple[UsedArtefact, ...]
-    """`procedure`, `instrument`, `artefacts`: See `AcceptanceRecord`."""
     seed: int = 0
-    """Of the order."""
 
     @property
     def volume(self) -> Float:
@@ -49,7 +47,7 @@ class Stage:
         return tuple(one for one in self.artefacts if one.role == role)
 
     def only(self, role: str) -> UsedArtefact:
-        """Return the artefact with a role; raise CalibrationError where it is missing."""
+        """Return the artefact with a role; raise CalibrationError if missing."""
         found = self.of_role(role)
         if not found:
             raise CalibrationError(
@@ -60,7 +58,7 @@ class Stage:
         return found[0]
 
     def limit(self, quantity: str) -> Mpe:
-        """Return the limit of a quantity; raise CalibrationError where there is none."""
+        """Return the limit of a quantity; raise CalibrationError if missing."""
         found = self.procedure.limits.get(quantity)
         if found is None:
             raise CalibrationError(
@@ -73,37 +71,35 @@ class Stage:
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What was taken: ball centres and handles of every position."""
+    """Recorded ball centres and handles of every position."""
 
     stage: Stage
     plan: tuple[PlannedPosition, ...]
     """Positions, retests last."""
     tips: tuple[Points3, ...]
-    """(n, 3), mm, of every position, in the order of its points."""
+    """(n, 3), mm, of every position, in point order."""
     handles: tuple[Points3, ...]
-    """(n, 3) or (0, 3) where nobody knows them."""
+    """(n, 3), or (0, 3) if unknown."""
     celsius: tuple[float | None, ...]
-    """Of every position; None where nobody noted it."""
+    """Per position; None if not logged."""
 
     def root(self, position: int) -> int:
-        """Return the position that one is a retest of, in the end; itself where it is none."""
+        """Return the original position of a retest chain; itself if not a retest."""
         while self.plan[position].retest_of >= 0:
             position = self.plan[position].retest_of
         return position
 
     def depth(self, position: int) -> int:
-        """Return which retest a position belongs to; zero for none."""
+        """Return the retest number of a position; zero for none."""
         found = 0
         while self.plan[position].retest_of >= 0:
             position, found = self.plan[position].retest_of, found + 1
         return found
 
     def is_complete(self, position: int) -> bool:
-        """Return whether all points of a position were taken."""
         return len(self.tips[position]) == wanted(self.plan[position])
 
     def complete(self) -> list[int]:
-        """Return the positions that are complete."""
         return [i for i in range(len(self.plan)) if self.is_complete(i)]
 
     def value(
@@ -151,10 +147,10 @@ def worst_of(verdicts: Sequence[Verdict]) -> Verdict:
 def certified_at(
     artefact: UsedArtefact, length: float, celsius: float | None
 ) -> tuple[float, float]:
-    """Return a certified length at a temperature, and U (k = 2) of it, mm.
+    """Return a certified length at a temperature, and its U (k = 2), mm.
 
     l (1 + a (T - 20)); U holds the certificate, l a u(T) and l |T - 20| u(a). Without a
-    temperature, 20 degrees give or take 2 K are assumed.
+    temperature, 20 degrees +- 2 K are assumed.
     """
     off = 0.0 if celsius is None else celsius - REFERENCE_C
     sigma_k = 2.0 if celsius is None else _SIGMA_K
@@ -164,24 +160,24 @@ def certified_at(
 
 
 def wanted(position: PlannedPosition) -> int:
-    """Return how many points a position has, with its repeats."""
+    """Return the number of points of a position, with repeats."""
     return len(position.points_world) * position.repeats
 
 
 def third_of(point: Float, stage: Stage) -> str:
-    """Return which third of the volume a point (3,), mm, is in, as the cameras see it."""
+    """Return the third of the volume with a point (3,), mm, in the cameras' direction."""
     return THIRDS[min(max(int(3.0 * depth_share(point, stage)), 0), 2)]
 
 
 def depth_share(point: Float, stage: Stage) -> float:
-    """Return how deep in the volume a point is: 0 nearest to the cameras, 1 farthest."""
+    """Return the relative depth of a point: 0 nearest to the cameras, 1 farthest."""
     away = unit(np.array(stage.instrument.away))
     depths = corners_of(stage.volume) @ away
     return float((point @ away - depths.min()) / np.ptp(depths))
 
 
 def stand_at(place: str, stage: Stage, room: float) -> Float:
-    """Return where something of a radius stands in a third of the volume, (3,), mm."""
+    """Return the place of an object of radius `room` in a third of the volume, (3,), mm."""
     away, volume = unit(np.array(stage.instrument.away)), stage.volume
     middle = volume.mean(axis=0)
     reach = float(np.abs(away) @ np.ptp(volume, axis=0))
@@ -196,7 +192,7 @@ def situation_of(
     observations: Sequence[Observation],
     climate: Sequence[Climate],
 ) -> Situation:
-    """Return what observations say, position by position."""
+    """Return observations by position."""
     tips: list[Points3] = []
     handles: list[Points3] = []
     for position in range(len(plan)):

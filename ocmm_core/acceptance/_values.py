@@ -1,7 +1,7 @@
-"""The test values of acceptance tests: pure functions of points and lengths.
+"""Test values of acceptance tests: pure functions of points and lengths.
 
-Every function takes what was measured and gives one error or an array of errors; none of them knows
-a limit. The test statistics that noise alone produces are in the tests of this file.
+Each function returns one error or an array of errors, without limits. The tests of this file
+contain the statistics that noise alone produces.
 """
 
 from __future__ import annotations
@@ -16,19 +16,18 @@ from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float, Points3
 
 _ROUNDING = 1e-12
-"""Of a radius: a point that the ball was laid through is inside."""
+"""Relative tolerance for points on the sphere."""
 
 
 @dataclass(frozen=True, slots=True)
 class SphereValues:
-    """A sphere that was probed."""
+    """A probed sphere."""
 
     centre: Float
-    """(3,), mm."""
     diameter: float
-    """Of the surface on which the ball centres lie, mm."""
+    """Diameter of the sphere through the ball centres, mm."""
     form: float
-    """Largest less smallest distance from the centre, mm (P_Form)."""
+    """Range of the distances from the centre, mm (P_Form)."""
     gain: float
     """Standard deviation of the diameter over that of one point."""
 
@@ -42,7 +41,7 @@ class SpatValues:
     two_sigma: float
     """2 sqrt(sum d^2 / (n - 1)), mm."""
     half_ranges: Float
-    """Half of largest less smallest coordinate, axis by axis (3,), mm."""
+    """Half of the coordinate ranges (3,), mm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,17 +61,9 @@ def nest_lengths(nests: Points3) -> Float:
 
 
 def sphere_values(points: Points3) -> SphereValues:
-    """Return size and form of one sphere from one least-squares fit (ISO 10360-5).
+    """Return size and form of a sphere fitted to ball centres (n, 3), mm (ISO 10360-5).
 
-    Parameters
-    ----------
-    points
-        (n, 3), mm: ball centres.
-
-    Raises
-    ------
-    CalibrationError
-        The points do not determine a sphere.
+    From one least-squares fit. Raises CalibrationError if the points do not determine a sphere.
     """
     centre, radius, gain = fit_sphere(points)
     form = float(np.ptp(np.linalg.norm(points - centre, axis=1)))
@@ -80,16 +71,11 @@ def sphere_values(points: Points3) -> SphereValues:
 
 
 def smallest_ball(points: Points3) -> tuple[Float, float]:
-    """Return centre (3,) and radius of the smallest ball that holds a few points (n, 3).
+    """Return centre (3,) and radius of the smallest ball around a few points (n, 3).
 
     It is the circumscribed ball of two, three or four of them; all are tried, which is exact and
-    cheap for the five centres of a location test. The circumcentre of p_0 ... p_k is
-    p_0 + A^T x with 2 A A^T x = diag(A A^T), A = rows p_i - p_0.
-
-    Raises
-    ------
-    MeasuringError
-        There is no point.
+    cheap for the five centres of a location test. The circumcentre of p_0 ... p_k is p_0 + A^T x
+    with 2 A A^T x = diag(A A^T), A = rows p_i - p_0. Raises MeasuringError without points.
     """
     if not len(points):
         raise MeasuringError("acceptance.no_points", "No centres were measured.", "Probe them.")
@@ -106,7 +92,7 @@ def smallest_ball(points: Points3) -> tuple[Float, float]:
         arms = corners[:, 1:] - corners[:, :1]
         gram = arms @ np.swapaxes(arms, 1, 2)
         square = np.diagonal(gram, axis1=1, axis2=2)
-        # Three on one line or four in one plane: fewer of them span the ball.
+        # Three collinear or four coplanar points: fewer of them span the ball.
         usable = np.abs(np.linalg.det(gram)) > 1e-12 * np.prod(square, axis=1)
         if not usable.any():
             continue
@@ -126,12 +112,12 @@ def smallest_ball(points: Points3) -> tuple[Float, float]:
 
 
 def location_value(centres: Points3) -> float:
-    """Return L_Dia, mm: the diameter of the smallest ball that holds all centres (n, 3)."""
+    """Return L_Dia, mm: the diameter of the smallest ball around all centres (n, 3)."""
     return 2.0 * smallest_ball(centres)[1]
 
 
 def repeat_ranges(repeats: Float) -> Float:
-    """Return R0, largest less smallest, of lengths (..., r) that were measured r times."""
+    """Return R0, the range of lengths (..., r) measured r times."""
     ranges: Float = np.ptp(repeats, axis=-1)
     return ranges
 
@@ -160,29 +146,25 @@ def volumetric_values(errors: Float) -> VolumetricValues:
 
 
 def block_length(first: Points3, second: Points3, direction: Float, radius: float) -> float:
-    """Return the length of a block that was probed from both sides, mm.
+    """Return the length of a block probed from both sides, mm.
 
     Parameters
     ----------
     first, second
-        Ball centres (n, 3), mm, on either face; they are averaged.
+        Ball centres (n, 3), mm, on each face; averaged.
     direction
         (3,): unit vector of the certified direction, from the first face to the second.
     radius
-        Of the ball, mm.
+        Ball radius, mm.
     """
     between = second.mean(axis=0) - first.mean(axis=0)
     return float(between @ direction) - 2.0 * radius
 
 
 def faces_normal(first: Points3, second: Points3) -> Float:
-    """Return the direction (3,) of a block: the common normal of its faces, from first to second.
+    """Return the common normal (3,) of two faces, from first to second.
 
-    Parameters
-    ----------
-    first, second
-        Ball centres (n, 3), mm, on either face. Each face has its own place and both have one
-        normal: that of the smallest sum of squares.
+    Ball centres (n, 3), mm, on each face; individual positions and one normal by least squares.
     """
     arms = np.concatenate([first - first.mean(axis=0), second - second.mean(axis=0)])
     normal: Float = np.linalg.svd(arms, full_matrices=False)[2][-1]
@@ -191,7 +173,7 @@ def faces_normal(first: Points3, second: Points3) -> Float:
 
 
 def flatness(points: Points3) -> float:
-    """Return largest less smallest distance, mm, of points (n, 3) from their plane."""
+    """Return the range of the distances, mm, of points (n, 3) from their plane."""
     at = points - points.mean(axis=0)
     normal = np.linalg.svd(at, full_matrices=False)[2][-1]
     return float(np.ptp(at @ normal))
@@ -200,10 +182,7 @@ def flatness(points: Points3) -> float:
 def thickness(bottom: Points3, top: Points3, radius: float) -> Float:
     """Return the distances of points (n, 3) on top from the plane of the bottom, mm.
 
-    Parameters
-    ----------
-    radius
-        Of the ball, mm; taken off once on either side.
+    The ball radius, mm, is subtracted on both sides.
     """
     centre = bottom.mean(axis=0)
     normal = np.linalg.svd(bottom - centre, full_matrices=False)[2][-1]

@@ -1,14 +1,13 @@
-"""The part frame from measured features.
+"""Part frame from measured features.
 
-In: the rule of the plan, geometry and covariance of the measured datum features, saved frames.
-Out: the frame of the part with its derivative by the points, residuals, and free motions.
+In: the rule of the plan, geometry and covariance of the measured datum features, saved frames. Out:
+the frame of the part with its derivative by the points, residuals, and free motions.
 
-Read `_rules` (every kind of alignment as a document holds it) and `_checks`. `_datums` chooses
-the way: `_three_two_one`, `_datum_frame` and `_precedence` (ISO 5459), `_best_fit`,
-`_model_frame` with `_model_fit` (ball centres to faces of the model).
-`_frame_jacobian` says how a frame answers to the points, `_residuals`, `_freedom` and `_report`
-what an inspector sees before he accepts it; `_frame_document` saves one.
-It must not know tolerances, plans or job files.
+Read `_rules` (all kinds of alignment) and `_checks`. `_datums` selects the method:
+`_three_two_one`, `_datum_frame` and `_precedence` (ISO 5459), `_best_fit`, `_model_frame` with
+`_model_fit` (ball centres to faces of the model). `_frame_jacobian` has the derivatives of a frame,
+`_residuals`, `_freedom` and `_report` the preview; `_frame_document` stores one. The package is
+independent of tolerances, plans and job files.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.alignment._best_fit import fit_points, fit_points_locked
     from ocmm_core.alignment._checks import alignment_fault
-    from ocmm_core.alignment._datum_frame import MOST_DATUMS, datum_frame
+    from ocmm_core.alignment._datum_frame import MOST_DATUMS, datum_frame, freedoms_left
     from ocmm_core.alignment._datums import frame_of, nominal_frame, settled
     from ocmm_core.alignment._frame_document import (
         content_hash,
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
     from ocmm_core.alignment._frame_jacobian import frame_jacobian
     from ocmm_core.alignment._model_fit import ModelFit, fit_to_faces
     from ocmm_core.alignment._precedence import (
+        datums_in_precedence,
         datums_refit_by,
         in_precedence,
         may_be_refit,
@@ -63,7 +63,7 @@ else:
         __name__,
         _best_fit="fit_points fit_points_locked",
         _checks="alignment_fault",
-        _datum_frame="MOST_DATUMS datum_frame",
+        _datum_frame="MOST_DATUMS datum_frame freedoms_left",
         _datums="frame_of nominal_frame settled",
         _frame_document=(
             "content_hash frame_document is_covariance load_frame relocation save_frame saved_frame"
@@ -71,7 +71,10 @@ else:
         _frame_doubt="doubt_of saved_frame_in unknown_frame",
         _frame_jacobian="frame_jacobian",
         _model_fit="ModelFit fit_to_faces",
-        _precedence="refit_under_precedence in_precedence may_be_refit part_frame datums_refit_by",
+        _precedence=(
+            "datums_in_precedence datums_refit_by in_precedence may_be_refit part_frame "
+            "refit_under_precedence"
+        ),
         _report="AlignmentReport preview_alignment report_lines",
         _residuals="Residual",
         _rules=(
@@ -99,6 +102,7 @@ __all__ = [
     "alignment_fault",
     "content_hash",
     "datum_frame",
+    "datums_in_precedence",
     "datums_refit_by",
     "doubt_of",
     "fit_points",
@@ -108,6 +112,7 @@ __all__ = [
     "frame_jacobian",
     "frame_name",
     "frame_of",
+    "freedoms_left",
     "in_precedence",
     "is_covariance",
     "load_frame",

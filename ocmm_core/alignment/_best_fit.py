@@ -1,8 +1,7 @@
 """Best fit of measured points to their nominal places, free or with locked motions.
 
 All points enter through the triangular factor of their homogeneous coordinates (4 x 4), which
-leaves the sum of squares as it is up to a constant: however many points there are, the iteration
-works on four.
+preserves the sum of squares up to a constant: the iteration always works on four points.
 """
 
 from __future__ import annotations
@@ -17,16 +16,18 @@ from ocmm_core.features.shapes import GEOMETRY_SIZE, POINT
 from ocmm_core.geometry import Float, Points3, RigidTransform, rotation_from_vector, skew
 
 MIN_TRIANGLE_MM = 5.0
-"""Points nearer to one line than this leave the turn about it to their noise."""
+"""Points closer to one line leave the rotation about it to noise."""
 
 LEAST_HOLD = 1e-3
-"""Part of the size of the point set by which the points must stand off the axis of a free turn."""
+"""Least distance of the points from the axis of a free rotation, relative to the size of the point
+set.
+"""
 
 MOTIONS: tuple[LockedMotion, ...] = ("rx", "ry", "rz", "x", "y", "z")
-"""Of the part frame, in the order of a motion (6,): turns, rad, then shifts, mm."""
+"""Motions of the part frame in the order of (6,): rotations, rad, then shifts, mm."""
 _MOST_STEPS = 100
 _CONVERGED = 1e-13
-"""Step of a turn, rad, and of a shift as part of the size of the point set."""
+"""Step of a rotation, rad, and of a shift relative to the size of the point set."""
 
 
 def best_fit(
@@ -40,16 +41,16 @@ def best_fit(
     Parameters
     ----------
     rule
-        Which points, their weights, and what stays as ``start`` has it.
+        Points, weights, and motions fixed by ``start``.
     geometries, nominals
         Geometry vectors (12,), mm, world and part frame, by name.
     start
-        ``T_part_from_world`` of the alignment that comes first.
+        ``T_part_from_world`` of the preceding alignment.
 
     Raises
     ------
     FitError
-        A nominal is missing, or the points leave a motion open.
+        A nominal is missing, or the points leave a motion free.
     """
     missing = [name for name in rule.points if name not in nominals]
     if missing:
@@ -66,12 +67,9 @@ def best_fit(
 
 
 def relocated(rule: Relocation, geometries: Mapping[str, Float]) -> RigidTransform:
-    """Return the motion from the world to the frame of before, by its control points.
+    """Return the motion from the world to the previous frame, by its control points.
 
-    Raises
-    ------
-    FitError
-        The control points lie on one line, or one lies farther off than the limit.
+    Raises FitError for collinear control points, or one farther off than the limit.
     """
     measured = np.array([geometries[item.feature][POINT] for item in rule.control])
     wanted = np.array([item.place for item in rule.control])
@@ -89,7 +87,7 @@ def relocated(rule: Relocation, geometries: Mapping[str, Float]) -> RigidTransfo
 
 
 def fit_points(measured: Points3, wanted: Points3, weights: Float) -> RigidTransform:
-    """Return the rigid motion that takes points nearest to others, in closed form.
+    """Return the rigid motion of closest points, in closed form.
 
     Weighted orthogonal Procrustes with the determinant (S. Umeyama, IEEE PAMI 13, 1991).
 
@@ -103,7 +101,7 @@ def fit_points(measured: Points3, wanted: Points3, weights: Float) -> RigidTrans
     Raises
     ------
     FitError
-        The points lie on one line.
+        Collinear points.
     """
     shares = weights / weights.sum()
     a, b = shares @ measured, shares @ wanted
@@ -123,13 +121,13 @@ def fit_points_locked(
 ) -> RigidTransform:
     """Return the best fit that differs from ``start`` by motions that are not locked.
 
-    The difference is a turn by a rotation vector and a shift of the origin, both in the part frame:
-    what is locked of them is zero. Gauss-Newton from ``start``.
+    The difference is a rotation vector and a shift of the origin, both in the part frame, with
+    locked entries zero. Gauss-Newton from ``start``.
 
     Raises
     ------
     FitError
-        The points leave a motion open, or the fit finds no end.
+        The points leave a motion free, or no convergence.
     """
     free = [index for index, name in enumerate(MOTIONS) if name not in locked]
     if len(free) == len(MOTIONS):
@@ -174,13 +172,13 @@ def fit_points_locked(
 
 def _places(names: Sequence[str], geometries: Mapping[str, Float]) -> Points3:
     """Return the points (n, 3) of many elements."""
-    # Joining whole vectors is several times quicker than cutting each first.
+    # Joining whole vectors is several times faster than slicing each first.
     joined = np.concatenate([geometries[name] for name in names])
     return joined.reshape(len(names), GEOMETRY_SIZE)[:, POINT]
 
 
 def left_jacobian(vector: Float) -> Float:
-    """Return d(turn) / d(rotation vector), (3, 3), the turn seen in the turned frame."""
+    """Return d(rotation) / d(rotation vector), (3, 3), the rotation seen in the turned frame."""
     angle = float(np.linalg.norm(vector))
     cross = skew(vector)
     if angle < 1e-4:
@@ -195,7 +193,7 @@ def left_jacobian(vector: Float) -> Float:
 
 
 def _check_spread(arms: Points3) -> None:
-    """Refuse points, seen from their middle, that lie on one line."""
+    """Refuse collinear points, relative to their middle."""
     _, values, _ = np.linalg.svd(np.linalg.qr(arms, mode="r"))
     width = float(values[1]) / np.sqrt(len(arms)) if len(values) > 1 else 0.0
     if len(arms) < 3 or width < MIN_TRIANGLE_MM / np.sqrt(3.0):
@@ -207,7 +205,7 @@ def _check_spread(arms: Points3) -> None:
 
 
 def _check_held(free: Sequence[int], by_motion: Float) -> None:
-    """Refuse a turn that the points do not hold, once shifts have taken what they can of it."""
+    """Refuse a rotation not constrained by the points after elimination of shifts."""
     turns = [place for place, index in enumerate(free) if index < 3]
     if not turns:
         return

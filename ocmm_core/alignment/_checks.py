@@ -1,4 +1,4 @@
-"""What an alignment of a plan may name."""
+"""Checks of the alignment in a plan."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ LEAST_ON_MODEL = 7
 LEAST_FIXED = 1e-9
 
 Fault = tuple[str, str]
-"""The field, and what is wrong with it."""
+"""Faulty field, and the fault."""
 
 
 def alignment_fault(
     rule: Alignment, shapes: Mapping[str, Shape], field: str = "alignment"
 ) -> Fault | None:
-    """Return the field and the fault of an alignment that cannot be, else None.
+    """Return field and fault of an impossible alignment, else None.
 
     Parameters
     ----------
     shapes
         Of all features of the plan, probed and constructed, by name.
     field
-        Where the rule stands in the plan.
+        Field of the rule in the plan.
     """
     match rule:
         case DatumAlignment():

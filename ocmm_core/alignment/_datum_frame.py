@@ -1,9 +1,9 @@
-"""The frame of datums in their precedence (ISO 5459).
+"""Frame of datums in their precedence (ISO 5459).
 
-Each datum is met as well as those before it allow: first its direction, then its place, then the
-direction across it. What a datum holds is decided by the nominal geometry; how the part lies, by
-the measured one. A secondary plane that is not quite square to the primary one therefore turns the
-part about the primary's normal and does not tilt it.
+Each datum is satisfied as far as the preceding ones allow: first its direction, then its place,
+then the direction across it. Nominal geometry decides the constraints of a datum; measured geometry
+the pose of the part. A secondary plane not quite square to the primary one therefore turns the part
+about the primary's normal and does not tilt it.
 """
 
 from __future__ import annotations
@@ -24,34 +24,33 @@ from ocmm_core.geometry import Float, RigidTransform, unit
 MOST_DATUMS = 3
 
 _CLEARLY = 1e-6
-"""Part by which, and mm^2 by that at least, a choice of senses must be better than another."""
+"""Relative, and mm^2 at least, margin by which a choice of senses must be better than another."""
 
 
 @dataclass(frozen=True, slots=True)
 class DatumMisfit:
-    """How far a datum is from its nominal once the frame is set."""
+    """Deviation of a datum from its nominal in the frame."""
 
     name: str
     offset: float
-    """mm: of its place, along what it has a place for."""
+    """mm: of its place, in its located directions."""
     angle: float
     """rad: of its direction; zero for points."""
 
 
 @dataclass(frozen=True, slots=True)
 class DatumFrame:
-    """A frame that datums hold."""
+    """A frame defined by datums."""
 
     T_frame_from_world: RigidTransform
-    """In this frame the datums lie where their nominals are."""
+    """Brings the datums to their nominals."""
     free: Freedom
-    """What the datums leave open. The motion is one of those that differ by it; which one means
-    nothing."""
+    """Freedom left by the datums; the motion is an arbitrary one within it."""
     misfits: tuple[DatumMisfit, ...]
-    """Of every datum, in their order; zero for the first."""
+    """Of every datum, in order; zero for the first."""
     choice: int = 0
-    """Which of the senses of directions without a sense was taken; `datum_frame` takes the same one
-    again when it is given it."""
+    """Chosen senses of directions without one; passing it to `datum_frame` reproduces the choice.
+    """
 
 
 def datum_frame(
@@ -61,15 +60,14 @@ def datum_frame(
     nominals: Mapping[str, Float],
     choice: int | None = None,
 ) -> DatumFrame:
-    """Return the frame of one to three datums in the order of their precedence.
+    """Return the frame of one to three datums in order of precedence.
 
-    Points and spheres hold as points; lines, cylinders and circles as axes; cones and tori as axes
-    with a point; ellipses, slots and rectangles as axes with a direction across; planes as planes.
-    A cone's point is where it has the nominal radius. How deep a circle or slot lies is not its own
-    but where it was probed; its centre alone (`features.construct.PartOf`) holds there, too. Which
-    way a measured axis runs is chosen so that the datums,
-    and if they do not tell then all features that have a nominal, lie as near to their nominals as
-    can be; so do not leave features out that are known.
+    Points and spheres constrain as points; lines, cylinders and circles as axes; cones and tori as
+    axes with a point; ellipses, slots and rectangles as axes with a direction across; planes as
+    planes. A cone's point is at its nominal radius. The depth of a circle or slot is that of
+    probing, hence unconstrained; its centre alone (`features.construct.PartOf`) also constrains it.
+    Senses of measured axes are chosen so that the datums, or if undecided all features with a
+    nominal, are as close to their nominals as possible; so pass all available features.
 
     Parameters
     ----------
@@ -81,12 +79,12 @@ def datum_frame(
         Geometry vectors (12,), mm, in the frame, by name.
     choice
         That of an earlier frame of the same datums, so that small changes of the geometries do not
-        turn an axis round; then only the datums are looked at.
+        reverse an axis; then only the datums are used.
 
     Raises
     ------
     FitError
-        A datum is not measured or has no nominal, or one hardly says how the part lies.
+        A datum is not measured, has no nominal, or does not determine the frame.
     """
     if not 1 <= len(datums) <= MOST_DATUMS or len(set(datums)) < len(datums):
         raise FitError(
@@ -108,11 +106,23 @@ def frames_of_datums(
     shapes: Mapping[str, Shape],
     nominals: Mapping[str, Float],
 ) -> list[DatumFrame]:
-    """Return the frames of datums for either sense of every direction that has none.
-
-    See `datum_frame`, which takes the likeliest of them.
-    """
+    """Return the frames for both senses of every direction without one; see `datum_frame`."""
     return _frames([_element(name, geometries, shapes, nominals) for name in datums])
+
+
+def freedoms_left(
+    datums: Sequence[str], shapes: Mapping[str, Shape], nominals: Mapping[str, Float]
+) -> tuple[int, ...]:
+    """Return the degrees of freedom open before the first datum and after each, by the nominals.
+
+    Raises
+    ------
+    FitError
+        A datum has no nominal, or hardly constrains the part.
+    """
+    elements = [_element(name, nominals, shapes, nominals) for name in datums]
+    cuts = (elements[:count] for count in range(len(elements) + 1))
+    return tuple(next(_ways(Held.free(), cut)).freedom.count for cut in cuts)
 
 
 def _frames(elements: Sequence[_Element]) -> list[DatumFrame]:
@@ -122,7 +132,7 @@ def _frames(elements: Sequence[_Element]) -> list[DatumFrame]:
 
 @dataclass(frozen=True, slots=True)
 class _Element:
-    """A datum as measured (world) and as it should be (frame)."""
+    """A datum as measured (world) and nominal (frame)."""
 
     name: str
     shape: Shape
@@ -160,7 +170,7 @@ def _element(
 
 
 def _ways(held: Held, elements: Sequence[_Element]) -> Iterator[Held]:
-    """Yield how the part may lie for either sense of every direction that has none."""
+    """Yield the poses for both senses of every direction without one."""
     if not elements:
         yield held
         return
@@ -176,7 +186,7 @@ def _ways(held: Held, elements: Sequence[_Element]) -> Iterator[Held]:
 
 
 def _turns(held: Held, element: _Element, part: slice, senses: Sequence[float]) -> Iterator[Held]:
-    """Yield ``held`` turned to a direction of a datum in each sense, or as it is if none turns."""
+    """Yield ``held`` turned to a datum's direction in each sense, or unchanged if none turns."""
     for sense in senses:
         measured, nominal = element.measured[part], element.nominal[part]
         turned = turn_to(held, measured, nominal, sense, element.name)
@@ -200,7 +210,7 @@ def _likeliest(
     shapes: Mapping[str, Shape],
     nominals: Mapping[str, Float],
 ) -> DatumFrame:
-    """Return the frame in which the datums, and if they do not tell all features, lie best."""
+    """Return the frame with the best match of the datums, or if undecided of all features."""
     squares = [
         sum(item.offset**2 + (LEVER_MM * item.angle) ** 2 for item in frame.misfits)
         for frame in frames
@@ -219,7 +229,7 @@ def _likeliest(
 
 
 def _rows(shape: Shape, nominal: Float) -> Float:
-    """Return the directions along which a datum has a place, (m, 3), frame."""
+    """Return the located directions of a datum, (m, 3), frame."""
     direction = nominal[DIRECTION]
     match shape.spec.located:
         case "along":

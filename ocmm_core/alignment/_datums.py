@@ -1,9 +1,8 @@
-"""The frame of the part by any rule of alignment, from the geometry of measured features.
+"""Part frame by any alignment rule, from the geometry of measured features.
 
-Alignment by reference points (RPS): six conditions that hold exactly.
-
-Each condition brings one coordinate of one point to its nominal place. They are six equations for
-the six motions of the part; Newton's method solves them from a first alignment.
+Alignment by reference points (RPS): six exact conditions, each bringing one coordinate of one point
+to its nominal place. They are six equations for the six motions of the part, solved by Newton's
+method from a first alignment.
 """
 
 from __future__ import annotations
@@ -37,11 +36,11 @@ from ocmm_core.features.shapes import POINT
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
 
 LEAST_HOLD = 0.01
-"""Part of the best held motion that the worst held one must have, turns at the points' distance."""
+"""Least ratio of the worst to the best held motion, rotations at the points' distance."""
 
 _MOST_STEPS = 30
 _CONVERGED = 1e-12
-"""mm for every metre of the size: what the conditions may miss by."""
+"""mm per metre of the size: tolerance of the conditions."""
 
 
 def reference_points(
@@ -50,20 +49,20 @@ def reference_points(
     nominals: Mapping[str, Float],
     start: RigidTransform | None,
 ) -> RigidTransform:
-    """Return the motion from the world to the part frame in which all conditions hold.
+    """Return the motion from the world to the part frame that meets all conditions.
 
     Parameters
     ----------
     geometries, nominals
         Geometry vectors (12,), mm, world and part frame, by name.
     start
-        ``T_part_from_world`` of the alignment that comes first.
+        ``T_part_from_world`` of the preceding alignment.
 
     Raises
     ------
     FitError
-        A nominal is missing, the conditions leave a motion open or contradict each other, or they
-        are not met.
+        A nominal is missing, the conditions leave a motion free or are contradictory, or no
+        convergence.
     """
     names = list(dict.fromkeys(item.feature for item in rule.conditions))
     for name in names:
@@ -126,39 +125,31 @@ def frame_of(
 ) -> RigidTransform:
     """Return the motion from the world to the part frame, ``T_part_from_world``.
 
-    It rests on the features that the rule names and on no others, but for the choice of which way
-    an axis runs.
-
-    Datums are taken as they are given here; `precedence.part_frame` associates those after the
-    first again.
+    It depends only on the features named in the rule, except for the choice of axis senses. Datums
+    are used as given; `precedence.part_frame` re-associates those after the first.
 
     Parameters
     ----------
     rule
-        Which features say where the part is; bound to nominals where its kind needs them.
+        Alignment rule; bound to nominals if its kind needs them.
     geometries
         Geometry vectors (12,) of the features, mm, world frame (`features.shapes.Fit`).
     actual
-        The features themselves, where they were touched: a best fit to the model needs the balls.
+        Touched features: a best fit to the model needs the balls.
 
     Raises
     ------
     FitError
-        A feature is not measured or has no nominal, the features do not say where the part is, or
-        it lies otherwise than they should.
+        A feature is not measured or has no nominal, or the features do not determine the frame or
+        contradict the nominals.
     """
     return _placed(*_parts(rule), geometries, actual)[0]
 
 
 def settled(bound: BoundAlignment, geometries: Mapping[str, Float]) -> BoundAlignment:
-    """Return the alignment with it settled which way axes without a sense run.
+    """Return the alignment with fixed senses of axes without one; raises as `frame_of`.
 
-    It is settled once by all features of the job; results then need not each find the same.
-
-    Raises
-    ------
-    FitError
-        As `frame_of`.
+    They are determined once by all features of the job, so that all results agree.
     """
     if isinstance(bound.rule, ModelBestFit):
         return replace(bound, choice=0)
@@ -167,15 +158,10 @@ def settled(bound: BoundAlignment, geometries: Mapping[str, Float]) -> BoundAlig
 
 
 def nominal_frame(bound: BoundAlignment) -> RigidTransform:
-    """Return the motion from the frame in which nominals are written to the part frame.
+    """Return the motion from the frame of the nominals to the part frame.
 
-    For a 3-2-1 alignment it is the alignment of the nominals themselves, which need not be written
-    in the frame that it makes; every other kind brings the part to its nominals.
-
-    Raises
-    ------
-    FitError
-        The nominals do not determine the frame.
+    For a 3-2-1 alignment it is the alignment of the nominals themselves, which may be in another
+    frame; every other kind brings the part to its nominals. Raises FitError if undetermined.
     """
     if not isinstance(bound.rule, DatumAlignment):
         return RigidTransform.identity()
@@ -194,7 +180,7 @@ def datums_of(
     geometries: Mapping[str, Float],
     bound: BoundAlignment,
 ) -> DatumFrame:
-    """Return the datum frame of a rule, with what it leaves open."""
+    """Return the datum frame of a rule, with its freedom."""
     return datum_frame(rule.features, geometries, bound.shapes, bound.nominals, bound.choice)
 
 

@@ -1,8 +1,8 @@
-"""Frames that outlive a job: that of a machine, or of a part before it is moved.
+"""Frames stored beyond a job: of a machine, or of a part before it is moved.
 
-The document is TOML (``ocmm.frame/1``) and carries the hash of its own content, so that a changed
-number is noticed. A plan takes over what it needs (`saved_frame`, `relocation`) together with the
-hash, and does not need the file any more.
+The document is TOML (``ocmm.frame/1``) with the hash of its content, so that changes are detected.
+A plan copies the required data (`saved_frame`, `relocation`) with the hash, and does not need the
+file.
 """
 
 from __future__ import annotations
@@ -24,33 +24,33 @@ SCHEMA = "ocmm.frame/1"
 
 _ROTATION_FAULT = 1e-9
 _ASYMMETRY = 1e-9
-"""Of a covariance, against its diagonal; as much may rounding take below zero."""
+"""Of a covariance, relative to its diagonal; also the allowed rounding below zero."""
 
 
 class FrameDocument(Document, frozen=True, kw_only=True):
-    """A frame as it is written down; lengths in mm."""
+    """Document of a frame; lengths in mm."""
 
     name: str
-    """Of the frame, as reports say it."""
     made: str
-    """When it was measured, ISO 8601 with its offset from UTC."""
+    """Time of measurement, ISO 8601 with its offset from UTC."""
     source: str
-    """Where it comes from: part, serial number, job."""
+    """Origin: part, serial number, job."""
     rotation: tuple[Vector3, Vector3, Vector3]
     """Rows of the rotation from the world to the frame."""
     translation: Vector3
     """mm, frame."""
     control: tuple[ControlPoint, ...] = ()
-    """Points of the part with their places in the frame; at them it is found again after the part
-    was moved. May be empty."""
+    """Points of the part with their places in the frame, to recover it after the part was moved.
+    May be empty.
+    """
     covariance: tuple[tuple[float, ...], ...] = ()
-    """Six rows of six: of a small turn, rad, about the axes of the frame through its origin, and a
-    shift, mm, along them, as the job knew them. Empty in documents that are older."""
+    """Six rows of six: of a small rotation, rad, about the axes of the frame through its origin,
+    and a shift, mm, along them, from the job. Empty in older documents.
+    """
     simulated: bool = False
-    """It was measured on a virtual rig. Left out where it was not, so that the hashes of older
-    documents hold."""
+    """Measured on a virtual rig. Omitted if False, to preserve the hashes of older documents."""
     sha256: str = ""
-    """Of all else (`content_hash`)."""
+    """Hash of the rest (`content_hash`)."""
     schema: str = SCHEMA
     unit: str = "mm"
 
@@ -77,9 +77,9 @@ def frame_document(
     T_frame_from_world
         The frame (`alignment.datums.frame_of`).
     control_world
-        Centres (3,), mm, world, of features that will be touched again, by name.
+        Centres (3,), mm, world, of features to be touched again, by name.
     covariance
-        (6, 6), rad and mm, of the frame; None where it is not known.
+        (6, 6), rad and mm, of the frame; None if unknown.
     simulated
         The job was measured on a virtual rig.
     """
@@ -101,10 +101,10 @@ def frame_document(
 
 
 def content_hash(document: FrameDocument) -> str:
-    """Return the SHA-256 of a document without the hash that it carries."""
+    """Return the SHA-256 of a document without its stored hash."""
     content = msgspec.to_builtins(msgspec.structs.replace(document, sha256=""))
     if not document.covariance:
-        # As it was before documents held one: their hashes stay right.
+        # Omit fields newer than older documents: their hashes stay valid.
         del content["covariance"]
     if not document.simulated:
         del content["simulated"]
@@ -114,10 +114,7 @@ def content_hash(document: FrameDocument) -> str:
 def save_frame(path: Path, document: FrameDocument) -> None:
     """Write the document of a frame; an existing file is never replaced.
 
-    Raises
-    ------
-    StorageError
-        There is a file already, or the folder cannot be written.
+    Raises StorageError if the file exists, or the folder cannot be written.
     """
     if path.exists():
         raise StorageError(
@@ -141,7 +138,7 @@ def load_frame(path: Path) -> FrameDocument:
     Raises
     ------
     InputError
-        It is malformed, its rotation is none, or it was changed after it was saved.
+        Malformed, not a rotation, or changed after it was saved.
     """
     document = load_document(path, FrameDocument, SCHEMA)
     rotation = document.T_frame_from_world.rotation
@@ -171,11 +168,11 @@ def load_frame(path: Path) -> FrameDocument:
 
 
 def is_covariance(matrix: Float) -> bool:
-    """Return whether a matrix is a covariance of a turn and a shift, (6, 6)."""
+    """Return whether a matrix is a covariance of rotation and shift, (6, 6)."""
     if matrix.shape != (6, 6) or not np.all(np.isfinite(matrix)):
         return False
     scale = np.sqrt(np.diagonal(matrix).clip(min=0.0))
-    # A turn and a shift have different units: seen by their own sizes they compare.
+    # Rotation and shift have different units: normalise by their sizes.
     seen = matrix / np.outer(*[np.where(scale > 0.0, scale, 1.0)] * 2)
     if np.abs(seen - seen.T).max() > _ASYMMETRY:
         return False
@@ -183,7 +180,7 @@ def is_covariance(matrix: Float) -> bool:
 
 
 def saved_frame(document: FrameDocument) -> SavedFrame:
-    """Return the alignment that takes a frame as it was saved."""
+    """Return the alignment that uses a stored frame."""
     return SavedFrame(
         name=document.name,
         digest=document.sha256,
@@ -195,12 +192,9 @@ def saved_frame(document: FrameDocument) -> SavedFrame:
 
 
 def relocation(document: FrameDocument, limit: float) -> Relocation:
-    """Return the alignment that finds a frame again at its control points.
+    """Return the alignment that recovers a frame from its control points.
 
-    Raises
-    ------
-    InputError
-        It has fewer than three.
+    Raises InputError for fewer than three.
     """
     if len(document.control) < 3:
         raise InputError(
@@ -236,7 +230,7 @@ _TEXTS = ("schema", "unit", "name", "made", "source", "sha256")
 
 
 def _quoted(text: str) -> str:
-    # A JSON string is a TOML string: the same escapes, and control characters by their number.
+    # A JSON string is a TOML string: same escapes, and control characters by their number.
     return msgspec.json.encode(text).decode("utf-8").replace("\x7f", "\\u007f")
 
 

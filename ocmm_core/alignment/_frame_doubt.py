@@ -1,4 +1,4 @@
-"""How well the place of a saved frame is known, as its document says."""
+"""Uncertainty of a saved frame, from its document."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ocmm_core.measuring import FrameDoubt
 
 
 def saved_frame_in(rule: AnyAlignment | None) -> SavedFrame | None:
-    """Return the saved frame that an alignment takes over, itself or as its start."""
+    """Return the saved frame of an alignment, as rule or start."""
     kind = rule.rule if isinstance(rule, BoundAlignment) else rule
     if isinstance(kind, (BestFit, ReferencePoints)):
         kind = kind.start
@@ -24,10 +24,9 @@ def saved_frame_in(rule: AnyAlignment | None) -> SavedFrame | None:
 
 
 def doubt_of(rule: AnyAlignment | None) -> FrameDoubt | None:
-    """Return what is uncertain of a frame that the job has not measured.
+    """Return the uncertainty of a frame not measured in the job.
 
-    None where it rests on no saved frame, or on one whose document does not say
-    (`unknown_frame`).
+    None without a saved frame, or for one without a stated uncertainty (`unknown_frame`).
     """
     saved = saved_frame_in(rule)
     if saved is None or not saved.covariance:
@@ -37,7 +36,7 @@ def doubt_of(rule: AnyAlignment | None) -> FrameDoubt | None:
 
 
 def unknown_frame(rule: AnyAlignment | None) -> str:
-    """Return why nothing is proven in a frame whose uncertainty nobody knows; else nothing."""
+    """Return why a frame of unknown uncertainty proves nothing, or empty text."""
     saved = saved_frame_in(rule)
     if saved is None or saved.covariance:
         return ""

@@ -1,4 +1,4 @@
-"""How a frame answers to the points of the job."""
+"""Derivatives of a frame by the points of the job."""
 
 from __future__ import annotations
 
@@ -27,25 +27,26 @@ _STEPS = np.full(GEOMETRY_SIZE, 1e-5)
 _STEPS[[0, 1, 2, RADIUS, SECOND]] = 1e-3
 """Steps of the central differences, mm, and for directions and angles rad.
 
-Places in the world are a few metres at most: rounding of 1e-12 mm in them is 1e-9 in a slope. What
-curves enough to matter over a step has a lever of less than a millimetre, and is refused.
+World coordinates are at most a few metres: rounding of 1e-12 mm in them is 1e-9 in a derivative.
+Geometry with significant curvature over a step has a lever of less than a millimetre, and is
+refused.
 """
 
 
 def frame_jacobian(
     rule: AnyAlignment, actual: Mapping[str, ActualFeature], T_part_from_world: RigidTransform
 ) -> Rows:
-    """Return how the part frame moves with the points, 6 rows.
+    """Return the derivatives of the part frame by the points, 6 rows.
 
-    Rows are a small turn, rad, about the axes of the part frame through its origin, and a shift,
-    mm, along them, of the measured part in its frame.
+    Rows are a small rotation, rad, about the axes of the part frame through its origin, and a
+    shift, mm, along them, of the measured part in its frame.
 
     Parameters
     ----------
     rule
-        Of the frame, its senses settled.
+        Of the frame, with fixed senses.
     actual
-        All features that it rests on.
+        All features involved.
     T_part_from_world
         The frame itself (`alignment.datums.frame_of`).
     """
@@ -72,7 +73,7 @@ def frame_jacobian(
 
 
 def _only_points(rule: AnyAlignment, name: str) -> bool:
-    """Return whether a frame rests on the place of a feature and on nothing else of it."""
+    """Return whether a frame depends only on the place of a feature."""
     kind = rule.rule if isinstance(rule, BoundAlignment) else rule
     if isinstance(kind, (BestFit, ReferencePoints)):
         return kind.start is None or name not in kind.start.features
@@ -80,7 +81,7 @@ def _only_points(rule: AnyAlignment, name: str) -> bool:
 
 
 def _small_motion(motion: RigidTransform) -> Float:
-    """Return turn (rad) and shift (mm) of a motion near to none, (6,)."""
+    """Return rotation (rad) and shift (mm) of a small motion, (6,)."""
     rotation = motion.rotation
     turn = 0.5 * np.array(
         [

@@ -1,9 +1,9 @@
-"""Motions of a frame that are still open, and how a datum uses them up.
+"""Free motions of a frame, and their reduction by datums.
 
-The motions that leave some points, axes and planes in place form a group of one of few kinds
-(J. M. Herve, Mechanism and Machine Theory 13, 1978): all, planar, cylindrical, spherical, turning,
-sliding, none. Turning axes and sliding directions describe each of them, so that every datum is
-met in closed form.
+The motions that leave some points, axes and planes in place form a group of one of few kinds (J. M.
+Herve, Mechanism and Machine Theory 13, 1978): all, planar, cylindrical, spherical, turning,
+sliding, none. Each is described by turning axes and sliding directions, so that every datum is
+satisfied in closed form.
 """
 
 from __future__ import annotations
@@ -17,45 +17,46 @@ from ocmm_core.errors import FitError
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, skew
 
 SAME_DIRECTION = 1e-6
-"""Sine below which two nominal directions are meant to be the same."""
+"""Sine below which two nominal directions count as equal."""
 
 NEARLY = 0.05
-"""Sine between nominal directions below which noise, not the part, would say how it turns."""
+"""Sine between nominal directions below which noise, not the part, would determine the rotation."""
 
 SHORTEST_MM = 1.0
-"""Lever below which a point does not say how the part is turned."""
+"""Lever below which a point does not determine a rotation."""
 
 
 @dataclass(frozen=True, slots=True)
 class Freedom:
-    """Motions of the frame that leave all datums so far in place."""
+    """Motions of the frame that leave all preceding datums in place."""
 
     turn: Float
-    """(0, 3), (1, 3) or (3, 3): no axis, one, or any about which turning is open; unit, frame."""
+    """(0, 3), (1, 3) or (3, 3): free rotation axes: none, one, or any; unit, frame."""
     centre: Float
-    """(3,), mm, frame: the axes pass through it. Says nothing while sliding square to the axes is
-    open too."""
+    """(3,), mm, frame: the axes pass through it. Meaningless if sliding square to the axes is also
+    free.
+    """
     slide: Float
-    """(0 to 3, 3): orthonormal directions of open translations, frame."""
+    """(0 to 3, 3): orthonormal directions of free translations, frame."""
 
     @classmethod
     def full(cls) -> Freedom:
-        """Return the freedom of a part that nothing holds."""
+        """Return the freedom of an unconstrained part."""
         return cls(np.eye(3), np.zeros(3), np.eye(3))
 
     @property
     def count(self) -> int:
-        """Return how many degrees of freedom are open, 0 to 6."""
+        """Return the number of free degrees of freedom, 0 to 6."""
         return len(self.turn) + len(self.slide)
 
     def motions(self) -> Float:
-        """Return the small open motions (6, count): turn, rad, over shift, mm, about the origin."""
+        """Return the small free motions (6, count): rotation, rad, over shift, mm."""
         turning = [np.append(axis, cross(self.centre, axis)) for axis in self.turn]
         sliding = [np.append(np.zeros(3), direction) for direction in self.slide]
         return np.array(turning + sliding).reshape(-1, 6).T
 
     def words(self) -> tuple[str, ...]:
-        """Return what is open as the inspector reads it; empty where nothing is."""
+        """Return the free motions in words; empty if none."""
         if len(self.turn) == 3:
             turning = ["rotation about any axis"]
         else:
@@ -70,31 +71,31 @@ class Freedom:
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """A motion to the frame, and what of it is still open."""
+    """A motion to the frame, with its remaining freedom."""
 
     T_frame_from_world: RigidTransform
     freedom: Freedom
 
     @classmethod
     def free(cls) -> Held:
-        """Return the start: the world itself, and nothing held."""
+        """Return the start: identity, unconstrained."""
         return cls(RigidTransform.identity(), Freedom.full())
 
 
 def turn_to(held: Held, direction_world: Float, nominal: Float, sense: float, name: str) -> Held:
-    """Return the frame turned, as far as it may, until a measured direction is the nominal one.
+    """Return the frame turned, as far as free, until a measured direction is nominal.
 
     Parameters
     ----------
     direction_world, nominal
-        (3,), unit: as measured in the world, and as it should be in the frame.
+        (3,), unit: as measured in the world, and nominal in the frame.
     sense
-        1.0, or -1.0 where the measured direction runs the other way.
+        1.0, or -1.0 to reverse the measured direction.
 
     Raises
     ------
     FitError
-        The direction nearly is the one about which the part may turn.
+        The direction is nearly parallel to the free rotation axis.
     """
     freedom = held.freedom
     direction = sense * (held.T_frame_from_world.rotation @ direction_world)
@@ -114,22 +115,22 @@ def turn_to(held: Held, direction_world: Float, nominal: Float, sense: float, na
 
 
 def move_to(held: Held, point_world: Float, nominal: Float, rows: Float, name: str) -> Held:
-    """Return the frame moved, as far as it may, until a measured point is at its nominal place.
+    """Return the frame moved, as far as free, until a measured point is nominal.
 
-    It slides where it can; what sliding does not reach is reached by turning about the centre.
+    By sliding if possible, else by rotation about the centre.
 
     Parameters
     ----------
     point_world, nominal
-        (3,), mm: as measured in the world, and as it should be in the frame.
+        (3,), mm: as measured in the world, and nominal in the frame.
     rows
-        (m, 3): orthonormal directions along which the datum has a place: one for a plane, two for
-        an axis, three for a point.
+        (m, 3): orthonormal located directions of the datum: one for a plane, two for an axis, three
+        for a point.
 
     Raises
     ------
     FitError
-        The datum nearly does not say where the part is, or how it is turned.
+        The datum hardly determines position or rotation of the part.
     """
     freedom = held.freedom
     fixed_centre = not _slides_square_to_turns(freedom)
@@ -172,9 +173,9 @@ def move_to(held: Held, point_world: Float, nominal: Float, rows: Float, name: s
 
 
 def rotation_between(first: Float, second: Float) -> Float:
-    """Return the rotation (3, 3) by the smallest angle that takes one unit vector to another.
+    """Return the rotation (3, 3) by the smallest angle between two unit vectors.
 
-    Opposite vectors are first turned by half a turn, so that rounding is not blown up there.
+    Opposite vectors are first turned by half a turn, to avoid amplification of rounding.
     """
     flip = np.eye(3)
     if first @ second < 0.0:
@@ -187,7 +188,7 @@ def rotation_between(first: Float, second: Float) -> Float:
 
 
 def cross(first: Float, second: Float) -> Float:
-    """Return the vector product (3,) of two vectors; for single ones much quicker than numpy's."""
+    """Return the vector product (3,) of two vectors; for single ones much faster than numpy's."""
     a, b, c = first.tolist()
     d, e, f = second.tolist()
     return np.array([b * f - c * e, c * d - a * f, a * e - b * d])
@@ -216,7 +217,7 @@ def angle_about(axis: Float, start: Float, end: Float) -> float:
 
 
 def _slides_square_to_turns(freedom: Freedom) -> bool:
-    """Return whether every shift square to an open turn is open, so that no centre is fixed."""
+    """Return whether every shift square to a free rotation is free, so no centre is fixed."""
     if len(freedom.turn) == 3:
         return len(freedom.slide) == 3
     if not len(freedom.turn):

@@ -1,4 +1,4 @@
-"""How far features lie from their nominals, to choose which way an axis without a sense runs."""
+"""Misfit of features from their nominals, to choose the sense of axes without one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ocmm_core.features.shapes import DIRECTION, POINT, Shape
 from ocmm_core.geometry import Float, RigidTransform, unit
 
 LEVER_MM = 100.0
-"""A direction that is wrong counts as much as a place wrong by it, where senses are chosen."""
+"""Lever, mm, that weights a direction error against a place error for the choice of senses."""
 
 
 def misfit_of_all(
@@ -21,10 +21,10 @@ def misfit_of_all(
     shapes: Mapping[str, Shape],
     nominals: Mapping[str, Float],
 ) -> float:
-    """Return the squared misfit, mm^2, of all features, as far as it does not rest on chance.
+    """Return the squared misfit, mm^2, of all features in the constrained motions.
 
-    What is open in the frame is left out: places are compared by what turning about the open axis
-    and shifting along open directions does not change.
+    Free motions of the frame are excluded: places are compared by quantities invariant to rotation
+    about the free axis and shifts along free directions.
     """
     if len(free.turn) == 3:
         return 0.0

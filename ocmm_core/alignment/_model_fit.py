@@ -1,10 +1,10 @@
-"""Best fit of ball centres to faces of the model: where the distances from their feet are least.
+"""Best fit of ball centres to model faces, minimising the foot distances.
 
-Gauss-Newton with exact feet in every step: to first order a distance moves with its centre along
-the normal of the face alone, so a step needs nothing but normals and arms. What is locked stays as
-the start has it, in the sense of `fit_points_locked`. What the faces that were touched leave open
-(all turns about the centre of a sphere; shifts along a plane and the turn about its normal) is
-named, and nothing is fitted then: a frame with an open motion would stand where the search stopped.
+Gauss-Newton with exact feet in every step: to first order a distance only depends on motion along
+the face normal, so a step needs only normals and arms. Locked motions are fixed by the start, as in
+`fit_points_locked`. Freedom left by the touched faces (all rotations about the centre of a sphere;
+shifts along a plane and the rotation about its normal) is named and the fit refused, as the frame
+would otherwise be arbitrary.
 """
 
 from __future__ import annotations
@@ -23,27 +23,28 @@ from ocmm_core.part_model import Feet, SearchedFace, followed_feet, nearest_feet
 _MOST_STEPS = 60
 _CONVERGED_MM = 1e-9
 _AGAIN = 5
-"""Searches over all faces: a foot may lie on another face once the part has moved."""
+"""Searches over all faces: a foot may move to another face."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ModelFit:
-    """Where the part lies by faces of its model, and how well they are met."""
+    """Pose of the part by faces of its model, with residuals."""
 
     T_part_from_world: RigidTransform
     residuals: Float
     """(n,), mm: distance of each ball from its face, positive outside."""
     faces: tuple[int, ...]
-    """(n,): number of the face in the model that each point was held against."""
+    """(n,): model face number of each point."""
     by_tips: Float
-    """(6, 3 n): turn, rad, over shift, mm, of the frame by every ball centre, world; without what
-    residuals make of the curvature of faces."""
+    """(6, 3 n): rotation, rad, over shift, mm, of the frame by every ball centre, world; without
+    the effect of residuals and face curvature.
+    """
     by_radius: Float
-    """(6,): the same by one radius more of all balls."""
+    """(6,): the same by a common change of the ball radius."""
     normals: Float
     """(n, 3): of the faces at the feet, part frame."""
     locked: tuple[LockedMotion, ...]
-    """What stayed as the start had it."""
+    """Motions fixed by the start."""
 
 
 def fit_to_faces(
@@ -56,26 +57,25 @@ def fit_to_faces(
     locked: Sequence[LockedMotion] = (),
     names: Sequence[str] = (),
 ) -> ModelFit:
-    """Return the motion that takes ball centres nearest to one radius outside of faces.
+    """Return the motion of least distances of ball centres from one radius outside faces.
 
     Parameters
     ----------
     tips_world
         (n, 3), mm, ball centres.
     start
-        ``T_part_from_world``, near enough that each ball is nearest to the face it touched.
+        ``T_part_from_world``, close enough for each ball to be nearest to its touched face.
     weights
         (n,), positive, of the squared distances.
     locked
-        Motions of the part frame that stay as ``start`` has them.
+        Motions of the part frame fixed by ``start``.
     names
-        What errors call the points; without, they are counted.
+        Point names for errors; default their numbers.
 
     Raises
     ------
     FitError
-        The faces leave a motion open, a point has no foot that counts, there are too few points, or
-        the search does not come to rest.
+        The faces leave a motion free, a point has no valid foot, too few points, or no convergence.
     """
     free = [index for index, name in enumerate(MOTIONS) if name not in locked]
     n = len(tips_world)
@@ -124,7 +124,7 @@ def fit_to_faces(
                 feet.distances - tip_radius,
                 tuple(faces[place].number for place in feet.faces.tolist()),
                 twist @ by_motion.reshape(len(free), 3 * n),
-                # A greater ball shortens every distance as much as a shift inwards does.
+                # A larger ball shortens every distance like an inward shift.
                 -twist @ answers.sum(axis=1),
                 feet.normals,
                 tuple(locked),
@@ -149,7 +149,7 @@ def _check_feet(feet: Feet, names: Sequence[str]) -> None:
 
 
 def _as_twist(motion: Float) -> Float:
-    """Return how turn and shift of the frame follow a motion, (6, 6).
+    """Return the derivative of rotation and shift of the frame by a motion, (6, 6).
 
     A point p = R x + t moves by turn x (p - t) + dt, which is turn x p + (dt + t x turn).
     """
@@ -163,7 +163,7 @@ def _moved(before: Points3, motion: Float) -> Points3:
 
 
 def _slopes(points: Points3, normals: Points3, motion: Float, free: Sequence[int]) -> Float:
-    """Return d(distance) / d(motion) (n, k) of the motions that are free."""
+    """Return d(distance) / d(motion) (n, k) of the free motions."""
     turned = points - motion[3:]
     by_turn = np.einsum(
         "ni,nij->nj", normals, np.array([-skew(point) for point in turned])
@@ -173,10 +173,10 @@ def _slopes(points: Points3, normals: Points3, motion: Float, free: Sequence[int
 
 
 def _check_open(rows: Float, scale: Float, free: Sequence[int], centre: Float) -> None:
-    """Refuse faces that leave a motion open, and name it."""
+    """Refuse faces that leave a motion free, and name it."""
     if not free:
         return
-    # Turns about the middle of the points: what a shift can take of a turn is no hold.
+    # Rotations about the middle of the points: the part absorbed by shifts is no constraint.
     about = rows.copy()
     for place, index in enumerate(free):
         if index < 3:

@@ -1,4 +1,4 @@
-"""The part frame of a best fit to faces of the model, and how it answers to the touches."""
+"""Part frame of a best fit to model faces, with derivatives by the touches."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ def model_fit(
     geometries, nominals
         Geometry vectors (12,), mm, world and frame of the nominals, by name.
     actual
-        The features as touched. None where only geometry is known, as of a nominal part: then its
-        points are held against the faces, which is the same where they lie on them.
+        The features as touched. None if only geometry is available, as for a nominal part: then its
+        points are compared with the faces, which is equivalent for points on them.
 
     Raises
     ------
     FitError
         A nominal is missing, two balls were used, a touch is on none of the faces, or the faces
-        leave a motion open.
+        leave a motion free.
     """
     missing = [name for name in rule.points if name not in nominals]
     if missing:
@@ -64,7 +64,7 @@ def model_fit(
                 "Touch all of them with one tip.",
             )
     faces = [searched(face) for face in rule.faces]
-    # One that lies elsewhere would pull the fit until others seem to be wrong.
+    # A misplaced one would distort the fit until others appear wrong.
     _check_near(rule, nearest_feet(start.apply(tips), faces).distances - radius, "Before")
     found = fit_to_faces(tips, radius, faces, start, names=rule.points)
     _check_near(rule, found.residuals, "After")
@@ -86,7 +86,7 @@ def _check_near(rule: ModelBestFit, residuals: Float, when: str) -> None:
 def model_frame_slopes(
     rule: ModelBestFit, found: ModelFit, actual: Mapping[str, ActualFeature]
 ) -> Rows:
-    """Return how the frame of a fit to faces moves with the points of the job, 6 rows."""
+    """Return the derivatives of the frame of a face fit by the points of the job, 6 rows."""
     places = [_only_touch(name, actual[name]).places[0] for name in rule.points]
     return Rows.of_points(places, found.by_tips).with_radius(found.by_radius)
 

@@ -1,8 +1,9 @@
-"""Datums after the first, associated with their points under the orientation of those before.
+"""Datum precedence: association under the orientation of preceding datums.
 
-ISO 5459: the primary datum is associated freely, the secondary one with the direction that the
-primary leaves it, the tertiary one with that of both. What a face is out of square then does not
-enter as its points happen to lie: only its turn about the normal of the primary is taken from them.
+ISO 5459: the primary datum is associated freely, the secondary one with the direction left by the
+primary, the tertiary one with that of both. The squareness error of a face then has no influence
+via the positions of its points: only its rotation about the primary's normal is determined from
+them.
 """
 
 from __future__ import annotations
@@ -37,18 +38,18 @@ from ocmm_core.features.shapes import DIRECTION, Shape
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
 
 SEEN_MM = 0.02
-"""Turn of a datum over its own points, mm at their ends, from which it is told."""
+"""Rotation of a datum over its own points, mm at their ends, from which it is reported."""
 
 
 @dataclass(frozen=True, slots=True)
 class ConstrainedAssociation:
-    """Features with datums that were associated again."""
+    """Features with re-associated datums."""
 
     features: Mapping[str, ActualFeature]
     """All of them, by name."""
     turned: Mapping[str, float]
-    """mm, by name of the datum: how much farther its points, from end to end, turn the part than
-    the datum as it was fitted alone. That of a face out of square depends on where it was touched.
+    """mm, by name of the datum: additional rotation over its points, from end to end, compared with
+    the datum fitted alone. For a face out of square it depends on the touched places.
     """
 
     @property
@@ -58,7 +59,7 @@ class ConstrainedAssociation:
 
     @property
     def note(self) -> str:
-        """Return what to do about datums that lean; empty where none does to speak of."""
+        """Return advice on tilted datums, or empty text."""
         said = [
             f"{name} leans: fitted under the preceding datums, it rotates by {by:.3f} mm over "
             "its points more than alone. This depends on where it was probed: spread its points "
@@ -78,23 +79,23 @@ def part_frame(rule: AnyAlignment, features: Mapping[str, ActualFeature]) -> Rig
 def refit_under_precedence(
     rule: AnyAlignment, actual: Mapping[str, ActualFeature]
 ) -> ConstrainedAssociation:
-    """Return the features as a part frame takes them.
+    """Return the features in the form used by a part frame.
 
-    Its datums after the first are associated with their points again, where the rule has datums in
-    precedence; all else is as measured.
+    Datums after the first are re-associated if the rule has datums in precedence; all else is as
+    measured.
 
     Raises
     ------
     FitError
-        A datum is not measured, or hardly says how the part lies.
+        A datum is not measured, or does not determine the frame.
     """
     if not isinstance(rule, BoundAlignment):
         return ConstrainedAssociation(actual, {})
-    datums, others = _datums(rule.rule)
+    datums, others = datums_in_precedence(rule.rule)
     if any(name not in actual for name in datums) or len(datums) < 2:
         return ConstrainedAssociation(actual, {})
     again, _ = in_precedence(datums, actual, rule.shapes, rule.nominals, rule.choice)
-    # A centre that is also brought to its place by itself stays as it was touched.
+    # A centre that is also aligned alone stays as measured.
     kept = {name: actual[name] for name in others if name in actual}
     return ConstrainedAssociation(Instead(kept, again.features), again.turned)
 
@@ -102,14 +103,14 @@ def refit_under_precedence(
 def datums_refit_by(
     rule: AnyAlignment | None, actual: Mapping[str, ActualFeature]
 ) -> tuple[str, ...]:
-    """Return the datums of a part frame that `refit_under_precedence` associates again."""
+    """Return the datums of a part frame re-associated by `refit_under_precedence`."""
     if not isinstance(rule, BoundAlignment):
         return ()
-    return may_be_refit(_datums(rule.rule)[0], actual)
+    return may_be_refit(datums_in_precedence(rule.rule)[0], actual)
 
 
 def may_be_refit(datums: Sequence[str], actual: Mapping[str, ActualFeature]) -> tuple[str, ...]:
-    """Return the datums after the first that have a direction and points of their own."""
+    """Return the datums after the first with a direction and points of their own."""
     return tuple(name for name in datums[1:] if name in actual and can_be_oriented(actual[name]))
 
 
@@ -120,12 +121,10 @@ def in_precedence(
     nominals: Mapping[str, Float],
     choice: int | None = None,
 ) -> tuple[ConstrainedAssociation, DatumFrame]:
-    """Return all features, the datums after the first under the orientation of those before.
+    """Return all features with datums in precedence, and the frame of the datums.
 
-    Also the frame of these datums.
-
-    A datum that is constructed, or a point or ball, stays as it is; so does the direction across
-    of a slot, and what follows a datum without a direction.
+    Constructed datums, points and balls stay unchanged; so do the direction across of a slot, and
+    datums after one without a direction.
 
     Parameters
     ----------
@@ -163,7 +162,7 @@ def _orientation(
     nominals: Mapping[str, Float],
     whole: DatumFrame,
 ) -> Orientation | None:
-    """Return what those before leave to a datum; None where they say nothing of directions."""
+    """Return the orientation left to a datum; None without a constraint."""
     before = datums[:place]
     T_frame_from_world = whole.T_frame_from_world
     frames = frames_of_datums(before, geometries_of(found), shapes, nominals)
@@ -192,7 +191,7 @@ def _orientation(
 
 
 def _like(frames: Sequence[DatumFrame], T_frame_from_world: RigidTransform) -> DatumFrame:
-    """Return the frame whose held directions run as those of another do."""
+    """Return the frame with held directions as in another one."""
 
     def off(frame: DatumFrame) -> float:
         turned = frame.T_frame_from_world.rotation - T_frame_from_world.rotation
@@ -203,7 +202,7 @@ def _like(frames: Sequence[DatumFrame], T_frame_from_world: RigidTransform) -> D
 
 
 def _turned(feature: ActualFeature, orientation: Orientation, direction: Float) -> float:
-    """Return how far the ends of a datum's points turn from where it alone would have them, mm."""
+    """Return the rotation of a datum from its fit alone, mm at the ends of its points."""
     if orientation.about is None or feature.touches is None:
         return 0.0
     angle = abs(angle_about(orientation.about, orientation.direction, direction))
@@ -216,14 +215,14 @@ def _nearer(direction: Float, measured: Float) -> Float:
     return direction if float(direction @ measured) >= 0.0 else -direction
 
 
-def _datums(rule: Alignment) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the datums in precedence of a rule, and features that it takes as they are."""
+def datums_in_precedence(rule: Alignment) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the datums in precedence of a rule, and other features used unchanged."""
     match rule:
         case PlaneAxisPoint() | DatumReferenceFrame():
             return rule.features, ()
         case BestFit() if rule.start is not None:
-            return _datums(rule.start)[0], rule.points
+            return datums_in_precedence(rule.start)[0], rule.points
         case ReferencePoints() if rule.start is not None:
             names = tuple(item.feature for item in rule.conditions)
-            return _datums(rule.start)[0], names
+            return datums_in_precedence(rule.start)[0], names
     return (), ()

@@ -1,4 +1,4 @@
-"""What an inspector sees of an alignment before he accepts it."""
+"""Preview of an alignment before acceptance."""
 
 from __future__ import annotations
 
@@ -26,29 +26,30 @@ from ocmm_core.geometry import Float, RigidTransform, skew
 from ocmm_core.measuring import COVERAGE_FACTOR, PointFactors, Rows
 
 _SEEN_MM = 1e-3
-"""Residuals that would be printed as nothing say nothing."""
+"""Residuals printed as zero are insignificant."""
 
 
 @dataclass(frozen=True, slots=True)
 class AlignmentReport:
-    """An alignment as it stands, to be accepted or not."""
+    """Preview of an alignment."""
 
     frame: str
-    """In which frame results are."""
+    """Name of the results' frame."""
     T_part_from_world: RigidTransform | None
-    """None where there is no frame; ``advice`` then says why."""
+    """None without a frame; ``advice`` then has the reason."""
     T_nominal_from_world: RigidTransform | None
-    """To the frame in which nominals are written."""
+    """To the frame of the nominals."""
     residuals: tuple[Residual, ...]
-    """Of all measured features with a nominal, those that the frame rests on first."""
+    """Of all measured features with a nominal, those that define the frame first."""
     free: tuple[str, ...]
-    """Degrees of freedom that remain, in words; empty where the part is held."""
+    """Remaining degrees of freedom, in words."""
     origin_uncertainty: Float | None
     turn_uncertainty: Float | None
     """`origin_uncertainty`, `turn_uncertainty`: (3,), mm and rad, k = 2: of the origin along, and
-    of turns about, the axes of the frame."""
+    of rotations about, the axes of the frame.
+    """
     advice: tuple[str, ...]
-    """What to know and what to do, in sentences."""
+    """Notes and advice, in sentences."""
 
     @property
     def can_be_accepted(self) -> bool:
@@ -61,14 +62,14 @@ def preview_alignment(
     actual: Mapping[str, ActualFeature | FitError],
     factors: PointFactors | None = None,
 ) -> AlignmentReport:
-    """Return what the features measured so far make of an alignment.
+    """Return the preview of an alignment from the measured features.
 
     Parameters
     ----------
     bound
         The rule with nominals (`inspection.plan.Plan.bound_alignment`).
     actual
-        Features as measured or constructed, or why they are not.
+        Measured or constructed features, or errors.
     factors
         Of all ball centres and the tip radius.
     """
@@ -106,7 +107,7 @@ def preview_alignment(
 
 
 def report_lines(report: AlignmentReport) -> list[str]:
-    """Return the report as lines of text, a table of the residuals included."""
+    """Return the report as lines of text, with a table of the residuals."""
     lines = [f"Frame: {report.frame}"]
     if report.T_part_from_world is not None:
         lines.append("Open degrees of freedom: " + (", ".join(report.free) or "none"))
@@ -138,7 +139,7 @@ def _to_nominals(bound: BoundAlignment) -> RigidTransform:
 
 
 def _turned(jacobian: Rows, T_nominal_from_part: RigidTransform) -> Rows:
-    """Return the small motions of the part frame as those of the frame of the nominals."""
+    """Return the small motions of the part frame as those of the nominals' frame."""
     rotation, translation = T_nominal_from_part.rotation, T_nominal_from_part.translation
     turns = rotation @ jacobian[:3]
     return Rows.stacked([turns, rotation @ jacobian[3:] + skew(translation) @ turns])
@@ -162,7 +163,7 @@ def _free(bound: BoundAlignment, geometries: Mapping[str, Float]) -> tuple[str, 
 
 
 def _lies_as_touched(feature: ActualFeature) -> bool:
-    """Return whether the place of a feature along its axis is where it was touched."""
+    """Return whether the place of a feature along its axis is that of probing."""
     return feature.raw is not None and feature.fit.shape.spec.is_flat
 
 

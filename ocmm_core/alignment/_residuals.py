@@ -1,4 +1,4 @@
-"""How far features lie from their nominals in a frame, with the uncertainty of both."""
+"""Deviations of features from their nominals in a frame, with uncertainty."""
 
 from __future__ import annotations
 
@@ -28,16 +28,15 @@ class Residual:
 
     feature: str
     aligned: bool
-    """Whether the frame rests on it; where not, it checks the frame."""
+    """Whether the frame depends on it; otherwise it checks the frame."""
     offset: Float
-    """(3,), mm, frame: from its nominal place, only along what it has a place for."""
+    """(3,), mm, frame: from its nominal place, in its located directions."""
     distance: float
-    """mm: length of ``offset``."""
     distance_uncertainty: float | None
-    """mm, k = 2, in the least certain direction; None while that of the points is unknown."""
+    """mm, k = 2, in the least certain direction; None without point uncertainty."""
     angle: float
     angle_uncertainty: float | None
-    """`angle`, `angle_uncertainty`: rad, of its direction; zero where it has none, and k = 2."""
+    """`angle`, `angle_uncertainty`: rad, of its direction, or zero; k = 2."""
 
 
 def residuals_of(
@@ -47,14 +46,14 @@ def residuals_of(
     frame_jacobian: Rows,
     factors: PointFactors | None,
 ) -> tuple[Residual, ...]:
-    """Return how far all measured features lie from their nominals, those of the frame first.
+    """Return the residuals of all measured features, those of the frame first.
 
     Parameters
     ----------
     measured
-        Features that are known; those without a nominal have no residual.
+        Measured features; those without a nominal have no residual.
     frame_jacobian
-        6 rows: how the frame of the nominals moves (`alignment.frame_jacobian`).
+        6 rows: derivatives of the frame of the nominals (`alignment.frame_jacobian`).
     """
     nominals = _compared_with(bound)
     points = brought_together(bound.rule)
@@ -79,7 +78,7 @@ def residuals_of(
 def _on_model(
     bound: BoundAlignment, measured: Mapping[str, ActualFeature]
 ) -> dict[str, tuple[float, Float]]:
-    """Return how far touches lie off the faces that they were fitted to, mm, and the normals."""
+    """Return the distances of touches from their fitted faces, mm, and the normals."""
     rule = bound.rule
     if not isinstance(rule, ModelBestFit):
         return {}
@@ -90,7 +89,7 @@ def _on_model(
 
 
 def brought_together(rule: Alignment) -> tuple[str, ...]:
-    """Return the features whose centres a rule brings to their places as points in space."""
+    """Return the features whose centres a rule aligns as points in space."""
     match rule:
         case BestFit():
             return rule.points
@@ -103,7 +102,7 @@ def brought_together(rule: Alignment) -> tuple[str, ...]:
 
 
 def _compared_with(bound: BoundAlignment) -> dict[str, Float]:
-    """Return the geometries that features are compared with; control points with their places."""
+    """Return the geometries to compare with; control points with their places."""
     nominals = dict(bound.nominals)
     if isinstance(bound.rule, Relocation):
         nominals |= {item.feature: element(item.place) for item in bound.rule.control}
@@ -125,16 +124,16 @@ def _residual(
     place, gain = geometry[POINT], feature.jacobian[POINT]
     direction, turning = geometry[DIRECTION], feature.jacobian[DIRECTION]
     if shape is Shape.CONE:
-        # The point of a cone is where its plan has the diameter.
+        # The point of a cone is at the diameter of its plan.
         place, gain = gauge_point(geometry, float(nominal[RADIUS])), _gauge_gain(feature, nominal)
     rotation = T_nominal_from_world.rotation
     at = T_nominal_from_world.apply(place)
     moved = frame_jacobian[3:] - skew(at) @ frame_jacobian[:3] + rotation @ gain
-    # Where places were brought together as points, the depth of a circle counted as well.
+    # If places were aligned as points, the depth of a circle also counts.
     keep = np.eye(3) if whole else _directions(shape, nominal)
     offset = keep @ (at - nominal[POINT])
     if on_model is not None:
-        # Beside its nominal place, but on the same face, a touch is as good.
+        # A touch next to its nominal place on the same face is equally valid.
         off, normal = on_model
         keep, offset = np.outer(normal, normal), off * normal
     angle, tilted = 0.0, Rows.nothing(3)
@@ -166,7 +165,7 @@ def _gauge_gain(feature: ActualFeature, nominal: Float) -> Rows:
 
 
 def _directions(shape: Shape, nominal: Float) -> Float:
-    """Return the projection (3, 3) on the directions along which a shape has a place."""
+    """Return the projection (3, 3) on the located directions of a shape."""
     located = shape.spec.located
     if located == "everywhere":
         return np.eye(3)

@@ -1,7 +1,7 @@
-"""How a plan says where the part is: every kind of alignment, as a document holds it.
+"""Alignment rules: every kind of alignment, as in a document.
 
-A rule names features. Some kinds need their nominal geometry besides; `BoundAlignment` puts both
-together, and is what results are computed with. ``docs/alignment.md`` says when to take which.
+A rule names features. Some kinds also need their nominal geometry; `BoundAlignment` combines both
+and is used for computation. ``docs/alignment.md`` has guidance on the choice.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ AxisName = Literal["x", "y", "z", "-x", "-y", "-z"]
 LockedMotion = Literal["x", "y", "z", "rx", "ry", "rz"]
 
 OLDEST = "3-2-1"
-"""Kind of an alignment that does not say its kind, as in the first plans."""
+"""Default kind of an alignment without a type, as in the first plans."""
 
 
 class _Rule(
     msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type"
 ):
-    """What all kinds share: the field ``type``."""
+    """Common base with the field ``type``."""
 
 
 class DatumAlignment(
@@ -36,19 +36,22 @@ class DatumAlignment(
     """The part frame from measured features (3-2-1)."""
 
     primary: str
-    """Plane whose normal, or line or axis whose direction, is the z axis of the part frame."""
+    """Plane with its normal, or line or axis with its direction, as z axis of the part frame."""
     secondary: tuple[str, ...]
-    """What gives the x axis, seen along z: two features with centres, x points from the first to
-    the second; or one line, axis or plane, x along it or its normal."""
+    """Source of the x axis, projected along z: two features with centres, x points from the first
+    to the second; or one line, axis or plane, x along it or its normal.
+    """
     origin: str
-    """Feature whose centre is the origin, once it is dropped on the primary and, where that is a
-    single feature, the secondary."""
+    """Feature whose centre is the origin, projected onto the primary and, if that is a single
+    feature, the secondary.
+    """
     towards: str = ""
-    """Where x is along a single line or axis: a feature that lies at the positive side. Without it
-    the nominals must tell, because a measured axis has no sense."""
+    """For x along a single line or axis: a feature at the positive side. Without it the nominals
+    must determine the sense, which a measured axis lacks.
+    """
     primary_axis: AxisName = "z"
     secondary_axis: AxisName = "x"
-    """`primary_axis`, `secondary_axis`: Which axes of the part frame they give, if not z and x."""
+    """`primary_axis`, `secondary_axis`: Resulting axes of the part frame, if not z and x."""
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -70,7 +73,7 @@ class PlaneAxisPoint(
     plane: str
     axis: str
     point: str
-    """`plane`, `axis`, `point`: Names; the axis may stand on the plane or lie along it."""
+    """`plane`, `axis`, `point`: Names; the axis may be perpendicular or parallel to the plane."""
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -105,17 +108,17 @@ class BestFit(
     points: tuple[str, ...]
     """Names of at least three features with centres."""
     weights: tuple[float, ...] = ()
-    """Of their squared distances, in the same order; empty is one for each."""
+    """Of their squared distances, in the same order; empty: one for each."""
     locked: tuple[LockedMotion, ...] = ()
-    """Motions of the part frame that stay as ``start`` has them."""
+    """Motions of the part frame fixed by ``start``."""
     start: (
         DatumAlignment | PlaneAxisPoint | DatumReferenceFrame | SavedFrame | Relocation | None
     ) = None
-    """The alignment that comes first; needed where something is locked."""
+    """Preceding alignment; required for locked motions."""
 
     @property
     def features(self) -> tuple[str, ...]:
-        """Return the names of all features it rests on, each once."""
+        """Return the names of all features involved, each once."""
         first = () if self.start is None else self.start.features
         return tuple(dict.fromkeys((*first, *self.points)))
 
@@ -128,15 +131,15 @@ class ModelBestFit(
     tag_field="type",
     tag="best fit to model",
 ):
-    """The motion that brings touches nearest to faces of the model, whatever their shape.
+    """The motion that brings touches nearest to faces of the model, of any shape.
 
-    The search begins where the points are nearest to their nominal places.
+    The search starts from the best fit of the points to their nominal places.
     """
 
     points: tuple[str, ...]
     """Names of single points on these faces, at least seven."""
     faces: tuple[NominalFace, ...]
-    """Of the model; every ball is held against the nearest of them."""
+    """Of the model; every ball is compared with the nearest of them."""
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -150,25 +153,26 @@ class Condition(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     feature: str
     """Name of a feature with a centre or of a point."""
     direction: Vector3
-    """(3,), part frame: along it the feature lies exactly at its nominal place."""
+    """(3,), part frame: the feature is exactly at its nominal place in this direction."""
 
 
 class ReferencePoints(
     _Rule, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag="rps"
 ):
-    """Reference points (RPS): six conditions on directions that all hold exactly."""
+    """Reference points (RPS): six exact conditions on directions."""
 
     conditions: tuple[Condition, ...]
     """Six."""
     start: (
         DatumAlignment | PlaneAxisPoint | DatumReferenceFrame | SavedFrame | Relocation | None
     ) = None
-    """The alignment that comes first. Without it the best fit of all points is the start, and the
-    conditions name at least three features that do not lie on one line."""
+    """Preceding alignment. Without it the best fit of all points is the start, and the conditions
+    name at least three features that are not collinear.
+    """
 
     @property
     def features(self) -> tuple[str, ...]:
-        """Return the names of all features it rests on, each once."""
+        """Return the names of all features involved, each once."""
         first = () if self.start is None else self.start.features
         return tuple(dict.fromkeys((*first, *(item.feature for item in self.conditions))))
 
@@ -181,9 +185,9 @@ class SavedFrame(
     tag_field="type",
     tag="saved frame",
 ):
-    """A frame that was stored once, as that of the machine (`alignment.frame_document`).
+    """A stored frame, such as that of the machine (`alignment.frame_document`).
 
-    The plan holds the frame itself, so that a job can be opened where its file is not.
+    The plan includes the frame itself, so that a job can be opened without its file.
     """
 
     name: str
@@ -194,19 +198,20 @@ class SavedFrame(
     translation: Vector3
     """mm, frame."""
     covariance: tuple[tuple[float, ...], ...] = ()
-    """Six rows of six: of a small turn, rad, about the axes of the frame through its origin, and a
-    shift, mm, along them. Empty where it is not known: then nothing is proven in the frame."""
+    """Six rows of six: of a small rotation, rad, about the axes of the frame through its origin,
+    and a shift, mm, along them. Empty if unknown: then nothing is proven in the frame.
+    """
     simulated: bool = False
-    """It was measured on a virtual rig: nothing is proven in it about a real part."""
+    """Measured on a virtual rig: nothing is proven in it about a real part."""
 
     @property
     def features(self) -> tuple[str, ...]:
-        """Return nothing: it rests on no feature of the job."""
+        """Return nothing: no feature of the job is involved."""
         return ()
 
 
 class ControlPoint(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A point of the part that was measured before it was moved; ``place`` is in the frame, mm."""
+    """A point of the part measured before it was moved; ``place`` is in the frame, mm."""
 
     feature: str
     place: Vector3
@@ -215,19 +220,19 @@ class ControlPoint(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 class Relocation(
     _Rule, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type", tag="relocation"
 ):
-    """The frame of before, found again at control points after the part was moved."""
+    """The previous frame, recovered from control points after the part was moved."""
 
     name: str
     digest: str
-    """`name`, `digest`: Name of the frame in which the control points were measured, and SHA-256 of
-    its document."""
+    """`name`, `digest`: Name of the frame of the control points, and SHA-256 of its document."""
     control: tuple[ControlPoint, ...]
-    """At least three that do not lie on one line."""
+    """At least three, not collinear."""
     limit: float = 0.1
-    """mm: a control point that lies farther off after the best fit was moved, or touched wrongly;
-    then there is no frame."""
+    """mm: a control point farther off after the best fit was moved, or touched wrongly; then there
+    is no frame.
+    """
     simulated: bool = False
-    """It was measured on a virtual rig: nothing is proven in it about a real part."""
+    """Measured on a virtual rig: nothing is proven in it about a real part."""
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -245,11 +250,11 @@ Alignment: TypeAlias = (
     | SavedFrame
     | Relocation
 )
-"""All kinds; in a plan the field ``type`` says which."""
+"""All kinds; the plan's field ``type`` selects one."""
 
 
 def simulated_frame(rule: Alignment | None) -> str:
-    """Return the name of the saved frame of a rule that a virtual rig gave; empty without one."""
+    """Return the name of a rule's saved frame from a virtual rig, or empty text."""
     start = getattr(rule, "start", None)
     for item in (rule, start):
         if isinstance(item, SavedFrame | Relocation) and item.simulated:
@@ -259,33 +264,32 @@ def simulated_frame(rule: Alignment | None) -> str:
 
 @dataclass(frozen=True, slots=True)
 class BoundAlignment:
-    """A rule together with what the plan says about all its features, probed and constructed."""
+    """A rule with the nominals of all its features, probed and constructed."""
 
     rule: Alignment
-    """How the part is aligned."""
     shapes: Mapping[str, Shape]
     nominals: Mapping[str, Float]
-    """Geometry vectors (12,), mm, part frame, by name; those that are not known are missing."""
+    """Geometry vectors (12,), mm, part frame, by name; unknown ones are missing."""
     choice: int | None = None
-    """Which way axes without a sense run, once it is settled (`alignment.datums.settled`)."""
+    """Sense of axes without one, once determined (`alignment.datums.settled`)."""
 
     @property
     def features(self) -> tuple[str, ...]:
-        """Return the names of the features that the frame rests on, each once."""
+        """Return the names of the features involved, each once."""
         return self.rule.features
 
     @property
     def frame(self) -> str:
-        """Return in which frame results are, in the words of the report."""
+        """Return the name of the results' frame, for reports."""
         return frame_name(self.rule)
 
 
 AnyAlignment: TypeAlias = Alignment | BoundAlignment
-"""What `alignment.datums.frame_of` takes; a rule alone where it needs no nominals."""
+"""Input of `alignment.datums.frame_of`; a rule alone if it needs no nominals."""
 
 
 def frame_name(rule: Alignment) -> str:
-    """Return in which frame results are, in the words of the report."""
+    """Return the name of the results' frame, for reports."""
     match rule:
         case DatumAlignment():
             if len(rule.secondary) == 2:

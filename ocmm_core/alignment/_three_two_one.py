@@ -16,10 +16,10 @@ from ocmm_core.geometry import Float, RigidTransform
 
 SHORTEST_MM = 1.0
 LEAST_SINE = 0.05
-"""Sine of the angle between primary and secondary direction below which x is not determined."""
+"""Sine of the angle between primary and secondary direction below which x is undetermined."""
 
 _PLAINLY = 0.5
-"""The better choice of senses leaves this part of every other one's misfit at most."""
+"""Largest ratio of the misfit of the better choice of senses to that of any other."""
 
 _HELD = Freedom(np.zeros((0, 3)), np.zeros(3), np.zeros((0, 3)))
 
@@ -27,24 +27,22 @@ _HELD = Freedom(np.zeros((0, 3)), np.zeros(3), np.zeros((0, 3)))
 def three_two_one(
     rule: DatumAlignment, geometries: Mapping[str, Float], bound: BoundAlignment | None = None
 ) -> tuple[RigidTransform, int]:
-    """Return the motion from the world to the part frame, ``T_part_from_world``.
+    """Return the motion from the world to the part frame, and the choice of senses.
 
-    Also which way axes without a sense run, as `BoundAlignment.choice` keeps it.
+    The motion is ``T_part_from_world``; the choice is in the form of `BoundAlignment.choice`.
 
     Parameters
     ----------
-    rule
-        Which features are the datums.
     geometries
         Geometry vectors (12,) of the features, mm, world frame.
     bound
-        Shapes and nominals. Only a plane as primary with two centres does without them: a measured
-        axis has no sense, and the nominals say which one is meant.
+        Shapes and nominals. Optional only for a plane as primary with two centres: a measured axis
+        has no sense, which the nominals define.
 
     Raises
     ------
     FitError
-        The datums give no direction, or nothing says how it runs.
+        The datums give no direction, or its sense is undetermined.
     """
     shapes = {} if bound is None else bound.shapes
     senses = list(product(_senses_up(rule, shapes), _senses_along(rule, shapes)))
@@ -100,7 +98,7 @@ def _frame(
     if shapes.get(rule.primary, Shape.PLANE) is Shape.PLANE:
         origin = origin - ((origin - primary[POINT]) @ z) * z
         if not pair:
-            # A line or axis has a place across its direction, a plane along its normal.
+            # A line or axis is located across its direction, a plane along its normal.
             across = x if shapes.get(rule.secondary[0]) is Shape.PLANE else np.cross(z, x)
             origin = origin - ((origin - first[POINT]) @ across) * across
     else:
@@ -121,7 +119,7 @@ def _side(rule: DatumAlignment, geometries: Mapping[str, Float], x: Float) -> fl
 
 
 def _rotation(up_name: AxisName, up: Float, along_name: AxisName, along: Float) -> Float:
-    """Return the rotation (3, 3) in whose frame two unit vectors of the world are named axes."""
+    """Return the rotation (3, 3) to the frame whose named axes are two unit world vectors."""
     rows = np.zeros((3, 3))
     places = []
     for name, vector in ((up_name, up), (along_name, along)):
@@ -133,9 +131,9 @@ def _rotation(up_name: AxisName, up: Float, along_name: AxisName, along: Float) 
 
 
 def nominal_frame(rule: DatumAlignment, bound: BoundAlignment) -> RigidTransform:
-    """Return the motion from the frame in which nominals are written to the part frame.
+    """Return the motion from the frame of the nominals to the part frame.
 
-    It is the alignment of the nominals themselves; their axes run as they are written.
+    It is the alignment of the nominals themselves, with their axis senses.
     """
     return _frame(rule, bound.nominals, bound.shapes, 1.0, 1.0)
 
@@ -148,7 +146,7 @@ def _misfit(
 ) -> float:
     if bound is None or any(name not in bound.nominals for name in rule.features):
         return 0.0
-    # The nominals may stand in another frame than the one that this alignment makes.
+    # The nominals may be in another frame than the one of this alignment.
     T_part_from_nominal = nominal_frame(rule, bound)
     T_nominal_from_world = T_part_from_nominal.inverse().compose(T_part_from_world)
     return misfit_of_all(T_nominal_from_world, _HELD, geometries, bound.shapes, bound.nominals)

@@ -1,13 +1,13 @@
-"""Calibration: cameras, probe and tip, and what may be trusted of them.
+"""Calibration of cameras, probe and tip, and the status of its results.
 
-In: frames of a rig, known points, length bars and spheres with their certificates.
-Out: sealed records with covariances, verdicts of verifications, and whether points may be taken.
+In: frames of a rig, known points, length bars and spheres with their certificates. Out: sealed
+records with covariances, verdicts of verifications, and permission to record points.
 
-Rooms, from the first to the last: `probe_design` and `records` (documents and what is in force),
-`guided` (what all procedures share), `monitor` (the watch in use), `cameras` (from known points),
-`verification`, `bundle` (the adjustment), `tip`, `relocation` (cameras where they stand), `pivot`
-(probe geometry from a sweep) and `sweeping` (the guided form of it). None imports a later one.
-Nothing here knows jobs, plans or features. The virtual rig is not known either.
+Packages, each importing only earlier ones: `probe_design` and `records` (documents, records in
+force), `guided` (common part of all procedures), `monitor` (in use), `cameras` (from known points),
+`verification`, `bundle` (the adjustment), `tip`, `relocation` (cameras in place), `pivot` (probe
+geometry from a sweep) and `sweeping` (its guided form). The package is independent of jobs, plans,
+features and the virtual rig.
 """
 
 __all__: list[str] = []

@@ -1,13 +1,12 @@
 """The camera model and the rig: world to pixel and back.
 
-In: the document of a rig; points in the world, or places on a sensor; pixels with light.
-Out: pixels of points, rays of pixels, and spots with their place in px.
+In: the document of a rig; points in the world or pixels; images. Out: pixels of points, rays of
+pixels, and spots with their position, px.
 
-Read `_model` (projection with four distortion terms, and its exact inverse), `_rig` (the cameras
-and the covariance of their parameters). Then how a camera finds spots by itself: `_spots`,
-`_finder`, `_windows`, `_search` and `_centroid`, all compiled through `_compiled`.
-Lengths are mm in the world frame; a place on a sensor is in px. It must not know the bus, LEDs
-by name or probes.
+Read `_model` (projection with four distortion terms and its exact inverse) and `_rig` (the cameras
+and the covariance of their parameters), then spot detection: `_spots`, `_finder`, `_windows`,
+`_search` and `_centroid`, all compiled through `_compiled`. Lengths are mm in the world frame,
+sensor positions px. The package is independent of the bus, LED names and probes.
 """
 
 from __future__ import annotations

@@ -1,18 +1,16 @@
-"""The compiled measurement of one window: is there one LED in it, and where exactly.
+"""Compiled measurement of one window: test for a single LED, and its centroid.
 
-1. Black image off, signed: noise about zero stays about zero. Then the level of the
-   window's border off, which takes away even light that the black image does not hold.
-2. Pixels above the threshold that touch each other are a blob. The main blob gives the first
-   centroid, weighted by the height above the threshold; a second one that is large enough for an
-   LED makes the window crowded.
+1. Subtract the black image, signed: noise about zero stays about zero. Then subtract the level of
+   the window's border, which removes light that is not in the black image.
+2. Connected pixels above the threshold are a blob. The main blob gives the first centroid, weighted
+   by the height above the threshold; a second one of LED size makes the window crowded.
 3. Two Newton steps to the centroid under a Gaussian weight that is centred on the result
    (the windowed centroid of SExtractor, Bertin, 2.x manual, chapter on windowed positions).
 
-Step 3 is why the threshold does no harm. A centroid that stops at a threshold jumps a little
-whenever a pixel enters: for the light of the virtual LEDs that is up to 0.03 px, as much as the
-noise, and it stays at its place on the sensor, so that no averaging helps. Under the smooth weight
-the same spots show less than 0.001 px, and their scatter is within 5 % of the Cramér-Rao bound
-(``benchmarks/centroids.py``).
+Step 3 removes the effect of the threshold. A thresholded centroid jumps whenever a pixel enters:
+for the light of the virtual LEDs by up to 0.03 px, as much as the noise, and fixed to the sensor
+position, so that averaging does not help. With the smooth weight the same spots show less than
+0.001 px, and their scatter is within 5 % of the Cramér-Rao bound (``benchmarks/centroids.py``).
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ SHARED, JUMPED, UNCONFIRMED = 10, 11, 12
     WINDOW, SEPARATION, FLUX_LOW, FLUX_HIGH, CONFIRM, HOLD, SEARCH_STEP, SEARCH_LINES,
 ) = range(20)  # fmt: skip
 N_OPTIONS = 20
-"""Places in the packed options, see `spots.SpotOptions.packed`."""
+"""Indices of the packed options, see `spots.SpotOptions.packed`."""
 
 STATUS, U, V, VAR_U, VAR_V, FLUX, PEAK, PIXELS, ELONGATION, BACKGROUND = range(10)
 N_READING = 10
@@ -43,14 +41,15 @@ N_READING = 10
 _REACH = 4.0
 """Half width of the weighted neighbourhood in weight sigmas; beyond it the weight is below 4e-4."""
 # Newton doubles the digits with each step; the thresholded centroid is within some hundredths of a
-# pixel, so that two steps are below the noise by far.
+# pixel, so that two steps are far below the noise.
 _STEPS = 2
-# The first mean holds the spots, the second leaves out what stands above it, the third repeats that
+# The first mean includes the spots, the second excludes pixels above it, the third repeats that
 # about a level without them.
 _LEVEL_ROUNDS = 3
 _ELONGATION_NOISE = 5.0
-"""A round spot whose brightest pixel stands k noise deviations high seems longer than wide by more
-than 5 / k in less than one of a thousand frames from k = 9 on, of ten thousand from 14 on."""
+"""A round spot with its brightest pixel k noise deviations high appears elongated by more than 5 /
+k in less than one of a thousand frames from k = 9 on, of ten thousand from 14 on.
+"""
 
 
 @compiled()
@@ -65,11 +64,11 @@ def measure(
     stack: Int,
     reading: Float,
 ) -> None:
-    """Fill in the reading of one window.
+    """Write the reading of one window.
 
     ``pixels`` (h, w): raw counts of the window whose first pixel is (left, top). ``black`` is the
-    picture of the whole sensor, or empty. ``light`` (h, w), ``mark`` (h, w) and ``stack`` (h w)
-    are room to work in; ``reading`` (N_READING,) is the output.
+    image of the whole sensor, or empty. ``light`` (h, w), ``mark`` (h, w) and ``stack`` (h w) are
+    work arrays; ``reading`` (N_READING,) is the output.
     """
     height, width = pixels.shape
     has_black = black.size > 0
@@ -90,8 +89,7 @@ def measure(
     for i in range(height):
         for j in range(width):
             # From here on light is in counts above the background, and may be negative: clipping
-            # the noise at zero would lift the level and pull the centroid to the middle of the
-            # window.
+            # noise at zero would raise the level and pull the centroid to the middle of the window.
             light[i, j] -= background
             brightest = max(brightest, light[i, j])
     for k in range(N_READING):
@@ -99,7 +97,7 @@ def measure(
     reading[BACKGROUND] = background
     reading[PEAK] = brightest
     reading[PIXELS] = 0.0
-    # By default five times the read noise: dark pixels pass it once in a minute or less.
+    # By default five times the read noise: dark pixels pass it at most once in a minute.
     if brightest <= threshold:
         reading[STATUS] = DARK
         return
@@ -109,14 +107,13 @@ def measure(
     total = x = y = xx = xy = yy = peak = 0.0
     for k in range(count):
         i, j = stack[k] // width, stack[k] % width
-        # Part of the light is beyond the window; its centroid would be pulled inwards.
+        # Part of the light is beyond the window, so the centroid would be biased inwards.
         touches |= i == 0 or j == 0 or i == height - 1 or j == width - 1
-        # Raw counts: an overexposed pixel is at the end of the converter, whatever the black image
-        # took off.
+        # Raw counts: an overexposed pixel is at the end of the converter, before subtraction.
         clipped |= pixels[i, j] >= options[FULL_SCALE]
         peak = max(peak, light[i, j])
-        # Height above the threshold, not above the background: a pixel that enters the blob then
-        # starts with no weight, and the sums do not jump.
+        # Height above the threshold, not above the background: a pixel then enters the blob with
+        # zero weight, without a jump of the sums.
         w = light[i, j] - threshold
         total += w
         x += w * j
@@ -130,21 +127,20 @@ def measure(
     # Second central moments, px^2: E[x^2] - E[x]^2.
     reading[ELONGATION] = _axis_ratio(xx / total - x * x, xy / total - x * y, yy / total - y * y)
     reading[U], reading[V] = left + x, top + y
-    # Variance of a dark pixel, counts^2. A count is rounded to a whole number: an even spread over
-    # one count has the variance 1/12.
+    # Variance of a dark pixel, counts^2. Rounding to a whole count has the variance 1/12.
     noise = options[READ_NOISE] ** 2 + 1.0 / 12.0
-    # The mean of n frames brings 1/n of the same noise into every pixel; without a black image the
+    # The mean of n frames adds 1/n of the same noise to every pixel; without a black image the
     # fixed differences between pixels count as noise.
     noise += noise / options[BLACK_FRAMES] if has_black else options[DARK_SPREAD] ** 2
     located = _refine(light, x, y, left, top, noise, options, reading)
 
     sigma = np.sqrt(max(reading[VAR_U], reading[VAR_V]))
-    # How many noise deviations the brightest pixel stands high. Photons: n electrons scatter by
-    # their root, so that counts have the variance counts / (electrons per count).
+    # Height of the brightest pixel in noise deviations. Photons: n electrons scatter by their root,
+    # so that counts have the variance counts / (electrons per count).
     contrast = peak / np.sqrt(noise + peak / options[ELECTRONS_PER_COUNT])
     longest = options[MAX_ELONGATION] + _ELONGATION_NOISE / contrast
 
-    # What is said is the cause: a spot that is cut or overexposed has a wrong size as well.
+    # Report the cause: a cut or overexposed spot also has a wrong size.
     if touches:
         reading[STATUS] = EDGE
     elif spots > 1:
@@ -174,14 +170,14 @@ def _refine(
     options: Float,
     reading: Float,
 ) -> bool:
-    """Fill in position, variance and light under the Gaussian weight; False where it has no peak.
+    """Write position, variance and light under the Gaussian weight; False without a peak.
 
-    The position solves F(x) = sum W(x_i - x) (x_i - x) p_i = 0, of which Newton's step is
-    ``m / (1 - q / s^2)`` with the first and second weighted moments m and q about the present
-    position. A change of one pixel by dp moves the root by ``W (x_i - x) dp / (P (1 - q / s^2))``
-    with P the weighted light; the variance is the sum of these squares with the variance of each
-    pixel: read noise and one twelfth of a count squared for the converter, the same in the black
-    image, photons, and the spread of the response.
+    The position solves F(x) = sum W(x_i - x) (x_i - x) p_i = 0, with the Newton step ``m / (1 - q /
+    s^2)`` with the first and second weighted moments m and q about the present position. A change
+    of one pixel by dp moves the root by ``W (x_i - x) dp / (P (1 - q / s^2))`` with P the weighted
+    light; the variance is the sum of these squares with the variance of each pixel: read noise and
+    one twelfth of a count squared for the converter, the same in the black image, photons, and the
+    spread of the response.
     """
     height, width = light.shape
     s = options[WEIGHT_SIGMA]
@@ -193,7 +189,7 @@ def _refine(
     weight_x = np.empty(2 * reach + 1)
     weight_y = np.empty(2 * reach + 1)
     start_x, start_y = x, y
-    # The last round only sums at the final position, for the slope and the light.
+    # The last round only sums at the final position, for the derivative and the light.
     for step in range(_STEPS + 1):
         # int(x + 0.5) is the nearest pixel; both ends are kept within the window.
         j0, i0 = max(int(x + 0.5) - reach, 0), max(int(y + 0.5) - reach, 0)
@@ -206,8 +202,7 @@ def _refine(
         for i in range(i0, i1):
             row = row_x = row_xx = 0.0
             for j in range(j0, j1):
-                # The weight is a product of one in x and one in y, so that two short tables of
-                # exponentials do.
+                # The weight is separable in x and y: two short tables of exponentials suffice.
                 w = weight_x[j - j0] * light[i, j]
                 d = j - x
                 row += w
@@ -220,7 +215,7 @@ def _refine(
             my += w * d * row
             qy += w * d * d * row
         # P (1 - q / s^2) of the text above with q not yet divided by P: minus the derivative of F.
-        # It is s^2 / (s^2 + spot^2) of P for a round spot, and zero or less where there is no peak.
+        # It is s^2 / (s^2 + spot^2) of P for a round spot, and zero or less without a peak.
         slope_x, slope_y = total - qx / (s * s), total - qy / (s * s)
         if not (slope_x > 0.0 and slope_y > 0.0):
             return False
@@ -229,10 +224,10 @@ def _refine(
         # x - F / F' with F' = -slope: a plus.
         x += mx / slope_x
         y += my / slope_y
-        # A step of more than the weight's width means that this is not one round spot.
+        # A step of more than the weight's width: not one round spot.
         if not (abs(x - start_x) <= s and abs(y - start_y) <= s):
             return False
-    # A response that differs by a part r from pixel to pixel adds (r counts)^2.
+    # A relative response difference r between pixels adds (r counts)^2.
     photons, uneven = 1.0 / options[ELECTRONS_PER_COUNT], options[RESPONSE_SPREAD] ** 2
     var_x = var_y = 0.0
     for i in range(i0, i1):
@@ -250,13 +245,13 @@ def _refine(
     return True
 
 
-# Sums in any order: then the compiler adds several numbers at once, which is eight times faster.
+# Sums in any order, which the compiler vectorises: eight times faster.
 @compiled(reorder=True)
 def level_of(light: Float, threshold: float) -> float:
     """Return the mean of ``light`` (n,) without the spots in it.
 
-    What stands above the threshold over the last mean is left out the next time; where nothing
-    does, this is the plain mean, which has the least noise.
+    Pixels more than the threshold above the last mean are excluded next time; without any, this is
+    the plain mean, which has the least noise.
     """
     level = np.inf
     for _ in range(_LEVEL_ROUNDS):
@@ -285,7 +280,7 @@ def _border(light: Float, border: Float) -> None:
 def _fill(
     light: Float, threshold: float, i: int, j: int, mark: NDArray[np.uint8], stack: Int
 ) -> int:
-    """Mark the blob about a pixel, put its pixels into ``stack`` and return how many they are."""
+    """Mark the blob about a pixel, write its pixels to ``stack`` and return their number."""
     height, width = light.shape
     mark[i, j] = 1
     stack[0] = i * width + j
@@ -293,7 +288,7 @@ def _fill(
     while done < count:
         ci, cj = stack[done] // width, stack[done] % width
         done += 1
-        # Eight neighbours: pixels that touch at a corner belong together.
+        # Eight neighbours: pixels that touch at a corner are connected.
         for ni in range(max(ci - 1, 0), min(ci + 2, height)):
             for nj in range(max(cj - 1, 0), min(cj + 2, width)):
                 if mark[ni, nj] == 0 and light[ni, nj] > threshold:
@@ -307,11 +302,10 @@ def _fill(
 def _main_blob(
     light: Float, threshold: float, least: int, mark: NDArray[np.uint8], stack: Int
 ) -> tuple[int, int]:
-    """Put the pixels of the main blob into ``stack``.
+    """Write the pixels of the main blob, that with the most light, to ``stack``.
 
-    That is the one with the most light; a hot pixel may outshine an LED, but is too small for one.
-
-    Returns the number of its pixels, and how many blobs are large enough for an LED.
+    A hot pixel may outshine an LED, but is too small. Returns the number of its pixels, and the
+    number of blobs of LED size.
     """
     height, width = light.shape
     main_i = main_j = count = blobs = spots = 0
@@ -327,10 +321,10 @@ def _main_blob(
             large = count >= least
             blobs += 1
             spots += 1 if large else 0
-            # Large enough for an LED beats bright; among equals the one with more light wins.
+            # LED size has priority over brightness; otherwise the one with more light wins.
             if (large and not main_large) or (large == main_large and total > most):
                 main_i, main_j, most, main_large = i, j, total, large
-    # The stack holds the blob that was found last; the main one is filled once more.
+    # The stack holds the last blob; refill the main one.
     if blobs > 1:
         mark[:] = 0
         count = _fill(light, threshold, main_i, main_j, mark, stack)

@@ -1,4 +1,4 @@
-"""The finder: the windows of one camera, frame by frame, and the measurement of a single window."""
+"""Spot finder of one camera, frame by frame, and measurement of a single window."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int
 
 NO_BLACK: NDArray[np.uint16] = np.zeros((0, 0), np.uint16)
-"""Stands for: nothing is subtracted."""
+"""Subtract nothing."""
 
 
 @dataclass(frozen=True, slots=True)
 class FinderState:
-    """Everything that a camera remembers from frame to frame; the arrays are written in place."""
+    """State of a camera between frames; the arrays are updated in place."""
 
     slots: Float
     """(8, N_SLOT): columns in `windows`."""
     cursor: Int
-    """(2,) int64: where the search is, see `search`."""
+    """(2,) int64: position of the search, see `search`."""
 
     @classmethod
     def fresh(cls) -> FinderState:
-        """Return the state of a camera that has just been switched on."""
+        """Return the state after switch-on."""
         slots = np.zeros((USUAL_SLOTS, windows.N_SLOT))
         slots[:, [windows.HOME_U, windows.HOME_V]] = np.nan
         return cls(slots, np.full(2, 0, dtype=np.int64))
@@ -41,22 +41,22 @@ class FinderState:
 
 
 class SpotFinder:
-    """Find and follow spots, frame by frame; one for each camera, used by one thread.
+    """Find and follow spots, frame by frame; one for each camera, for one thread.
 
     Parameters
     ----------
     width, height
         Of the sensor, px.
     options
-        How spots are found and judged.
+        Detection and validation of spots.
     start
-        Regions in which the slots look for their LED, one for each slot in turn; slots beyond them
-        stay free. Without any all slots look everywhere.
+        Search regions of the slots, one each, in order; further slots stay free. Without any all
+        slots search everywhere.
 
     Attributes
     ----------
     regions, anywhere, packed
-        As the compiled loops take them.
+        In kernel form.
     """
 
     def __init__(
@@ -72,10 +72,10 @@ class SpotFinder:
         self.anywhere = not start
         self.regions = _regions(start or (Window(0, 0, width, height),), width, height)
         self.state = FinderState.fresh()
-        """May be replaced by an earlier `copy` to go back in time."""
+        """May be replaced by an earlier `copy` to restore it."""
 
     def windows(self) -> tuple[Window | None, ...]:
-        """Return the windows of the next frame by slot; None of a free slot."""
+        """Return the windows of the next frame by slot; None for a free slot."""
         corners = np.empty((USUAL_SLOTS, 2), np.int64)
         windows.predict_windows(self.state.slots, self.packed, self.width, self.height, corners)
         size = self.options.window
@@ -84,14 +84,14 @@ class SpotFinder:
         )
 
     def take(self, image: NDArray[np.uint16], black: NDArray[np.uint16] = NO_BLACK) -> SpotBlock:
-        """Return what the windows say about the next frame, of which ``image`` is the whole sensor.
+        """Return the result of the next frame, ``image``, of the whole sensor.
 
         Parameters
         ----------
         image
-            (height, width): only the windows and the lines of the search are looked at.
+            (height, width): only the windows and the lines of the search are read.
         black
-            (height, width): is subtracted.
+            (height, width): subtracted.
         """
         slots, size, step = self.state.slots, self.options.window, self.options.search_step
         corners = np.empty((USUAL_SLOTS, 2), np.int64)
@@ -123,9 +123,9 @@ def measure_window(
     options: SpotOptions,
     black: NDArray[np.uint16] = NO_BLACK,
 ) -> SpotReading:
-    """Return what the window ``pixels`` (h, w), whose first pixel is (left, top), says by itself.
+    """Return the reading of the window ``pixels`` (h, w) with first pixel (left, top).
 
-    ``black`` is the picture of the whole sensor that is subtracted.
+    ``black`` is the image of the whole sensor to subtract.
     """
     reading = np.empty(centroid.N_READING)
     centroid.measure(
@@ -152,7 +152,7 @@ def measure_window(
 
 
 def _regions(start: tuple[Window, ...], width: int, height: int) -> Int:
-    """Return the regions (r, 4) as the search takes them."""
+    """Return the regions (r, 4) in the form of the search."""
     if len(start) > USUAL_SLOTS:
         raise InputError(
             "camera.windows",

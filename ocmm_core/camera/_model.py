@@ -36,17 +36,15 @@ class CameraModel:
 
     name: str
     serial: int
-    """`name`, `serial`: What the rig document calls it and the serial number that its electronics
-    report."""
+    """`name`, `serial`: Name in the rig document, serial number reported by the electronics."""
     width: int
     height: int
-    """`width`, `height`: Sensor size, px."""
+    """`width`, `height`: px."""
     pitch_mm: float
-    """Pixel pitch, mm."""
     focal: float
-    """Focal length, mm."""
+    """mm."""
     aspect: float
-    """Sx / Sy, dimensionless."""
+    """Sx / Sy."""
     u0: float
     v0: float
     """`u0`, `v0`: Principal point, px."""
@@ -75,7 +73,7 @@ class CameraModel:
         return self.T_camera_from_world.inverse().translation
 
     def packed(self) -> Float:
-        """Return the numbers that the compiled kernel needs, (21,), see `PACKED_SIZE`."""
+        """Return the numbers for the compiled kernel, (21,), see `PACKED_SIZE`."""
         pose = self.T_camera_from_world
         lens = [
             self.focal, self.sx, self.sy, self.u0, self.v0, self.k1, self.k2, self.p1, self.p2
@@ -104,7 +102,7 @@ class CameraModel:
 
 
 def distort(camera: CameraModel, ideal: Float) -> Float:
-    """Return the distorted image point (..., 2), mm, of the ideal one (..., 2), mm."""
+    """Return the distorted image point (..., 2), mm, of the ideal one."""
     x, y = ideal[..., 0], ideal[..., 1]
     r2 = x * x + y * y
     radial = r2 * (camera.k1 + camera.k2 * r2)
@@ -118,7 +116,7 @@ def distort(camera: CameraModel, ideal: Float) -> Float:
 
 
 def distortion_jacobian(camera: CameraModel, ideal: Float) -> Float:
-    """Return d(distorted)/d(ideal), (..., 2, 2), dimensionless."""
+    """Return d(distorted)/d(ideal), (..., 2, 2)."""
     x, y = ideal[..., 0], ideal[..., 1]
     r2 = x * x + y * y
     radial = r2 * (camera.k1 + camera.k2 * r2)
@@ -163,10 +161,7 @@ def ideal_from_pixels(camera: CameraModel, uv: Pixels) -> Float:
 
 
 def project(camera: CameraModel, points_world: Points3) -> Pixels:
-    """Return the pixel coordinates (..., 2) of world points (..., 3), mm.
-
-    A point behind the camera gives NaN.
-    """
+    """Return pixels (..., 2) of world points (..., 3), mm; NaN behind the camera."""
     in_camera = camera.T_camera_from_world.apply(points_world)
     depth = in_camera[..., 2:]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -184,7 +179,7 @@ def on_sensor(camera: CameraModel, uv: Pixels) -> np.ndarray[tuple[int, ...], np
 
 
 def projection_jacobians(camera: CameraModel, points_world: Points3) -> tuple[Float, Float]:
-    """Return how pixels move with the point and with the camera's own parameters.
+    """Return the derivatives of pixels by the points and by the camera parameters.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The rig: its cameras, what is known about their errors, and the document that says so."""
+"""Camera rig: cameras, calibration uncertainty, and its document."""
 
 from __future__ import annotations
 
@@ -25,17 +25,18 @@ from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
 SCHEMA = "ocmm.rig/1"
 MAX_CAMERAS = 16
 USUAL_SLOTS = 8
-"""Tracking windows (slots) of one camera of today; its frames hold as many spots."""
+"""Tracking windows (slots) of a present camera, the number of spots in its frames."""
 
 MAX_SLOTS = 64
-"""Slots of one camera that frames have room for, as bits of one number say which hold a spot."""
+"""Largest number of slots of a camera in frames, as bits of one number mark occupied ones."""
 
 MAX_LEDS = 64
-"""LEDs of one body, and of all bodies that are followed together."""
+"""LEDs of one body, and of all bodies tracked together."""
 
 MAX_FOCAL_SIGMA = 1e-3
-"""Relative; a calibration that knows the focal length no better tells it from the distance only by
-chance, and a first-order covariance of it would not hold."""
+"""Relative; with a worse focal length, a calibration separates it from the distance only by chance,
+and its first-order covariance would not hold.
+"""
 
 Vector3 = tuple[float, float, float]
 
@@ -45,8 +46,8 @@ class CameraEntry(
 ):
     """One camera in a rig document; lengths in mm, image positions in px.
 
-    Where ``sensor_serial`` is given, a camera with another sensor is refused. ``device`` is the
-    description of a camera that is not ours: a name, or a path beside this document.
+    With ``sensor_serial``, a camera with another sensor is refused. ``device`` is the description
+    of a third-party camera: a name, or a path relative to this document.
     """
 
     name: str
@@ -70,18 +71,18 @@ class CameraEntry(
 
 
 class SpotNoise(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How far a spot position can be wrong, px per axis."""
+    """Error of a spot position, px per axis."""
 
     white_px: float
-    """Standard deviation of one exposure, independent from frame to frame."""
+    """Standard deviation of one exposure, independent between frames."""
     pattern_px: float
-    """Standard deviation of the part that stays at a place of the sensor."""
+    """Standard deviation of the part fixed to the sensor position."""
     pattern_length_px: float
-    """Distance over which that part is alike (Gaussian correlation)."""
+    """Correlation length of that part (Gaussian)."""
 
 
 class CalibrationDesign(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The known points that the cameras were calibrated with (thesis 3.1)."""
+    """Reference points of the camera calibration (thesis 3.1)."""
 
     method: Literal["known points"]
     points: int
@@ -92,10 +93,10 @@ class CalibrationDesign(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class RigDocument(Document, frozen=True, kw_only=True):
-    """A rig as it is written down.
+    """Document of a rig.
 
-    ``calibrate_unproven`` allows that cameras are calibrated and verified that cannot prove the age
-    or the order of their data.
+    ``calibrate_unproven`` permits calibration and verification of cameras that cannot prove age or
+    order of their data.
     """
 
     name: str
@@ -113,15 +114,12 @@ class Rig:
     """The calibrated cameras and the uncertainty of their calibration."""
 
     name: str
-    """Name of the rig."""
     cameras: tuple[CameraModel, ...]
-    """Two to `MAX_CAMERAS` cameras."""
     aliases: tuple[int, ...]
     """EtherCAT station alias of each camera."""
     frame_rate_hz: int
     """Exposures a second."""
     noise: SpotNoise
-    """Spot noise."""
     volume_world: Float
     """(2, 3), mm: corners of the calibrated volume."""
     parameter_covariance: Float
@@ -129,12 +127,12 @@ class Rig:
     identity: str
     """SHA-256 of the document."""
     sensors: tuple[int, ...] = ()
-    """Serial number of the sensor of each camera, 0 where not known; empty: of none."""
+    """Serial number of the sensor of each camera, 0 if unknown; may be empty."""
     device: str = ""
-    """Name, or whole path, of the description of its cameras; empty: they are ours."""
+    """Name, or absolute path, of the description of its cameras; empty for our own."""
     calibrate_unproven: bool = False
-    """Its document allows to calibrate cameras that cannot prove the age of their data."""
-    # Every call of a kernel takes it, and making it takes longer than a single tip.
+    """Permits calibration of cameras that cannot prove the age of their data."""
+    # Every kernel call needs it, and computing it takes longer than a single tip.
     _packed: Float = dataclasses.field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -142,7 +140,7 @@ class Rig:
         object.__setattr__(self, "_packed", packed)
 
     def packed(self) -> Float:
-        """Return all cameras as the kernels take them, (C, 21); one array for all who ask."""
+        """Return all cameras in kernel form, (C, 21); a shared array."""
         return self._packed
 
 
@@ -152,9 +150,9 @@ def load_rig(path: Path | str) -> Rig:
     Raises
     ------
     InputError
-        The document is malformed, names a camera, serial or alias twice, has fewer than two or
-        more than `MAX_CAMERAS` cameras, holds a value that no camera has, or a calibration that
-        does not determine its cameras.
+        The document is malformed, has duplicate cameras, serials or aliases, fewer than two or more
+        than `MAX_CAMERAS` cameras, an implausible value, or a calibration that does not determine
+        its cameras.
     """
     document = load_document(path, RigDocument, SCHEMA)
     _check(Path(path), document)
@@ -184,8 +182,8 @@ _MOST_POINTS = 100_000
 def known_points_covariance(path: Path, camera: CameraModel, design: CalibrationDesign) -> Float:
     """Return the covariance (14, 14) of a calibration with known points.
 
-    The points are spread evenly over the design volume; one camera's parameters do not depend on
-    the other's when the reference positions are taken as known (measured: ratio 1.000).
+    The points are spread evenly over the design volume; with exact reference positions the cameras
+    are independent (measured: ratio 1.000).
 
     Raises
     ------
@@ -207,7 +205,7 @@ def known_points_covariance(path: Path, camera: CameraModel, design: Calibration
     )
     rows = d_parameters.reshape(-1, N_PARAMETERS)
     scale = np.linalg.norm(rows, axis=0)
-    # Sizes that nobody has give numbers without end here; what is not determined is refused below.
+    # Implausible sizes give infinite numbers here; undetermined results are refused below.
     with np.errstate(all="ignore"):
         information = (rows / scale).T @ (rows / scale) / variance
     covariance: Float = np.full_like(information, np.inf)
@@ -224,7 +222,7 @@ def known_points_covariance(path: Path, camera: CameraModel, design: Calibration
 
 
 def camera_of(entry: CameraEntry) -> CameraModel:
-    """Return the camera that an entry describes."""
+    """Return the camera of an entry."""
     rotation = rotation_from_vector(np.array(entry.rotation_vector))
     return CameraModel(
         name=entry.name,
@@ -245,7 +243,7 @@ def camera_of(entry: CameraEntry) -> CameraModel:
 
 
 def _device_of(path: Path, document: RigDocument) -> str:
-    """Return the one description of all cameras; a path counts from the document."""
+    """Return the common description of all cameras; paths are relative to the document."""
     named = {entry.device for entry in document.cameras}
     if len(named) > 1:
         raise InputError(

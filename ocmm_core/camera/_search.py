@@ -1,9 +1,8 @@
-"""The compiled search for LEDs that no window follows, beside the windows.
+"""The compiled search for LEDs that no window follows.
 
-The sensor cannot read all its pixels within a frame. Each frame it reads a few more lines, every
-second line and every second pixel of it, which no LED can slip through: the light at the worst
-place between four samples is still a third of the peak. A whole sensor takes 512 frames of two
-lines, 64 ms at 8 kHz.
+The sensor cannot read all pixels within a frame. Each frame it reads a few more lines, every second
+line and pixel, so that no LED slips through: the light at the worst place between four samples is a
+third of the peak. A whole sensor takes 512 frames of two lines, 64 ms at 8 kHz.
 """
 
 from __future__ import annotations
@@ -17,29 +16,30 @@ from ocmm_core.camera._compiled import compiled
 from ocmm_core.geometry import Float, Int
 
 REGION, ROW = 0, 1
-"""The cursor of the search: which region, and its next row; negative before the first."""
+"""Cursor of the search: region and its next row; negative before the first."""
 
 HIT_U, HIT_V, HIT_LIGHT = 0, 1, 2
 """Columns of a hit: position, px, and counts of its brightest sample."""
 
 _REMEMBER_PX = 300.0
-"""A new spot goes to the free slot that last saw an LED nearest to it, within this distance: 0.3 s
-behind an obstacle at the operator's usual 0.2 m/s and 2 px/mm are some 130 px."""
+"""A new spot goes to the free slot with the nearest lost LED within this distance: 0.3 s behind an
+obstacle at the usual 0.2 m/s and 2 px/mm are some 130 px.
+"""
 
 
 @compiled(centroid, windows)
 def plan(
     slots: Float, regions: Int, anywhere: bool, options: Float, cursor: Int, lines: Int
 ) -> int:
-    """Write the lines to read in this frame and move the cursor on; return how many they are.
+    """Write the lines to read in this frame, advance the cursor, return their count.
 
     ``regions`` (r, 4): left, top, width, height, px; region i belongs to slot i, unless one region
-    serves all slots (``anywhere``). ``lines`` (n, 3): left, row, number of samples. None are
-    written if no slot is free.
+    serves all slots (``anywhere``). ``lines`` (n, 3): left, row, number of samples; none if no slot
+    is free.
     """
     step = int(options[centroid.SEARCH_STEP])
-    # `passed` counts the regions that had nothing to read, so that the loop ends with no free slot;
-    # one more than there are, as the first may be left in its middle.
+    # `passed` counts regions with nothing to read, to end the loop with no free slot; one more than
+    # the regions, as the first may be left in its middle.
     count = passed = 0
     while count < len(lines) and passed <= len(regions):
         region = cursor[REGION]
@@ -71,10 +71,9 @@ def look(
 ) -> None:
     """Give free slots to the spots in the lines that were read.
 
-    ``samples`` (n, m): the first ``count`` rows belong to ``lines``. Spots that a window sees
-    already are left out; the brightest come first.
+    ``samples`` (n, m): the first ``count`` rows belong to ``lines``. Spots already in a window are
+    skipped; the brightest come first.
     """
-    # No more hits than slots that could take one.
     hits = np.empty((len(slots), 3))
     n_hits = 0
     for k in range(count):
@@ -99,7 +98,7 @@ def _scan(
     hits: Float,
     n_hits: int,
 ) -> int:
-    """Enter the spots of one line into ``hits`` (h, 3), strongest ones first; return how many."""
+    """Enter the spots of one line into ``hits`` (h, 3), strongest first; return the count."""
     step = int(options[centroid.SEARCH_STEP])
     left, row, count = line[0], line[1], line[2]
     light = np.empty(count)
@@ -108,7 +107,7 @@ def _scan(
     if black.size > 0:
         for k in range(count):
             light[k] -= float(black[row, left + k * step])
-    # The level of the line itself goes off, for even light that the black image does not hold.
+    # Subtract the level of the line, for even light that the black image lacks.
     threshold = options[centroid.THRESHOLD]
     limit = threshold + centroid.level_of(light, threshold)
     above = 0
@@ -117,7 +116,7 @@ def _scan(
     if above == 0:
         # Nearly every line is dark, and counting is much faster than looking.
         return n_hits
-    # Within half a window a spot is the one that the window sees already.
+    # Within half a window, the spot is already in that window.
     half = 0.5 * options[centroid.WINDOW]
     for k in range(count):
         u = left + k * step
@@ -140,18 +139,17 @@ def _is_watched(slots: Float, half: float, u: float, v: float) -> bool:
 
 @compiled(centroid, windows)
 def _enter(hits: Float, n_hits: int, half: float, u: float, v: float, value: float) -> int:
-    # A new hit goes behind the others, or in place of the weakest where the list is full. Samples
-    # of one spot in several columns or lines are one hit, that of the brightest.
+    # A new hit is appended or replaces the weakest of a full list. Samples of one spot in several
+    # columns or lines merge into the brightest.
     at = min(n_hits, len(hits) - 1)
     for k in range(n_hits):
         if abs(hits[k, HIT_U] - u) < half and abs(hits[k, HIT_V] - v) < half:
             at = k
             break
-    # Weaker than what is there already.
     if at < n_hits and value <= hits[at, HIT_LIGHT]:
         return n_hits
     n_hits = max(n_hits, at + 1)
-    # Insertion from behind keeps the list sorted by light, the brightest first.
+    # Insertion from behind keeps the list sorted by light, brightest first.
     while at > 0 and hits[at - 1, HIT_LIGHT] < value:
         hits[at] = hits[at - 1]
         at -= 1
@@ -163,11 +161,11 @@ def _enter(hits: Float, n_hits: int, half: float, u: float, v: float, value: flo
 def _place(
     slots: Float, regions: Int, anywhere: bool, options: Float, hits: Float, n_hits: int
 ) -> None:
-    """Give the hits to free slots, each to the one that gave up its LED nearest to it."""
+    """Give each hit to the free slot with the nearest lost LED."""
     half = 0.5 * options[centroid.WINDOW]
     for k in range(n_hits):
         u, v = hits[k, HIT_U], hits[k, HIT_V]
-        # Asked again: a slot given a moment ago may watch this place now.
+        # Checked again: a slot just filled may now contain this place.
         if _is_watched(slots, half, u, v):
             continue
         chosen, nearest = -1, np.inf
@@ -177,15 +175,15 @@ def _place(
             if not anywhere and not (s < len(regions) and _inside(regions[s], u, v)):
                 continue
             far = np.hypot(slots[s, windows.HOME_U] - u, slots[s, windows.HOME_V] - v)
-            # A slot that never saw an LED holds NaN; it is better than one that saw a far one.
-            # 600 px for no memory, 601 px for a memory too far off: both behind any near one. A
-            # comparison with NaN is false, so that NaN takes the first.
+            # A slot without an LED so far holds NaN and precedes one with a distant LED: 600 px
+            # without memory, 601 px for a distant one, both behind any near one. A comparison with
+            # NaN is false, so NaN takes the first.
             far = far if far <= _REMEMBER_PX else 2.0 * _REMEMBER_PX + (far > _REMEMBER_PX)
             if far < nearest:
                 chosen, nearest = s, far
         if chosen >= 0:
             slot = slots[chosen]
-            # Motion, light and counts of the old LED go; the place where it was lost stays.
+            # Reset motion, light and counts of the old LED; keep the place where it was lost.
             slot[: windows.HOME_U] = 0.0
             slot[windows.SLOT_U], slot[windows.SLOT_V] = u, v
             slot[windows.PHASE] = windows.TRIAL

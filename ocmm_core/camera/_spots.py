@@ -1,8 +1,8 @@
-"""Spots as the electronics of a camera find them: options, words and results.
+"""Spot detection of the camera electronics: options, status values and results.
 
-Each of eight slots has a window that follows its LED; the light in it becomes a position with its
-variance, or a word that says why there is none. `finder` does it, with the loops in `centroid`
-(one window), `windows` (following) and `search` (finding).
+Each of eight slots has a window that follows its LED; its light gives a position with variance, or
+a status with the reason. `finder` implements it, with the loops in `centroid` (one window),
+`windows` (tracking) and `search` (detection).
 """
 
 from __future__ import annotations
@@ -19,13 +19,14 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 
 _SEARCH_PIXELS_PER_S = 16.4e6
-"""Pixels that the search reads beside the windows: half of the sensor's 33 MHz (thesis 2.1)."""
+"""Pixels read by the search in addition to the windows: half of the sensor's 33 MHz (thesis 2.1).
+"""
 _HOLD_NS = 100_000_000
 _SMALLEST_WINDOW, _LARGEST_WINDOW = 12, 64
 
 
 class SpotStatus(IntEnum):
-    """What a slot says in one frame; only GOOD comes with a position."""
+    """Status of a slot in one frame; only GOOD has a position."""
 
     GOOD = centroid.GOOD
     FREE = centroid.FREE
@@ -37,7 +38,7 @@ class SpotStatus(IntEnum):
     CROWDED = centroid.CROWDED
     """There are two spots in the window."""
     SATURATED = centroid.SATURATED
-    """The spot is overexposed; its window goes on following it."""
+    """The spot is overexposed; its window keeps following it."""
     SMALL = centroid.SMALL
     LARGE = centroid.LARGE
     ELONGATED = centroid.ELONGATED
@@ -47,9 +48,9 @@ class SpotStatus(IntEnum):
     SHARED = centroid.SHARED
     """Another window holds the same spot."""
     JUMPED = centroid.JUMPED
-    """The light of the spot is not that of the LED which the slot follows."""
+    """The light of the spot is not that of the slot's LED."""
     UNCONFIRMED = centroid.UNCONFIRMED
-    """The spot has not been seen often enough since it was found."""
+    """Not yet seen in enough frames."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,18 +65,19 @@ class Window:
 
 @dataclass(frozen=True, slots=True)
 class SpotOptions:
-    """How spots are found and judged; lengths in px, light in counts of the converter."""
+    """Detection and validation of spots; lengths in px, light in counts of the converter."""
 
     threshold: float = 200.0
-    """Height above the background from which on a pixel belongs to a spot: five times the read
-    noise, so that dark pixels pass once in a minute or less."""
+    """Height above the background of spot pixels: five times the read noise, so that dark pixels
+    pass at most once in a minute.
+    """
     read_noise: float = 40.0
     """Standard deviation of a dark pixel from frame to frame."""
     dark_spread: float = 60.0
-    """Standard deviation of the dark signal from pixel to pixel; counts as noise where there is no
-    black image."""
+    """Standard deviation of the dark signal between pixels; counts as noise without a black image.
+    """
     black_frames: int = 64
-    """Frames of which a black image is the mean."""
+    """Number of frames averaged in a black image."""
     response_spread: float = 0.01
     """Relative standard deviation of the response to light from pixel to pixel."""
     electrons_per_count: float = 1.0
@@ -87,28 +89,30 @@ class SpotOptions:
     max_pixels: int = 64
     """`min_pixels`, `max_pixels`: Above the threshold."""
     max_elongation: float = 1.25
-    """Ratio of the axes that a spot without noise may have; noise is allowed for. Two equal LEDs in
-    one spot are told from 2 px on; what is nearer tells itself by its light."""
+    """Largest axis ratio of a spot without noise; noise is allowed for. Two equal LEDs in one spot
+    are distinguished from 2 px on; closer ones by their light.
+    """
     max_sigma: float = 0.15
-    """A position that is less certain is not reported."""
+    """Less certain positions are not reported."""
     window: int = 16
     """Width and height of a window."""
     separation: float = 3.0
     """Spots of two slots nearer than this are the same spot."""
     flux_low: float = 0.5
     flux_high: float = 1.6
-    """`flux_low`, `flux_high`: How far the light may change against what this LED usually has."""
+    """`flux_low`, `flux_high`: Permitted light relative to this LED's usual one."""
     confirm: int = 3
-    """A new spot is reported from this frame on."""
+    """Frames until a new spot is reported."""
     hold: int = 800
-    """Frames for which a window waits for its LED before the slot is given up."""
+    """Frames for which a window waits for its LED before the slot is released."""
     search_step: int = 2
     search_lines: int = 2
-    """`search_step`, `search_lines`: The search reads every second line and pixel (two), and so
-    many lines a frame."""
+    """`search_step`, `search_lines`: The search reads every n-th line and pixel (two), and this
+    number of lines a frame.
+    """
 
     def __post_init__(self) -> None:
-        """Refuse what cannot work.
+        """Refuse invalid options.
 
         Raises
         ------
@@ -133,7 +137,7 @@ class SpotOptions:
             )
 
     def at_period(self, frame_period_ns: int, width: int) -> SpotOptions:
-        """Return these options with the times that suit a frame period and a sensor width, px."""
+        """Return these options with times adapted to frame period and sensor width, px."""
         samples = _SEARCH_PIXELS_PER_S * frame_period_ns * 1e-9
         return replace(
             self,
@@ -142,7 +146,7 @@ class SpotOptions:
         )
 
     def packed(self) -> Float:
-        """Return the numbers as the compiled loops take them, (N_OPTIONS,)."""
+        """Return the numbers in kernel form, (N_OPTIONS,)."""
         return np.array(
             [
                 self.threshold, self.read_noise, self.dark_spread, self.black_frames,
@@ -158,15 +162,13 @@ class SpotOptions:
 
 @dataclass(frozen=True, slots=True)
 class SpotReading:
-    """What one window says by itself."""
+    """Reading of one window alone."""
 
     status: SpotStatus
-    """Whether this is one LED."""
     uv: Float
-    """(2,), px of the sensor: also given where the spot is refused, NaN in the dark."""
+    """(2,), px of the sensor: also for refused spots, NaN in the dark."""
     variance: Float
-    """(2,), px^2: of read noise, photons and converter, and of what the pixels keep of their
-    differences."""
+    """(2,), px^2: due to read noise, photons, converter, and residual pixel differences."""
     flux: float
     peak: float
     background: float
@@ -180,10 +182,10 @@ class SpotReading:
 
 @dataclass(frozen=True, slots=True)
 class SpotBlock:
-    """What a camera says about consecutive frames."""
+    """Result of a camera for consecutive frames."""
 
     valid: NDArray[np.uint16]
-    """(n,) uint16: bit s says that slot s holds a spot."""
+    """(n,) uint16: bit s is set if slot s holds a spot."""
     saturated: NDArray[np.bool_]
     """(n,) bool: a spot is overexposed."""
     status: NDArray[np.uint8]
@@ -194,7 +196,7 @@ class SpotBlock:
 
     @classmethod
     def empty(cls, n: int) -> SpotBlock:
-        """Return room for ``n`` frames."""
+        """Return arrays for ``n`` frames."""
         return cls(
             valid=np.zeros(n, np.uint16),
             saturated=np.zeros(n, np.bool_),

@@ -1,9 +1,8 @@
-"""The compiled bookkeeping of the eight windows: aim them, judge the readings, follow, let go.
+"""Compiled bookkeeping of the eight windows: prediction, validation, tracking, release.
 
-A window stands where its LED is expected: at the last position plus the motion of one frame. The
-window of an LED that is hidden moves on with the others, so that it often meets its LED again;
-nothing is reported meanwhile. After a while the slot is given up, and the search in `search` fills
-it anew.
+A window is placed at the expected position of its LED: the last one plus the motion of one frame.
+The window of a hidden LED moves with the others, so that it often meets its LED again; nothing is
+reported meanwhile. After a while the slot is released, and the search in `search` refills it.
 """
 
 from __future__ import annotations
@@ -17,21 +16,23 @@ from ocmm_core.geometry import Float, Int
 
 SLOT_U, SLOT_V, MOVE_U, MOVE_V, LIGHT, PHASE, SEEN, MISSED, HOME_U, HOME_V = range(10)
 """Columns of a slot: last or presumed position and motion of one frame (px), usual light (counts),
-phase, consecutive frames seen (up to `CONFIRM`) and not seen, place where its last LED was given up
-(px, NaN where there never was one)."""
+phase, consecutive frames seen (up to `CONFIRM`) and not seen, place at which its last LED was
+released (px, NaN if never).
+"""
 N_SLOT = 10
 
 NOBODY, TRIAL, FOLLOWED = 0, 1, 2
-"""Phases: free; one candidate that must still prove itself; an LED."""
+"""Phases: free; candidate under confirmation; an LED."""
 
 _GAIN = 0.5
-"""Part of a surprise that is taken as motion: after three frames the window stands within an eighth
-of the first surprise, and a single bad position does not throw it."""
+"""Fraction of an innovation attributed to motion: after three frames the window is within an eighth
+of the first one, and a single bad position has limited effect.
+"""
 _MEMORY = 0.99
-"""What is left, each frame, of a hidden LED's own motion against that of the others: at 8 kHz it
-lasts for 12 ms, as long as a crossing of two LEDs or the edge of a part."""
-# The usual light is a mean over some 16 frames (2 ms at 8 kHz): a slow change is followed, a single
-# frame is not.
+"""Factor per frame of a hidden LED's own motion relative to that of the others: at 8 kHz it lasts
+for 12 ms, as long as a crossing of two LEDs or the edge of a part.
+"""
+# The usual light is a mean over some 16 frames (2 ms at 8 kHz), to follow slow changes only.
 _LIGHT_GAIN = 1.0 / 16.0
 
 
@@ -44,13 +45,13 @@ def corner(position: float, size: int, limit: int) -> int:
 
 @compiled(centroid)
 def predict_windows(slots: Float, options: Float, width: int, height: int, corners: Int) -> None:
-    """Fill in where the next windows stand, ``corners`` (8, 2): left and top; -1 of a free slot."""
+    """Write the next windows, ``corners`` (8, 2): left and top; -1 for a free slot."""
     size = int(options[centroid.WINDOW])
     for s in range(len(slots)):
         if slots[s, PHASE] == NOBODY:
             corners[s, 0] = corners[s, 1] = -1
         else:
-            # Last position plus the motion of one frame, px per frame: a constant velocity.
+            # Last position plus the motion of one frame, px per frame: constant velocity.
             corners[s, 0] = corner(slots[s, SLOT_U] + slots[s, MOVE_U], size, width)
             corners[s, 1] = corner(slots[s, SLOT_V] + slots[s, MOVE_V], size, height)
 
@@ -64,10 +65,7 @@ def measure_windows(
     options: Float,
     readings: Float,
 ) -> None:
-    """Measure the windows ``pixels`` (8, w, w) at ``corners`` (8, 2) and move the slots on.
-
-    ``readings`` (8, N_READING) is the output.
-    """
+    """Measure the windows ``pixels`` (8, w, w) at ``corners`` (8, 2) and update the slots."""
     size = pixels.shape[1]
     light = np.empty((size, size))
     mark = np.empty((size, size), np.uint8)
@@ -86,14 +84,14 @@ def measure_windows(
 
 @compiled(centroid)
 def update_tracks(slots: Float, options: Float, readings: Float) -> None:
-    """Judge the readings (8, N_READING) of one frame together and move the slots on.
+    """Validate the readings (8, N_READING) of one frame together and update the slots.
 
-    The status of a reading that is good by itself may become SHARED (another window holds the same
-    spot), JUMPED (its light is no longer that of this LED) or UNCONFIRMED (too new).
+    The status of a good reading may become SHARED (another window holds the same spot), JUMPED (its
+    light is not that of this LED) or UNCONFIRMED (too new).
     """
     _judge_light(slots, options, readings)
     _judge_pairs(slots, options, readings)
-    # Before any slot moves on: the motion is the difference to the frame before.
+    # Before any slot moves on: the motion is the difference to the previous frame.
     group_u, group_v = _group_motion(slots, readings)
     confirm = int(options[centroid.CONFIRM])
     for s in range(len(slots)):
@@ -101,7 +99,7 @@ def update_tracks(slots: Float, options: Float, readings: Float) -> None:
         if slot[PHASE] == NOBODY:
             continue
         status = reading[centroid.STATUS]
-        # An overexposed spot still says where the LED is, well enough for the next window.
+        # An overexposed spot still locates the LED well enough for the next window.
         if status == centroid.GOOD or status == centroid.SATURATED:
             _follow(slot, reading, confirm)
             if slot[SEEN] >= confirm:
@@ -118,10 +116,10 @@ def update_tracks(slots: Float, options: Float, readings: Float) -> None:
         else:
             slot[MISSED] += 1.0
             if slot[MISSED] > confirm:
-                # What comes after that may be something else, and proves itself as a new spot does.
+                # Later spots may be others, and need confirmation like a new one.
                 slot[SEEN] = 0.0
-            # LEDs of one body move alike, so that the motion of those that are seen is the better
-            # guess the longer this one is hidden. 0.99 a frame is a time constant of 100 frames.
+            # LEDs of one body move alike, so the motion of visible ones is the better prediction
+            # the longer this one is hidden. 0.99 a frame is a time constant of 100 frames.
             slot[MOVE_U] = group_u + _MEMORY * (slot[MOVE_U] - group_u)
             slot[MOVE_V] = group_v + _MEMORY * (slot[MOVE_V] - group_v)
             slot[SLOT_U] += slot[MOVE_U]
@@ -136,12 +134,12 @@ def _follow(slot: Float, reading: Float, confirm: int) -> None:
     slot[SLOT_U], slot[SLOT_V] = reading[centroid.U], reading[centroid.V]
     slot[MOVE_U] += _GAIN * surprise_u
     slot[MOVE_V] += _GAIN * surprise_v
-    # The first frames set the usual light, for a mean from nothing would take 16 of them.
+    # The first frames set the usual light; a mean from zero would take 16.
     if slot[PHASE] == TRIAL:
         slot[LIGHT] = reading[centroid.FLUX]
     else:
         slot[LIGHT] += _LIGHT_GAIN * (reading[centroid.FLUX] - slot[LIGHT])
-    # Only whether a slot has reached CONFIRM is asked.
+    # Only used for comparison with CONFIRM.
     slot[SEEN] = min(slot[SEEN] + 1.0, float(confirm))
     slot[MISSED] = 0.0
 
@@ -158,10 +156,10 @@ def _judge_light(slots: Float, options: Float, readings: Float) -> None:
 
 @compiled(centroid)
 def _judge_pairs(slots: Float, options: Float, readings: Float) -> None:
-    """Let no two windows report the same spot.
+    """Prevent two windows from reporting the same spot.
 
-    Who saw an LED there in the frame before keeps it; where both or neither did, two LEDs may have
-    merged and nobody can tell whose light this is.
+    The window that saw an LED there in the previous frame keeps it; if both or neither did, two
+    LEDs may have merged and the owner is undetermined.
     """
     n = len(slots)
     near = options[centroid.SEPARATION]
@@ -173,13 +171,12 @@ def _judge_pairs(slots: Float, options: Float, readings: Float) -> None:
             if not _located(slots[t], readings[t]):
                 continue
             if (
-                # A square about the spot serves as well as a circle, and NaN never comes here
-                # (`_located`).
+                # A square about the spot serves as well as a circle; NaN is excluded (`_located`).
                 abs(readings[s, centroid.U] - readings[t, centroid.U]) > near
                 or abs(readings[s, centroid.V] - readings[t, centroid.V]) > near
             ):
                 continue
-            # It is told by MISSED of the frame before: this frame has not been counted yet.
+            # From MISSED of the previous frame: this one has not been counted yet.
             owns_s = slots[s, PHASE] == FOLLOWED and slots[s, MISSED] == 0.0
             owns_t = slots[t, PHASE] == FOLLOWED and slots[t, MISSED] == 0.0
             # One owner: the other is shared. Both or none: both are.
@@ -199,7 +196,7 @@ def _located(slot: Float, reading: Float) -> bool:
 
 @compiled(centroid)
 def _group_motion(slots: Float, readings: Float) -> tuple[float, float]:
-    """Return the mean motion of the LEDs that are seen; zero where none is."""
+    """Return the mean motion of the visible LEDs, or zero."""
     u = v = 0.0
     n = 0
     for s in range(len(slots)):
@@ -211,7 +208,7 @@ def _group_motion(slots: Float, readings: Float) -> tuple[float, float]:
             u += readings[s, centroid.U] - slots[s, SLOT_U]
             v += readings[s, centroid.V] - slots[s, SLOT_V]
             n += 1
-    # Without any, the mean stays zero: a window that knows nothing stands still in the end.
+    # Otherwise zero: a window without information eventually stops.
     if n:
         u /= n
         v /= n
@@ -222,7 +219,7 @@ def _group_motion(slots: Float, readings: Float) -> tuple[float, float]:
 def report(
     readings: Float, uv: Float, variance: Float, status: NDArray[np.uint8]
 ) -> tuple[int, bool]:
-    """Write what one frame says to ``uv`` (8, 2), ``variance`` (8, 2) and ``status`` (8,).
+    """Write the result of one frame to ``uv`` (8, 2), ``variance`` (8, 2) and ``status`` (8,).
 
     Returns the bits of the valid slots, and whether any spot is overexposed.
     """

@@ -11,9 +11,16 @@ from typing import NoReturn, TextIO
 
 from ocmm_core.acquisition.bus_process import hold_nothing
 from ocmm_core.blas import use_one_thread
-from ocmm_core.cli.terminal import print_in_any_encoding, say
+from ocmm_core.cli.terminal import say
 from ocmm_core.errors import InternalError, OcmmError, StorageError
-from ocmm_core.failure import EXIT_INTERNAL, ThreadNet, contained, hold_standard_streams
+from ocmm_core.failure import (
+    AGAIN,
+    EXIT_INTERNAL,
+    REOPEN,
+    ThreadNet,
+    contained,
+    hold_standard_streams,
+)
 from ocmm_core.host import HOST
 
 COULD_NOT_MEASURE = 2
@@ -30,7 +37,6 @@ _MEASURING = ("measure", "demo")
 def main() -> None:
     """Run the command line; every fault, also an unexpected one, is a sentence and its remedy."""
     hold_standard_streams()
-    print_in_any_encoding()
     try:
         _main()
     except SystemExit as end:
@@ -93,7 +99,8 @@ def _give_up(error: BaseException, *, piped: bool) -> NoReturn:
             # The output failed, not the program.
             _tell(_unwritten(fault))
             sys.exit(COULD_NOT_MEASURE)
-    told = contained(error, "The command", _SAFE if _measures() else "")
+    job = _measures()
+    told = contained(error, "The command", _SAFE if job else "", REOPEN if job else AGAIN)
     _tell(told)
     sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else COULD_NOT_MEASURE)
 
@@ -147,7 +154,13 @@ def _silence(stream: TextIO) -> None:
 
 def _measures() -> bool:
     """Return whether this command records points."""
-    return any(word in _MEASURING for word in sys.argv[1:4])
+    words = iter(sys.argv[1:])
+    for word in words:
+        if word == "--language":
+            next(words, "")
+        elif not word.startswith("-"):
+            return word in _MEASURING
+    return False
 
 
 def _is_piped() -> bool:

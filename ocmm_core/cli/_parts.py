@@ -67,7 +67,11 @@ def measure_parts(
                     await_part(console, part + 1, parts, request.serial, replayed=replayed)
             built = build_station(request)
             jobs.begin(built.job_path)
-            view = run_job(built, request.out, console, incomplete=incomplete, formats=formats)
+            try:
+                view = run_job(built, request.out, console, incomplete=incomplete, formats=formats)
+            finally:
+                if built.station.job.lost is not None:
+                    jobs.drop(built.job_path)
             truth = None
             if with_truth and built.virtual is not None:
                 truth = true_values(built.station.job.plan, built.virtual.part)

@@ -1,13 +1,12 @@
-"""The coach: how well the ball is known as the probe is held, and what would better it.
+"""The coach: present uncertainty of the ball, and the turn that reduces it.
 
 In: rig, probe, its pose and which camera sees which LED. Out: the ellipsoid of the ball, the turn
-of the probe that would better its uncertainty, one remedy while it is lost, and the probe flat as
-the inspector sees it.
+of the probe that reduces its uncertainty, one remedy while it is lost, and the flat probe from the
+view of the inspector.
 
-Read `_stance` (where he stands, and what left means), `_turns` (what a hand can do), `_prediction`
-(which LEDs would be seen, and the U that follows), `_advice` (the best turn), `_steady` (no
-flicker), `_ellipsoid`. Then `_remedy` and `_picture`.
-It computes and says nothing else: it must not know a station, threads or a screen.
+Read `_stance` (position of the inspector), `_turns` (possible turns), `_prediction` (visible LEDs
+and the resulting U), `_advice` (the best turn), `_steady` (no flicker), `_ellipsoid`, then
+`_remedy` and `_picture`. The package is independent of stations, threads and screens.
 """
 
 from __future__ import annotations

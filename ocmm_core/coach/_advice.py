@@ -1,4 +1,4 @@
-"""Which turn of the probe would better the uncertainty of its ball."""
+"""The turn of the probe that reduces the uncertainty of its ball."""
 
 from __future__ import annotations
 
@@ -15,85 +15,81 @@ from ocmm_core.geometry import Float, unit
 from ocmm_core.tracking import ProbeBody, satisfies_rules
 
 REAL_SHARE = 0.15
-"""A turn that takes less than this off U is not worth a movement of the hand."""
+"""A turn that reduces U by less is not worth a movement of the hand."""
 LEAST_LEDS = 4
-"""Identification needs so many that two cameras see."""
+"""Identification needs this many LEDs seen by two cameras."""
 _EFFORT = 0.0015
-"""A degree more must take so much of U off, as a share: of two alike the smaller turn is said."""
+"""Required reduction of U per additional degree, as a share: of two equal turns the smaller wins.
+"""
 MARGIN_RAD = float(np.radians(6.0))
-"""The LEDs that are counted on shine so much further: a hand is good to some 3 degrees."""
+"""Margin of the light cone of counted LEDs: the hand follows within some 3 degrees."""
 _SHINING = 2
-"""LEDs at the rim of their cone are a guess; of so many a camera sees one, or nothing at all."""
+"""LEDs at the rim of their cone are uncertain; with this many, a camera sees one, or is blocked."""
 _LOWEST = float(np.cos(np.radians(100.0)))
-"""Nobody holds a probe with its handle farther from upright."""
+"""Largest inclination of the handle from upright."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hint:
-    """A turn, or two, and what they are good for."""
+    """One or two turns and their benefit."""
 
     turns: tuple[Turn, ...]
-    """What to do, in this order; the second is a turn about another axis."""
+    """In this order; the second is about another axis."""
     now_mm: float
     then_mm: float
-    """`now_mm`, `then_mm`: U, k = 2, of one averaged point in its worst direction: as the probe is
-    held, and turned."""
+    """`now_mm`, `then_mm`: U, k = 2, of one averaged point in its worst direction: as held, and
+    turned.
+    """
     leds: int
-    """How many LEDs two cameras see then."""
+    """LEDs then seen by two cameras."""
 
     @property
     def share(self) -> float:
-        """Return which part of U it takes off."""
+        """Return the relative reduction of U."""
         return 1.0 - self.then_mm / self.now_mm
 
     @property
     def ways(self) -> tuple[Way, ...]:
-        """Return where it goes."""
         return tuple(turn.way for turn in self.turns)
 
     @property
     def degrees(self) -> int:
-        """Return how far it goes in all."""
+        """Return the total angle."""
         return sum(turn.degrees for turn in self.turns)
 
     def rotation_world(self, stance: Stance) -> Float:
-        """Return it as a rotation (3, 3) of the world about the ball."""
+        """Return the rotation (3, 3) of the world about the ball."""
         return _rotation(self.turns, stance)
 
 
 @dataclass(frozen=True, slots=True)
 class Advice:
-    """What the coach found."""
+    """Result of the coach."""
 
     now_mm: float
-    """U as the probe is held; NaN where there is none."""
+    """U as the probe is held; NaN without a pose."""
     hints: tuple[Hint, ...] = ()
-    """The best of every way that keeps enough LEDs, the least U for the effort first; some may make
-    U worse."""
+    """The best of every way that keeps enough LEDs, the least U for the effort first; may include a
+    larger U.
+    """
 
     def best(self, share: float = REAL_SHARE) -> Hint | None:
-        """Return the best turn that takes so much off; None where none does."""
+        """Return the best turn that reduces U by ``share``, or None."""
         return next((hint for hint in self.hints if hint.share >= share), None)
 
     def along(self, ways: tuple[Way, ...]) -> Hint | None:
-        """Return the best turn that goes there."""
+        """Return the best turn along these ways."""
         return next((hint for hint in self.hints if hint.ways == ways), None)
 
 
 def advise(
     rig: Rig, body: ProbeBody, held: Held, sensitivities: Sensitivities | None = None
 ) -> Advice:
-    """Return the turns about the resting ball, and the uncertainty that each would give.
+    """Return the turns about the resting ball with their predicted uncertainty.
 
-    What a camera should see now and does not is hidden by something, and counts as hidden in every
-    turn, as everything does of a camera that sees nothing; what it sees beyond the model counts as
-    long as the probe is not turned. Two turns at once are tried only where no single one is worth
-    it.
-
-    Parameters
-    ----------
-    held
-        In the frame of the rig.
+    An LED expected by a camera but not seen is hidden, and counts as hidden in every turn, as do
+    all of a camera that sees nothing; LEDs seen beyond the model count until the probe is turned.
+    Pairs of turns are tried only if no single turn suffices. The frame of ``held`` is the rig.
     """
     advice = _tried(rig, body, held, sensitivities, [(turn,) for turn in TURNS])
     if advice.best() is not None or not np.isfinite(advice.now_mm):
@@ -104,7 +100,7 @@ def advise(
 
 
 def uncertainty_of(rig: Rig, body: ProbeBody, held: Held) -> float:
-    """Return U, mm, k = 2, as the probe is held, by the model of its sight; NaN without a pose."""
+    """Return U, mm, k = 2, as held, by the model of visibility; NaN without a pose."""
     return _tried(rig, body, held, None, ()).now_mm
 
 
@@ -120,7 +116,7 @@ def _tried(
     rotations = rotations @ held.rotation_world_from_probe
     sight = sight_of(rig, body, rotations, held.tip_world)
     hidden = sight.seen[0] & ~held.seen
-    # A camera that sees nothing of what shines to it does not see what comes to light by a turn.
+    # A camera that sees none of its lit LEDs will not see those lit after a turn.
     shining = np.count_nonzero(sight.seen[0], axis=1)
     hidden[(shining >= _SHINING) & ~held.seen.any(axis=1)] = True
     sight.seen[1:] &= ~hidden
@@ -155,7 +151,7 @@ def _rotation(turns: tuple[Turn, ...], stance: Stance) -> Float:
 
 
 def _may_be_held(body: ProbeBody, rotations: Float, stance: Stance) -> Bool:
-    """Return of attitudes (n, 3, 3) whether a hand and the rules of the probe allow them."""
+    """Return which attitudes (n, 3, 3) a hand and the rules of the probe allow."""
     handle = unit(body.leds_probe.mean(axis=0) - body.tip_probe)
     upright: Bool = rotations @ handle @ stance.up >= _LOWEST
     return upright & satisfies_rules(body, rotations)

@@ -1,4 +1,4 @@
-"""The ellipsoid of the present uncertainty of the ball, as the inspector sees it."""
+"""The ellipsoid of the present uncertainty of the ball, for the inspector."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ from ocmm_core.measuring import COVERAGE_FACTOR
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ellipsoid:
-    """Where the ball is, with k = 2 along every axis."""
+    """Uncertainty ellipsoid of the ball, k = 2 along every axis."""
 
     half_axes_mm: Float
     """(3,), the longest first: it is the U of the readout."""
     directions_world: Float
     """(3, 3), unit: the axes as rows."""
     outline_mm: Float
-    """(3,): of what the inspector sees of it the longer and the shorter half axis, mm, and the
-    angle of the longer one from his right, rad, towards up."""
+    """(3,): of its view, the longer and the shorter half axis, mm, and the angle of the longer one
+    from his right, rad, towards up.
+    """
     depth_mm: float
-    """How far it reaches towards him and away."""
+    """Half extent along the view."""
 
     @property
     def u_mm(self) -> float:
@@ -34,7 +35,7 @@ class Ellipsoid:
 def ellipsoid_of(covariance: Float, stance: Stance) -> Ellipsoid:
     """Return the ellipsoid of a covariance (3, 3), mm^2, world.
 
-    What is seen of it along a line is the ellipse of the marginal covariance across that line.
+    Its view along a line is the ellipse of the marginal covariance across that line.
     """
     values, vectors = np.linalg.eigh(covariance)
     half = COVERAGE_FACTOR * np.sqrt(np.maximum(values[::-1], 0.0))

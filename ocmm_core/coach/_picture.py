@@ -1,4 +1,4 @@
-"""A small picture of the probe as the inspector sees it: its LEDs, who sees them, where to turn."""
+"""A small picture of the probe from the inspector: LEDs, their visibility, the turn."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ from ocmm_core.tracking import ProbeBody
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProbePicture:
-    """The probe, flat, about the middle of its ball; mm, to the right and up."""
+    """The probe, flat, about the ball centre; mm, to the right and up."""
 
     leds: Float
     """(L, 2)."""
     behind: Bool
-    """(L,): the LED looks away from the inspector, so that he sees its back."""
+    """(L,): the LED faces away from the inspector."""
     outline: Float
     """(k, 2): about the LEDs."""
     foot: Float
-    """(2,): where the stylus ends in the body."""
+    """(2,): end of the stylus in the body."""
     ball_radius: float
     """mm."""
     cameras: tuple[str, ...]
-    """Their names, as they stand before him from left to right."""
+    """Names, from left to right for the inspector."""
     seen: Bool
     """(C, L): which of them sees which LED, in that order."""
     turn: Turn | None
-    """What is to be done; None where nothing is known."""
+    """The turn to make; None if unknown."""
     known: bool = True
-    """Whether the attitude is that of the probe; otherwise it is drawn upright, with its LEDs to
-    the cameras."""
+    """Whether the attitude is that of the probe; otherwise upright, with its LEDs to the cameras.
+    """
 
     def counts(self) -> tuple[tuple[str, int], ...]:
-        """Return the name of each camera and how many LEDs it sees."""
+        """Return the name of each camera and the number of LEDs it sees."""
         return tuple(
             (name, int(row.sum())) for name, row in zip(self.cameras, self.seen, strict=True)
         )
@@ -51,12 +51,8 @@ def picture_of(
 ) -> ProbePicture:
     """Return the picture of a probe.
 
-    Parameters
-    ----------
-    rotation
-        (3, 3), rig from probe, last known; None where it never was.
-    seen
-        (C, L): which camera sees which LED.
+    ``rotation`` (3, 3), rig from probe, is the last attitude, None without one; ``seen`` (C, L)
+    tells which camera sees which LED.
     """
     stance = stance_at(rig)
     turned = upright_rotation(rig, body) if rotation is None else rotation
@@ -72,7 +68,7 @@ def picture_of(
         leds=leds,
         behind=light @ stance.away > 0.0,
         outline=_hull(leds),
-        # The stylus leads to the middle of the LEDs; the body begins below the nearest of them.
+        # The stylus ends at the middle of the LEDs; the body begins below the nearest of them.
         foot=middle * min(1.0, 0.75 * float(np.linalg.norm(nearest)) / reach),
         ball_radius=body.tip_radius,
         cameras=tuple(rig.cameras[place].name for place in order),
@@ -98,7 +94,7 @@ def upright_rotation(rig: Rig, body: ProbeBody) -> Float:
 
 
 def _hull(points: Float) -> Float:
-    """Return the convex hull of points (n, 2), anticlockwise; all of them where they are flat."""
+    """Return the convex hull of points (n, 2), anticlockwise; all of them if collinear."""
     try:
         return points[ConvexHull(points).vertices]
     except (QhullError, ValueError):

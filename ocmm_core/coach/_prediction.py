@@ -1,4 +1,4 @@
-"""What the cameras would see of a probe that is held otherwise, and the uncertainty of its ball."""
+"""Predicted visibility of a turned probe, and the uncertainty of its ball."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from ocmm_core.measuring import COVERAGE_FACTOR
 from ocmm_core.tracking import ProbeBody, TipSensitivity, tip_sensitivities
 
 LEAST_FOR_POSE = 3
-"""LEDs that two cameras see: fewer leave the pose open."""
+"""LEDs seen by two cameras; fewer do not determine the pose."""
 
 Bool = NDArray[np.bool_]
 Sensitivities = Callable[[Float], Sequence[TipSensitivity]]
-"""From spots (n, C, L, 2), px: how the ball answers; raises TrackingError as the core does."""
+"""From spots (n, C, L, 2), px, to ball sensitivities; raises TrackingError like the core."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Held:
-    """How a probe is held."""
+    """Attitude and visibility of the probe."""
 
     rotation_world_from_probe: Float
     """(3, 3)."""
@@ -36,12 +36,12 @@ class Held:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sight:
-    """Which LEDs cameras see by the model of their light, and where."""
+    """LEDs seen by the cameras by the model of their light, and their spots."""
 
     seen: Bool
     """(n, C, L)."""
     on_sensor: Bool
-    """(n, C, L): whether the picture of the LED lies on the sensor, lit or not."""
+    """(n, C, L): whether the image of the LED lies on the sensor, lit or not."""
     spots: Float
     """(n, C, L, 2), px, of all LEDs, seen or not."""
 
@@ -49,10 +49,10 @@ class Sight:
 def sight_of(
     rig: Rig, body: ProbeBody, rotations: Float, tip_world: Float, margin_rad: float = 0.0
 ) -> Sight:
-    """Return what the cameras see of a probe in attitudes (n, 3, 3) about its ball (3,), mm.
+    """Return the visibility for attitudes (n, 3, 3) about the ball (3,), mm.
 
-    An LED shines into a cone about its direction (`ProbeBody.emission_half_angle`);
-    ``margin_rad`` takes so much off the half angle.
+    An LED shines into a cone about its direction (`ProbeBody.emission_half_angle`), reduced by
+    ``margin_rad``.
     """
     arms = body.leds_probe - body.tip_probe
     places = np.einsum("nij,lj->nli", rotations, arms) + tip_world
@@ -71,7 +71,7 @@ def sight_of(
 
 
 def common(seen: Bool) -> NDArray[np.int64]:
-    """Return of sights (n, C, L) how many LEDs two cameras see, (n,)."""
+    """Return the number of LEDs that two cameras see, (n,), from (n, C, L)."""
     count: NDArray[np.int64] = np.count_nonzero(np.count_nonzero(seen, axis=1) >= 2, axis=1)
     return count
 
@@ -79,15 +79,10 @@ def common(seen: Bool) -> NDArray[np.int64]:
 def uncertainties(
     sight: Sight, rig: Rig, body: ProbeBody, sensitivities: Sensitivities | None = None
 ) -> Float:
-    """Return U (n,), mm, k = 2, of one averaged point in its worst direction; NaN without a pose.
+    """Return U (n,), mm, k = 2, of an averaged point in its worst direction; NaN without pose.
 
-    It is the same propagation from the same documents as that of the number in the readout
-    (`measuring.point_uncertainty`), from the spots that the cameras would show.
-
-    Parameters
-    ----------
-    sensitivities
-        Where a reference body is used; None for `tracking.tip_sensitivities`.
+    The same propagation as for the readout (`measuring.point_uncertainty`), from predicted spots.
+    ``sensitivities`` is for a reference body; None for `tracking.tip_sensitivities`.
     """
     found = np.full(len(sight.seen), np.nan)
     usable = np.flatnonzero(common(sight.seen) >= LEAST_FOR_POSE)
@@ -116,7 +111,7 @@ def _answers(
     try:
         return ask(spots)
     except TrackingError:
-        # One of them stands in a line: the others are asked alone.
+        # If one of them is degenerate, ask for each alone.
         return [_one(ask, uv) for uv in spots]
 
 
@@ -128,7 +123,7 @@ def _one(ask: Sensitivities, uv: Float) -> TipSensitivity | None:
 
 
 def covariance_of(answer: TipSensitivity, rig: Rig, body: ProbeBody) -> Float:
-    """Return the covariance (3, 3), mm^2, of the ball, without what its own window adds."""
+    """Return the covariance (3, 3), mm^2, of the ball, without its own window."""
     found: Float = covariances_of([answer], rig, body)[0]
     return found
 
@@ -136,9 +131,9 @@ def covariance_of(answer: TipSensitivity, rig: Rig, body: ProbeBody) -> Float:
 def covariances_of(answers: Sequence[TipSensitivity], rig: Rig, body: ProbeBody) -> Float:
     """Return the covariance of each ball, (n, 3, 3), mm^2.
 
-    It is `measuring.systematic_covariance` of one point alone, written out for many, because a hint
-    asks for up to eighty: cameras, probe and reference body as they are there, and the field of the
-    sensors' patterns in closed form instead of on a grid (`measuring._pattern_field`).
+    Equals `measuring.systematic_covariance` of one point, vectorised because a hint needs up to
+    eighty: cameras, probe and reference body, and the field of the sensors' patterns in closed form
+    instead of on a grid (`measuring._pattern_field`).
     """
     cameras = np.stack([answer.by_cameras for answer in answers])
     geometry = np.stack([answer.by_geometry for answer in answers])
@@ -156,8 +151,8 @@ def covariances_of(answers: Sequence[TipSensitivity], rig: Rig, body: ProbeBody)
             count = len(answer.camera)
             places[row, :count], camera[row, :count] = answer.uv, answer.camera
             slopes[row, :, :count] = noise.pattern_px * answer.by_spots
-        # Spots of one camera that are d apart share exp(-d^2 / (2 l^2)) of the pattern; those of
-        # two cameras nothing, nor do u and v. Places that are not filled have no slope.
+        # Spots of one camera at distance d share exp(-d^2 / (2 l^2)) of the pattern; spots of two
+        # cameras, and u and v, are independent. Unfilled places have zero slope.
         apart = np.sum((places[:, :, None] - places[:, None]) ** 2, axis=3)
         shared = np.exp(-apart / (2.0 * noise.pattern_length_px**2))
         shared *= camera[:, :, None] == camera[:, None]

@@ -1,4 +1,4 @@
-"""What to do while the probe is lost: one remedy, from the last known pose and what is seen now."""
+"""A remedy while the probe is lost, from its last pose and the LEDs seen now."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody, satisfies_rules
 
 _HIDDEN_SHARE = 0.5
-"""A camera that does not see so many of the LEDs that shine to it has something before it."""
+"""A camera that sees a smaller share of its lit LEDs is obstructed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,9 +24,9 @@ class ProbeHelp:
     """A picture and one remedy."""
 
     remedy: str
-    """One short sentence, to be read from afar; empty where the reason says all."""
+    """One short sentence, readable from afar; empty if the reason suffices."""
     picture: ProbePicture
-    """Of the probe, with the turn of the remedy where it is one."""
+    """Of the probe, with the turn of the remedy if any."""
 
 
 def help_when_lost(
@@ -38,16 +38,16 @@ def help_when_lost(
     *,
     named: bool = True,
 ) -> ProbeHelp:
-    """Return what gives the cameras enough LEDs again.
+    """Return the remedy that gives the cameras enough LEDs again.
 
     Parameters
     ----------
     rotation, tip_rig
-        (3, 3) and (3,), mm: last known pose in the frame of the rig; None where it never was.
+        (3, 3) and (3,), mm: last pose in the frame of the rig; None without one.
     seen
         (C, L): which camera sees which LED now.
     named
-        Whether the LEDs that are seen can be told apart.
+        Whether the seen LEDs are identified.
     """
     remedy, turn = ("Turn the LEDs to the cameras", None)
     if named:
@@ -82,7 +82,7 @@ def _remedy(
 
 
 def _back(rig: Rig, body: ProbeBody, rotation: Float, tip_rig: Float, now: int) -> Turn | None:
-    """Return the least turn with which two cameras see enough LEDs, or the most there are."""
+    """Return the least turn with which two cameras see enough LEDs, or the most possible."""
     stance = stance_at(rig)
     rotations = np.stack([turn.rotation_world(stance) for turn in TURNS]) @ rotation
     leds = common(sight_of(rig, body, rotations, tip_rig).seen)

@@ -1,4 +1,4 @@
-"""A hint that does not flicker: it waits before it comes, before it goes, and before it turns."""
+"""A hint that does not flicker: it waits before appearing, vanishing and changing."""
 
 from __future__ import annotations
 
@@ -7,28 +7,28 @@ from dataclasses import dataclass
 from ocmm_core.coach._advice import Advice, Hint
 
 WAIT_S = 0.6
-"""What holds for less is a movement of the hand, and nobody can follow it."""
+"""Shorter changes are hand movements that nobody can follow."""
 KEPT_SHARE = 0.07
-"""A hint that is shown stays until less than this is left of it: half of what made it come."""
+"""A shown hint stays until its share falls below this: half of the share to appear."""
 _MUCH_BETTER = 0.12
-"""Another way must take so much more off U before it is said instead."""
+"""Additional reduction of U for another way to replace the hint."""
 _OTHER_DEG, _OTHER_U = 10, 0.1
-"""A hint that is shown is worded anew where it is so much another one."""
+"""Changes of angle and, as a share, of U that update a shown hint."""
 
 
 @dataclass(slots=True)
 class SteadyHint:
-    """Keep what is shown; fed with the advice of every moment."""
+    """Steady the hint shown, fed with each advice."""
 
     shown: Hint | None = None
-    """What stands on the screen; None where nothing does."""
+    """The displayed hint, or None."""
     _coming: Hint | None = None
     _changing: bool = False
     _since_s: float = 0.0
     _worded_s: float = float("-inf")
 
     def feed(self, advice: Advice | None, time_s: float) -> Hint | None:
-        """Take in the advice of a moment, None where there is none, and return what is shown."""
+        """Take in an advice, or None, and return the hint to show."""
         wanted = self._wanted(advice)
         if _alike(wanted, self.shown):
             self._changing = False
@@ -47,7 +47,7 @@ class SteadyHint:
         best = advice.best()
         if self.shown is None:
             return best
-        # Two turns at once are only looked for where no single one is worth it.
+        # Pairs of turns are only tried if no single one suffices.
         kept = advice.along(self.shown.ways)
         if kept is None or kept.share < KEPT_SHARE:
             return best
@@ -68,7 +68,7 @@ class SteadyHint:
 
 
 def _alike(one: Hint | None, other: Hint | None) -> bool:
-    """Return whether two hints say the same way."""
+    """Return whether two hints have the same ways."""
     if one is None or other is None:
         return one is other
     return one.ways == other.ways

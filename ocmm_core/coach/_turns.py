@@ -1,4 +1,4 @@
-"""The turns that a hand can do about the resting ball, and what they are called."""
+"""The possible turns of the probe about the resting ball, and their names."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from ocmm_core.coach._stance import Stance
 from ocmm_core.geometry import Float, rotation_from_vector
 
 STEPS_DEG = (10, 15, 20, 30, 45)
-"""A hand is no finer than the first, and seldom does more than the last at once."""
+"""A hand is no finer than the first, and seldom exceeds the last at once."""
 
 
 class Way(Enum):
-    """Where a turn goes, as the inspector sees it: the LEDs, or the top of the probe."""
+    """Direction of a turn for the inspector: of the LEDs or the top of the probe."""
 
     TURN_LEFT = "turn_left"
     TURN_RIGHT = "turn_right"
@@ -30,15 +30,14 @@ class Turn:
     """One turn about the ball."""
 
     way: Way
-    """Where it goes."""
     degrees: int
-    """How far, greater than zero."""
+    """Greater than zero."""
 
     def rotation_world(self, stance: Stance) -> Float:
-        """Return it as a rotation (3, 3) of the world about the ball."""
-        # What looks away from him goes to the left with a positive turn about up (up x away =
-        # -right). The top goes left about -away (-away x up = -right), and towards him about right
-        # (right x up = -away).
+        """Return the rotation (3, 3) of the world about the ball."""
+        # A positive turn about up moves what faces away to the left (up x away = -right). The top
+        # goes left about -away (-away x up = -right), and towards him about right (right x up =
+        # -away).
         axes = {
             Way.TURN_LEFT: stance.up,
             Way.TURN_RIGHT: -stance.up,
@@ -51,7 +50,7 @@ class Turn:
 
     @property
     def words(self) -> str:
-        """Return what the hand has to do."""
+        """Return the instruction for the hand."""
         if self.way is Way.TURN_LEFT:
             return f"Turn {self.degrees}° left"
         if self.way is Way.TURN_RIGHT:
@@ -66,7 +65,7 @@ class Turn:
 
 
 TURNS = tuple(Turn(way, degrees) for way in Way for degrees in STEPS_DEG)
-"""All that is tried."""
+"""All single turns to try."""
 
 _OPPOSITE = (
     {Way.TURN_LEFT, Way.TURN_RIGHT}, {Way.LEAN_LEFT, Way.LEAN_RIGHT},
@@ -80,4 +79,4 @@ PAIRS = tuple(
     for first in (15, 30)
     for second in (15, 30)
 )
-"""What is tried where no single turn is worth it; the first is done first."""
+"""Tried if no single turn suffices; in order."""

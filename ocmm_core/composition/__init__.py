@@ -1,17 +1,15 @@
-"""The composition root: from names and numbers to sources, calibrations and a station.
+"""Composition root: build sources, calibrations and a station from requests.
 
-In: names and numbers as a command or the window got them: a plan, a source, temperatures.
-Out: a source made ready, the calibration that belongs to it, and a station ready to start.
+In: a plan, a source name, temperatures and options from a command or the window.
+Out: a prepared source, its calibration, and a station ready to start.
 
-Read `_compose` first, it puts all together; `_sources` (one entry a source of frames),
-`_feed_makers` and `_feeds` (how they are made), `_calibration_choice` (which records belong to a
-source), `_climate`, `_stream_options`, `_defaults`, `_from_settings` (what the window measures
-with), `_station_state` (in words). `_kernels` lists what is compiled, `_compile` does it.
-`_station_checks` measures for the doctor of a station. `_calibrate_scenes`,
-`_acceptance_scenes` and `_truth` are what the virtual rig needs. `_acceptance_site` is what an
-acceptance test stands on, `_acceptance_bench` the same for a window that stays open; who shows its
-frames is a hand of the room `hands`.
-The virtual rig is known here and in the commands, and nowhere else. It must not know a command.
+Start with `_compose`. `_sources` has one entry per frame source, `_feed_makers` and `_feeds` make
+them, `_calibration_choice` selects the records of a source; `_climate`, `_stream_options`,
+`_defaults`, `_from_settings`, `_station_state` do what their names say. `_kernels` lists the
+compiled functions, `_compile` compiles them. `_station_checks` measures for the station doctor.
+`_calibrate_scenes`, `_acceptance_scenes` and `_truth` serve the virtual rig; `_acceptance_site` and
+`_acceptance_bench` build acceptance tests for commands and the window, `hands` shows their frames.
+Besides the commands, only this package may import the virtual rig. It must not import commands.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Acceptance tests beside a running station: what can be chosen, and how a test begins and goes on.
+"""Acceptance tests in a running station: available procedures, start and resume.
 
-The station measures with what it was started with; a test is of the calibration and the tip that
-are in force now, so they are looked up whenever something is asked.
+Calibration and tip are looked up on each call: a test uses those in force now, the station those it
+was started with.
 """
 
 from __future__ import annotations
@@ -64,50 +64,49 @@ from ocmm_core.errors import InputError, OcmmError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conditions:
-    """What is filled in before a test begins."""
+    """Conditions entered before a test."""
 
     who: str
     place: str = ""
     customer: str = ""
     condition: str = "as found"
-    """`who`, `place`, `customer`, `condition`: As in `AcceptanceRecord`."""
+    """`who`, `place`, `customer`, `condition`: see `AcceptanceRecord`."""
     temperature_c: float = 20.0
     air: RoomAir = field(default_factory=RoomAir)
-    """Humidity and pressure, where somebody read them off."""
+    """Humidity and pressure, if measured."""
 
 
 @dataclass(frozen=True, slots=True)
 class TestsMade:
-    """What a folder of tests holds."""
+    """Contents of a test folder."""
 
     __test__ = False
 
     finished: tuple[FinishedTest, ...]
     unread: tuple[str, ...]
-    """`finished`, `unread`: As `finished_tests`."""
+    """`finished`, `unread`: see `finished_tests`."""
     unfinished: tuple[OpenTest, ...]
     chart: InterimChart | None
-    """Of the artefact of the last interim check; None where there was none."""
+    """Chart of the artefact of the last interim check; None without checks."""
 
 
 @dataclass(frozen=True, slots=True)
 class AcceptanceBench:
-    """Where the tests of a station are made."""
+    """Acceptance tests of a station."""
 
     request: StationRequest
-    """What the station was built from."""
     recorded: str = ""
-    """Name of the source that was recorded; empty where nothing is replayed."""
+    """Source name in the replayed recording; empty without replay."""
     folder: Path | None = None
-    """Of sessions, records and checks; None for that of this user, apart for virtual rigs."""
+    """Folder of sessions, records and checks; None for this user's (virtual rigs have their own).
+    """
     register: Path | None = None
-    """Folder of the artefacts; None for that of this user."""
+    """Artefact register; None for this user's."""
     shipped: dict[str, UsedArtefact] = field(default_factory=dict)
-    """Artefacts of the virtual rig, by role, read once."""
 
     @property
     def is_virtual(self) -> bool:
-        """Return whether a virtual rig is tested, which can be shown what a test wants."""
+        """Return whether the source is a virtual rig."""
         return origin_of(self.request.source) is Origin.VIRTUAL
 
     def cameras(self) -> CalibrationInUse:
@@ -121,20 +120,20 @@ class AcceptanceBench:
         return choose_probe(one.source, one.probe, one.probes, one.tip, uncalibrated=False)
 
     def instrument(self, now: datetime) -> Instrument:
-        """Return what would be tested now; raise OcmmError where nothing can be."""
+        """Return the instrument in force; raise OcmmError if it cannot be tested."""
         cameras, probe = self.cameras(), self.probe()
         found = instrument_of(cameras, probe, self.request.source, now)
         return require_recorded(cameras, probe, found, self.recorded)
 
     def tests(self) -> Path:
-        """Return the folder of the tests; virtual ones must not pass for real ones."""
+        """Return the test folder; virtual tests are kept apart from real ones."""
         if self.folder is not None:
             return self.folder
         base = default_test_folder()
         return base.with_name("virtual-acceptance") if self.is_virtual else base
 
     def artefacts(self) -> ArtefactRegister:
-        """Return the register; StorageError where a line of it was changed."""
+        """Return the register; StorageError if a line was altered."""
         return ArtefactRegister(self.register)
 
     def procedures(self, now: datetime) -> tuple[ProcedureOffer, ...]:
@@ -144,15 +143,15 @@ class AcceptanceBench:
     def stage(self, offer: ProcedureOffer, artefacts: tuple[UsedArtefact, ...], now: datetime) -> (
         Stage
     ):  # fmt: skip
-        """Return what a test stands on."""
+        """Return the stage of a test."""
         return Stage(offer.procedure, self.instrument(now), artefacts, self.request.seed)
 
     def offers(
         self, offer: ProcedureOffer, now: datetime, temperature_c: float
     ) -> tuple[ArtefactOffer, ...]:
-        """Return the artefacts for a procedure, with why others are refused.
+        """Return the artefacts for a procedure, with reasons for refused ones.
 
-        On the virtual rig those that it shows come first.
+        On the virtual rig its own artefacts come first.
         """
         register = self.artefacts()
         faults = register.faults()
@@ -171,7 +170,7 @@ class AcceptanceBench:
         )
 
     def refused_for(self, entry: ArtefactEntry, now: datetime) -> tuple[tuple[str, str], ...]:
-        """Return the procedures an entry of the register could serve, each with why it may not."""
+        """Return the procedures of a register entry's kind that refuse it, with reasons."""
         of_cameras, of_tip = artefacts_used_before(self.cameras(), self.probe())
         found = []
         for offer in self.procedures(now):
@@ -191,7 +190,7 @@ class AcceptanceBench:
         now: datetime,
         seed: int | None = None,
     ) -> AcceptanceProcedure:
-        """Begin a test; raise OcmmError where that is not possible."""
+        """Start a test; raise OcmmError if it cannot be started."""
         if not given.who.strip():
             raise InputError("wizard.who", "No name given.", "Enter your name in 'Done by'.")
         require_scenes(self.request.source)
@@ -213,7 +212,7 @@ class AcceptanceBench:
         return self._procedure(session, given.temperature_c)
 
     def resume(self, path: Path, temperature_c: float) -> AcceptanceProcedure:
-        """Go on with a test; raise OcmmError where its file was changed, or with a recording."""
+        """Resume a test; raise OcmmError if its file was altered or frames are recorded."""
         if origin_of(self.request.source) is Origin.RECORDING:
             raise InputError(
                 "acceptance.recording",
@@ -223,17 +222,11 @@ class AcceptanceBench:
         return self._procedure(AcceptanceSession.resume(path), temperature_c)
 
     def unfinished(self, now: datetime) -> tuple[OpenTest, ...]:
-        """Return the tests that were begun and have no stored verdict."""
+        """Return the started tests without a stored verdict."""
         return open_tests(self.tests(), self.instrument(now))
 
     def made(self, now: datetime) -> TestsMade:
-        """Return what was made and begun; it reads files for seconds where there are many.
-
-        Raises
-        ------
-        OcmmError
-            As `instrument`, or a line of the interim checks was changed.
-        """
+        """Return all tests, in seconds; OcmmError as `instrument` or for altered checks."""
         finished, unread = finished_tests(self.tests())
         checked = [
             one.record.artefacts[0]
@@ -246,7 +239,7 @@ class AcceptanceBench:
     def hand(
         self, procedure: AcceptanceProcedure, failed: Callable[[OcmmError], None]
     ) -> VirtualHand | RecordedHand | None:
-        """Return who touches where the test wants it; None where a person does, at cameras."""
+        """Return the hand of a virtual rig or recording; None for real cameras."""
         one = self.request
         if origin_of(one.source) is Origin.RECORDING:
             return RecordedHand(lambda: (recorded_feed(one), np.inf), procedure, failed)
@@ -262,10 +255,8 @@ class AcceptanceBench:
 
         return VirtualHand(make, procedure, failed)
 
-    # The interim check.
-
     def interim(self) -> InterimHistory:
-        """Return the checks; StorageError where a line of them was changed."""
+        """Return the interim checks; StorageError if a line was altered."""
         return InterimHistory(self.tests())
 
     def chart(self, artefact: UsedArtefact, now: datetime) -> InterimChart:
@@ -274,7 +265,7 @@ class AcceptanceBench:
         return self.interim().chart(tested.calibration, artefact.use.serial, tested.tip)
 
     def store(self) -> CalibrationStore | None:
-        """Return the calibrations of the rig; None where none are kept."""
+        """Return the calibration store of the rig; None if none is kept."""
         return self.cameras().store
 
     def _procedure(self, session: AcceptanceSession, temperature_c: float) -> AcceptanceProcedure:

@@ -1,4 +1,4 @@
-"""What the virtual rig shows of an acceptance test: the touches that it still wants."""
+"""Scenes of the virtual rig for the touches an acceptance test still requires."""
 
 from __future__ import annotations
 
@@ -19,13 +19,7 @@ _EXTREMES = np.radians(28.0)
 def scenes_of_acceptance(
     site: VirtualSite, view: AcceptanceView, artefacts: Sequence[UsedArtefact], away: Float
 ) -> tuple[Scene, ...]:
-    """Return the touches that a test still wants; artefacts are off by what their certificates say.
-
-    Parameters
-    ----------
-    away
-        (3,): from the cameras to the volume.
-    """
+    """Return the remaining touches; artefacts deviate within their certificates."""
     scenes: list[Scene] = []
     known = {one.role: one for one in artefacts}
     right = unit(np.cross(away, [0.0, 0.0, 1.0]))
@@ -71,7 +65,7 @@ def scenes_of_acceptance(
             if position.role == "bar" and artefact is not None:
                 scale += error / (artefact.sizes[-1] - artefact.sizes[0])
             if position.role == "gauge block":
-                # The second face is farther off than its certificate says.
+                # The second face is offset from its certified distance.
                 half = len(position.points_world) // 2
                 wide = points[half] - points[0]
                 later = (np.arange(len(points)) // half % 2)[:, None]

@@ -1,4 +1,4 @@
-"""What an acceptance test stands on: procedure, artefacts, cameras, probe, folders."""
+"""Stage of an acceptance test: procedure, artefacts, cameras, probe, folders."""
 
 from __future__ import annotations
 
@@ -65,24 +65,22 @@ SHIPPED = {
     "gauge block": ("artefacts", "gauge_block.toml"),
     "dumbbell": ("artefacts", "dumbbell.toml"),
 }
-"""Artefacts of the virtual rig, which nobody calibrated it with."""
+"""Artefacts of the virtual rig that no calibration of it used."""
 
 
 @dataclass(frozen=True, slots=True)
 class AcceptanceSite:
-    """See the module."""
+    """Stage, calibration, probe and source of one acceptance test."""
 
     stage: Stage
     procedure_sha256: str
-    """`stage`, `procedure_sha256`: Of the test."""
     cameras: CalibrationInUse
     probe: ProbeInUse
-    """`cameras`, `probe`: In use."""
     source: str
     rig: Path
     probe_document: Path
     seed: int
-    """`source`, `rig`, `probe_document`, `seed`: As they were given."""
+    """`source`, `rig`, `probe_document`, `seed`: as passed to `open_test_site`."""
 
 
 def open_test_site(
@@ -96,13 +94,7 @@ def open_test_site(
     tip: str | None,
     seed: int,
 ) -> AcceptanceSite:
-    """Return what a test stands on.
-
-    Raises
-    ------
-    InputError
-        A document is wrong, or there is no such artefact.
-    """
+    """Return the site of a test; raise InputError for invalid documents or artefacts."""
     cameras = choose_calibration(source, rig, calibrations, uncalibrated=False)
     of_probe = choose_probe(source, probe, probes, tip, uncalibrated=False)
     document, sha256 = load_procedure(find_procedure(procedure))
@@ -149,12 +141,12 @@ def _sphere_of(path: Path) -> UsedArtefact:
 
 
 def default_test_folder() -> Path:
-    """Return where tests of this user are kept."""
+    """Return the test folder of this user."""
     return platformdirs.user_data_path("ocmm") / "acceptance"
 
 
 def tests_folder(folder: Path | None, site: AcceptanceSite) -> Path:
-    """Return the folder of a site's tests; virtual ones must not pass for real ones."""
+    """Return the test folder of a site; virtual tests are kept apart."""
     if folder is not None:
         return folder
     base = default_test_folder()
@@ -164,7 +156,7 @@ def tests_folder(folder: Path | None, site: AcceptanceSite) -> Path:
 def instrument_of(
     cameras: CalibrationInUse, probe: ProbeInUse, source: str, now: datetime
 ) -> Instrument:
-    """Return what is tested, as a record holds it."""
+    """Return the instrument under test as stored in a record."""
     rig, record = cameras.rig, cameras.record
     low, high = rig.volume_world
     centres = np.array([camera.centre_world for camera in rig.cameras])
@@ -189,7 +181,7 @@ def instrument_of(
 
 
 def _doubts(cameras: CalibrationInUse) -> dict[str, tuple[str, ...]]:
-    """Return what described cameras cannot prove; records of our own stay as they were."""
+    """Return what described cameras cannot prove; our own records are unaffected."""
     device = cameras.device
     if device is None:
         return {}
@@ -199,17 +191,12 @@ def _doubts(cameras: CalibrationInUse) -> dict[str, tuple[str, ...]]:
 def require_recorded(
     cameras: CalibrationInUse, probe: ProbeInUse, instrument: Instrument, recorded: str
 ) -> Instrument:
-    """Return the instrument of a recording: simulated where a virtual rig was recorded.
-
-    Parameters
-    ----------
-    recorded
-        Name of the source that was recorded; empty where nothing is replayed.
+    """Return the instrument of a recording; simulated if it is of a virtual rig.
 
     Raises
     ------
     CalibrationError
-        Real cameras or a real probe were recorded, and only a document says how they are.
+        Real cameras or a real probe were recorded, but only a document describes them.
     """
     for fault in (
         checked_for_replay(cameras, recorded).fault,
@@ -224,7 +211,7 @@ def require_recorded(
 def artefacts_used_before(
     cameras: CalibrationInUse, probe: ProbeInUse
 ) -> tuple[tuple[ArtefactUse, ...], tuple[ArtefactUse, ...]]:
-    """Return what the calibration rests on, and what the qualification of the tip does."""
+    """Return the artefacts used by the calibration and by the tip qualification."""
     of_cameras = () if cameras.record is None else cameras.record.artefacts
     records = probe.records
     qualification = None if records is None else records.qualification
@@ -239,13 +226,7 @@ def _vector(values: Float) -> tuple[float, float, float]:
 def acceptance_feed(
     site: VirtualSite, source: str, scenes: tuple[Scene, ...], speed: float
 ) -> tuple[Feed, int]:
-    """Return the virtual rig with scenes and how many frames it shows.
-
-    Raises
-    ------
-    InputError
-        The source plays no scenes.
-    """
+    """Return the virtual rig with scenes and its frame count; InputError if unsupported."""
     make = require_scenes(source)
     script = site.script(scenes)
     if make is None:
@@ -255,13 +236,7 @@ def acceptance_feed(
 
 
 def require_scenes(source: str) -> Callable[[CalibratingScript, float], Feed] | None:
-    """Return what plays the touches of a test on a virtual rig; None where frames come otherwise.
-
-    Raises
-    ------
-    InputError
-        It is a virtual rig that plays no such touches.
-    """
+    """Return the player of test scenes, None if not virtual; InputError if unsupported."""
     spec = source_of(source).spec
     if spec.origin is Origin.VIRTUAL and spec.scenes is None:
         possible = [one for one in SOURCES if one.origin is not Origin.VIRTUAL or one.scenes]

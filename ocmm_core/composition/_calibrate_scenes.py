@@ -1,4 +1,4 @@
-"""What the virtual rig shows to a calibration procedure: whatever the session still lacks."""
+"""Scenes of the virtual rig for the remaining steps of calibration procedures."""
 
 from __future__ import annotations
 
@@ -36,26 +36,25 @@ _SET_POINTS = ((-150.0, -50.0, -120.0), (150.0, -50.0, -120.0), (-150.0, 50.0, -
 
 
 _SPHERE, _CONE = np.array([-40.0, 0.0, -110.0]), np.array([60.0, 20.0, -120.0])
-"""From the middle of the volume: the handle is above, and should be in it."""
+"""mm from the middle of the volume; the handle above must also be inside."""
 
 _ALSO_DEG = (0.0, 180.0, 24.0, 204.0, -24.0, 156.0, 6.0, 186.0, -18.0, 162.0)
-"""Round the equator from the right: where one more point helps most."""
+"""Azimuths from the right along the equator, most useful extra point first."""
 
 
 @dataclass(frozen=True, slots=True)
 class VirtualSite:
-    """The virtual rig that a procedure is run with."""
+    """Virtual rig of a procedure."""
 
     rig: Path
     probe: Path
-    """`rig`, `probe`: Documents."""
     seed: int
-    """Of the world."""
+    """Seed of the virtual world."""
     move: int | None
-    """Seed of what happened to the frame since; None: nothing."""
+    """Seed of the displacement of the camera frame since calibration; None: not displaced."""
 
     def script(self, scenes: tuple[Scene, ...]) -> CalibratingScript:
-        """Return the rig with scenes, in words."""
+        """Return the script of the rig with scenes."""
         return CalibratingScript(
             calibrating=scenes,
             rig=str(self.rig.absolute()),
@@ -68,7 +67,7 @@ class VirtualSite:
 def scenes_of_known_points(
     site: VirtualSite, view: KnownPointsView, points: KnownPoints
 ) -> tuple[Scene, ...]:
-    """Return the positions that were not taken yet, off by what the list says of itself."""
+    """Return the positions not yet recorded, with errors of the list's own sigma."""
     error = np.random.default_rng([site.seed, _LIST_ERROR]).standard_normal((len(points.names), 3))
     true = points.positions_world + points.sigma * error
     left = [i for i, point in enumerate(view.points) if point.views is None]
@@ -78,16 +77,16 @@ def scenes_of_known_points(
 def scenes_of_relocation(
     site: VirtualSite, rig: Rig, view: RelocationView, bar: LengthBar, control: KnownPoints | None
 ) -> tuple[Scene, ...]:
-    """Return the seats, waving, placements of the bar and control points that are still wanted."""
+    """Return the remaining seats, sweeps, bar placements and control points."""
     return tuple(relocation_by_step(site, rig, view, bar, control).values())
 
 
 def relocation_by_step(
     site: VirtualSite, rig: Rig, view: RelocationView, bar: LengthBar, control: KnownPoints | None
 ) -> dict[str, Scene]:
-    """Return the same by the name of the step that wants it, in their order."""
+    """Return the scenes of `scenes_of_relocation` by step, in order."""
     scenes: dict[str, Scene] = {}
-    # A session that goes on sees other poses than those it has.
+    # A resumed session sees other poses than those it already has.
     rng = np.random.default_rng([site.seed, _PLACES, view.poses])
     missing = {step.name for step in view.base.steps if not step.gate.open}
     low, high = rig.volume_world
@@ -123,12 +122,9 @@ def relocation_by_step(
 def scenes_of_verification(
     site: VirtualSite, rig: Rig, view: VerificationView, bar: LengthBar, spheres: Sequence[Sphere]
 ) -> tuple[Scene, ...]:
-    """Return the seats, nests and points on spheres that are still wanted.
+    """Return the remaining seats, nests and points on spheres.
 
-    Parameters
-    ----------
-    rig
-        The calibration that is verified; its world need not be that of the virtual rig.
+    The world of the verified `rig` need not be that of the virtual rig.
     """
     return sum(verification_by_step(site, rig, view, bar, spheres).values(), ())
 
@@ -136,7 +132,7 @@ def scenes_of_verification(
 def verification_by_step(
     site: VirtualSite, rig: Rig, view: VerificationView, bar: LengthBar, spheres: Sequence[Sphere]
 ) -> dict[str, tuple[Scene, ...]]:
-    """Return the same by the name of the step that wants it, in their order."""
+    """Return the scenes of `scenes_of_verification` by step, in order."""
     true = site.script(()).build().world.cameras
     T_true_from_rig = _motion(rig, true)
     scale, tips = _true_scale(site, bar), []
@@ -175,14 +171,14 @@ def verification_by_step(
 
 
 def _true_scale(site: VirtualSite, bar: LengthBar) -> float:
-    """Return how long the bar truly is over what its certificate says."""
+    """Return the ratio of the true to the certified bar length."""
     length = bar.nests[-1] - bar.nests[0]
     sigma = 0.5 * (bar.artefact.expanded / length + bar.artefact.expanded_per_length)
     return 1.0 + sigma * float(np.random.default_rng([site.seed, _BAR_ERROR]).standard_normal())
 
 
 def _placements(volume_world: Float, length: float, count: int, rng: np.random.Generator) -> Float:
-    """Return the ends (count, 2, 3), mm, of a bar somewhere in a volume, in any direction."""
+    """Return random bar ends (count, 2, 3), mm, within a volume."""
     low, high = volume_world
     found: list[Float] = []
     while len(found) < count:
@@ -218,7 +214,7 @@ def _normals() -> Points3:
 def scene_of_tip(
     view: TouchView, sphere: Sphere, rig: Rig, seed: int, fault: TipFault
 ) -> TouchWithTip:
-    """Return the touches that a session still wants, and some more on the equator."""
+    """Return the remaining touches plus spares on the equator."""
     frame = frame_about(POLE, rig)
     angles = np.radians(np.array(_ALSO_DEG))[:, None]
     also = np.cos(angles) * frame.right + np.sin(angles) * frame.back
@@ -232,7 +228,7 @@ def scene_of_tip(
         normals=tuple(_vector(one) for one in (*places, *also)),
         cone=_vector(middle + _CONE),
         handles=tuple(_vector(one) for one in handles),
-        # A hand never does the same thing twice.
+        # Resumed sessions get other touches.
         seed=seed + 100 * begun + len(view.sphere.places),
         fault=fault,
     )

@@ -1,4 +1,4 @@
-"""Which calibration and which records of a probe belong to a source of frames."""
+"""Calibration and probe records of a frame source."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ from ocmm_core.errors import InputError
 def choose_calibration(
     source: str, rig: Path, folder: Path | None, *, uncalibrated: bool
 ) -> CalibrationInUse:
-    """Return what a source is measured with: the rig document, or a record of its store.
+    """Return the calibration of a source: the rig document or a stored record.
 
     Parameters
     ----------
     folder
-        Of calibrations; None is that of this user for real cameras, and the rig document itself
-        for virtual ones.
+        Calibration store; None is this user's store for real cameras and the rig document for
+        virtual ones.
     uncalibrated
-        Points are taken whatever is the matter with the calibration.
+        Accept points whatever the state of the calibration.
 
     Raises
     ------
     InputError
-        There is no such source, or the rig document cannot be used.
+        The source is unknown or the rig document is invalid.
     """
     if folder is None and is_real(source):
         folder = default_folder()
@@ -52,23 +52,22 @@ def choose_calibration(
 def choose_probe(
     source: str, probe: Path, folder: Path | None, tip: str | None, *, uncalibrated: bool
 ) -> ProbeInUse:
-    """Return the probe that a source is measured with: its document, or records of its tip.
+    """Return the probe of a source: its document or the records of its tip.
 
     Parameters
     ----------
     folder
-        Of records of probes; None is that of this user for real cameras, and the document itself
-        for virtual ones.
+        Probe records; None is this user's folder for real cameras and the document for virtual
+        ones.
     tip
-        Name of the tip that is on the probe; None for the one that its records say.
+        Mounted tip; None for the one in the records.
     uncalibrated
-        Points are taken whatever is the matter with the tip.
+        Accept points whatever the state of the tip.
 
     Raises
     ------
     InputError
-        There is no such source, the probe document cannot be used, or a tip is named without
-        records.
+        The source is unknown, the probe document is invalid, or a tip is given without records.
     """
     if folder is None and is_real(source):
         folder = default_probe_folder()
@@ -85,20 +84,12 @@ def choose_probe(
 
 
 def is_real(source: str) -> bool:
-    """Return whether frames come from real cameras; raise InputError for no source."""
+    """Return whether frames come from real cameras; raise InputError for unknown sources."""
     return origin_of(source) is Origin.CAMERAS
 
 
 def checked_for_replay(calibration: CalibrationInUse, recorded: str) -> CalibrationInUse:
-    """Return the calibration, at fault where a rig document stands for recorded real cameras.
-
-    Parameters
-    ----------
-    calibration
-        What the replay would be measured with.
-    recorded
-        Name of the source that was recorded; empty where nothing is replayed.
-    """
+    """Return the calibration, faulty if real cameras were recorded and it is a document."""
     if not _is_recorded_real(recorded):
         return calibration
     calibration = without_practice(calibration)
@@ -115,7 +106,7 @@ def checked_for_replay(calibration: CalibrationInUse, recorded: str) -> Calibrat
 
 
 def checked_probe_for_replay(probe: ProbeInUse, recorded: str) -> ProbeInUse:
-    """Return the probe, at fault where a document stands for a real probe that was recorded."""
+    """Return the probe, faulty if a real probe was recorded and it is a document."""
     if not _is_recorded_real(recorded):
         return probe
     probe = probe_without_practice(probe)
@@ -132,7 +123,7 @@ def checked_probe_for_replay(probe: ProbeInUse, recorded: str) -> ProbeInUse:
 
 
 def without_practice(in_use: CalibrationInUse) -> CalibrationInUse:
-    """Return the calibration, at fault where it was made in practice: for real cameras."""
+    """Return the calibration, faulty if it was made in practice."""
     record = in_use.record
     if record is None or not is_practice(record.made_by):
         return in_use
@@ -144,7 +135,7 @@ def without_practice(in_use: CalibrationInUse) -> CalibrationInUse:
 
 
 def probe_without_practice(in_use: ProbeInUse) -> ProbeInUse:
-    """Return the probe, at fault where a record of its tip was made in practice."""
+    """Return the probe, faulty if a record of its tip was made in practice."""
     records = in_use.records
     if records is None:
         return in_use

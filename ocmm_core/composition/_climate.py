@@ -1,4 +1,4 @@
-"""Temperatures of a job from names and numbers."""
+"""Temperatures and expansion of a job."""
 
 from __future__ import annotations
 
@@ -23,59 +23,53 @@ from ocmm_core.tracking import ProbeBody
 
 _PPM = 1e-6
 _SIGMA_K = 0.5
-"""Of a temperature with a shop thermometer, beside the thing and not in it."""
+"""K; shop thermometer next to the object, not inside it."""
 _SIGMA_PPM = 1.0
-"""Of an expansion from a handbook (ISO/TR 16015)."""
+"""1e-6/K; expansion from a handbook (ISO/TR 16015)."""
 _GIVEN = "given by the operator"
 
 
 @dataclass(frozen=True, slots=True)
 class ClimateRequest:
-    """What is asked for about temperatures; None where nobody knows."""
+    """Requested temperatures; None if unknown."""
 
     probe_design: Path | None = None
-    """Design document of the probe."""
     probe_c: float | None = None
     part_c: float | None = None
-    """`probe_c`, `part_c`: Temperatures, °C."""
+    """`probe_c`, `part_c`: °C."""
     sigma_k: float = _SIGMA_K
-    """Standard uncertainty of each."""
+    """Standard uncertainty of each temperature."""
     part_expansion_ppm: float | None = None
-    """1e-6/K; None takes the material of the plan."""
+    """1e-6/K; None for the material of the plan."""
     compensate_probe: bool = False
     compensate_part: bool = False
-    """`compensate_probe`, `compensate_part`: The two switches."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClimateInUse:
-    """What a job is measured with."""
+    """Climate, probe and contact force of a job."""
 
     climate: Climate
-    """For the job file, the reports and the window."""
     body: ProbeBody
-    """The probe, with its geometry as it is to be used."""
+    """Probe with its geometry as used."""
     contact: ContactForce | None
-    """What the hand's force does; None where the design is not known."""
+    """Effect of the probing force; None without a design document."""
 
 
 def climate_in_use(
     request: ClimateRequest, plan: Plan, body: ProbeBody, calibration: ProbeRecord | None
 ) -> ClimateInUse:
-    """Return what the job is measured with.
+    """Return the climate of a job.
 
     Parameters
     ----------
-    body
-        The probe by its records or its document.
     calibration
-        Its record, which says how warm it was then; None where the document is used.
+        Its record, with the temperature at calibration; None if the document is used.
 
     Raises
     ------
     InputError
-        A document or a number cannot be used, or something is to be compensated of which not
-        everything is known.
+        A document or number is invalid, or a value needed for compensation is missing.
     """
     part = PartTemperature(
         _temperature(request.part_c, request.sigma_k),

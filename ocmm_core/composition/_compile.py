@@ -1,4 +1,4 @@
-"""Compile once all that is computed by compiled loops, on all cores."""
+"""Compile all numba functions in advance, on all cores."""
 
 from __future__ import annotations
 
@@ -16,22 +16,16 @@ from ocmm_core.host import HOST
 
 @dataclass(frozen=True, slots=True)
 class Compilation:
-    """What was compiled."""
+    """Result of `compile_all`."""
 
     listed: int
-    """Functions that there are, each with its types."""
+    """Number of listed functions, counted per signature."""
     compiled: int
-    """Functions that were compiled now, also those that others call; the rest was there already."""
+    """Functions compiled now, callees included; others were cached."""
 
 
 def compile_all(processes: int | None = None) -> Compilation:
-    """Compile every listed function that is not there yet, and keep the results beside its file.
-
-    Parameters
-    ----------
-    processes
-        At the same time; as many as this process has cores where it is None.
-    """
+    """Compile all uncached functions, in `processes` or as many as there are cores."""
     wanted = kernel_groups()
     count = min(processes or HOST.processors(), len(wanted))
     if count == 1:
@@ -44,7 +38,7 @@ def compile_all(processes: int | None = None) -> Compilation:
 
 
 def compile_group(number: int) -> int:
-    """Compile a group of the list, and return how many functions had to be compiled."""
+    """Compile a group of the list, and return the number of compiled functions."""
     counter = _Counter()
     with event.install_listener("numba:compile", counter):
         for module, name, types in kernel_groups()[number]:

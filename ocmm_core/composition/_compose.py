@@ -1,4 +1,4 @@
-"""The composition root: from names and numbers to a station that is ready to start."""
+"""Build a station that is ready to start."""
 
 from __future__ import annotations
 
@@ -32,6 +32,7 @@ from ocmm_core.inspection.plan import (
     load_plan,
     note_release,
     plan_release,
+    require_consistent,
     require_released,
     stored_plan,
 )
@@ -54,40 +55,35 @@ from ocmm_core.tracking import (
 
 @dataclass(frozen=True, slots=True)
 class BuiltStation:
-    """A station and what a composition root wants to know beside it."""
+    """A station and related facts for its composition root."""
 
     station: MeasuringStation
-    """Not started yet; `MeasuringStation.close` gives everything back."""
+    """Not started; `MeasuringStation.close` releases everything."""
     job_path: Path
     description: SourceDescription
-    """What the source says about itself."""
     virtual: VirtualRig | None
-    """The virtual rig whose script is played, None for anything else."""
     live: bool
-    """Frames come by themselves; such a source does not end."""
     passed_over: tuple[OcmmError, ...] = ()
-    """Why jobs in the folder of a batch could not be looked at."""
+    """Errors of unreadable jobs in the batch folder."""
     recorded: str = ""
-    """Name of the source that was recorded; empty where nothing is replayed."""
+    """Source name in the recording; empty without replay."""
     hand: HandAtRig | None = None
-    """Whoever sits before the screen may hold the probe; None where that is a real one, or the
-    script ends."""
+    """Lets the user hold the probe; None for real probes and scripts that end."""
 
 
 def build_station(request: StationRequest) -> BuiltStation:
-    """Load and check everything, make the job file, and return the station.
+    """Load all documents, create the job file, return the station; OcmmError if invalid.
 
-    Raises
-    ------
-    OcmmError
-        A document, the source or the folder cannot be used; nothing is left running.
+    Everything opened is closed after an error.
     """
     clear_leftovers(written_folders(request))
     request = replace(request, released_only=request.released_only or released_plans_only())
     if request.resume is None:
         if request.released_only:
             require_released(request.plan, plan_release(request.plan))
-        return _built(request, load_plan(request.plan), None)
+        plan = load_plan(request.plan)
+        require_consistent(request.plan, plan)
+        return _built(request, plan, None)
     job = JobFile.open(request.resume)
     try:
         return _built(request, stored_plan(job.head), job)
@@ -104,7 +100,7 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
     calibration = calibration_of(request)
     device = calibration.device
     if device is not None:
-        # Before cameras are looked for; the station asks again for each job.
+        # Checked before opening cameras; the station repeats it for each job.
         refuse_unproven(device, allowed=plan.cameras == "unproven")
     feed = make_feed(request, plan if begun is None else open_plan(plan, begun), calibration.rig)
     try:
@@ -175,7 +171,7 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
         station.close()
         raise
     if feed.simulated is not None and feed.virtual is not None:
-        # What the plan of a later job has besides, nobody can touch on this part.
+        # Features of later plans that this part lacks cannot be touched.
         there = {entry.name for entry in feed.virtual.part.artefacts}
         feed.simulated.ask = lambda: _missing(station, there)
     hand = None
@@ -194,18 +190,18 @@ def _new_job(
     probe: ProbeInUse,
     passed_over: list[OcmmError],
 ) -> JobFile:
-    """Return a new job file with its header; ``passed_over`` gets faults of jobs beside it."""
+    """Return a new job file with its header; `passed_over` gets errors of other jobs."""
     header = JobHeader(request.operator, plan.part, request.serial, request.order, request.batch)
     check_header(header)
     job_path = _job_path(request.out, plan)
-    require_new_serial(request.out, request.batch, request.serial, passed_over.append)
+    require_new_serial(request.out, header.batch, header.serial, passed_over.append)
     head = make_head(
         plan=request.plan,
         rig=request.rig,
         probe=request.probe,
-        operator=request.operator,
-        part=plan.part,
-        serial=request.serial,
+        operator=header.operator,
+        part=header.part,
+        serial=header.serial,
     )
     head = replace(head, rig_text=calibration.rig_text, probe_text=probe.probe_text)
     job = JobFile.create(job_path, head)
@@ -217,14 +213,14 @@ def _new_job(
 
 
 def calibration_of(request: StationRequest) -> CalibrationInUse:
-    """Return what the request is measured with; raise InputError as `choose_calibration`."""
+    """Return the calibration of a request; raise InputError as `choose_calibration`."""
     return choose_calibration(
         request.source, request.rig, request.calibrations, uncalibrated=request.uncalibrated
     )
 
 
 def probe_of(request: StationRequest) -> ProbeInUse:
-    """Return the probe that the request is measured with; InputError as `choose_probe`."""
+    """Return the probe of a request; raise InputError as `choose_probe`."""
     return choose_probe(
         request.source,
         request.probe,
@@ -235,13 +231,7 @@ def probe_of(request: StationRequest) -> ProbeInUse:
 
 
 def reference_of(request: StationRequest, probe: ProbeBody) -> ReferenceBody | None:
-    """Return the reference body of the request, or None.
-
-    Raises
-    ------
-    InputError
-        Its document cannot be used, or it cannot be told from the probe.
-    """
+    """Return the reference body, or None; InputError if invalid or indistinguishable."""
     if request.reference is None:
         return None
     reference = load_reference(request.reference)
@@ -252,7 +242,7 @@ def reference_of(request: StationRequest, probe: ProbeBody) -> ReferenceBody | N
 def _check_slots(
     probe: ProbeBody, reference: ReferenceBody | None, source: SourceDescription
 ) -> None:
-    """Refuse more LEDs than the cameras of a source follow."""
+    """Refuse more LEDs than the cameras of a source track."""
     count = probe.n_leds + (reference.n_leds if reference is not None else 0)
     if count > source.n_slots:
         raise InputError(
@@ -278,7 +268,7 @@ def _intent(virtual: VirtualRig) -> Callable[[int], str | None]:
 
 
 def _missing(station: MeasuringStation, there: set[str]) -> Missing:
-    """Return what is still to be touched of the surfaces that are there."""
+    """Return the remaining touches of the features that exist on the part."""
     touches = [item for item in station.job.missing() if item[0] in there]
     job = station.job.view()
     taken = {
@@ -289,7 +279,7 @@ def _missing(station: MeasuringStation, there: set[str]) -> Missing:
 
 
 def _job_path(folder: Path, plan: Plan) -> Path:
-    """Return a job file name that is not taken in ``folder``, which is made where it is missing."""
+    """Return an unused job file name in `folder`, which is created if missing."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

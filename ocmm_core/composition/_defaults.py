@@ -1,4 +1,4 @@
-"""The documents, the source and the seed that stand where nobody names others."""
+"""Default documents, source and seed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ DEFAULT_SOURCE = "simulated"
 
 IN_PROCESS, VIRTUAL_WIRE = "simulated", "EtherCAT, virtual wire"
 REAL_WIRE, SERVICE = "EtherCAT on", "EtherCAT, service of this computer"
-"""How the names begin by which sources go into recordings."""
+"""Prefixes of these source names in recordings."""
 
 DEMO_PLAN = resource("plans", "demo.toml")
 

@@ -1,6 +1,6 @@
-"""How each source of frames is made; `_sources` says which they are.
+"""Makers of frame sources, listed in `_sources`.
 
-This is the one place where the product meets the virtual rig.
+The only place where the product uses the virtual rig.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ from ocmm_core.simulation.calibration_scenes import CalibratingScript, Calibrati
 from ocmm_core.simulation.scene import PixelScript, RigScript, SensorOptions, SimulatedSource
 
 _AHEAD_S = 0.2
-"""A source that waits for its reader runs at most this far ahead of it, so that an operator who
-asks what is missing hears of his last touch."""
+"""A source that waits for its reader leads by this at most, so that the virtual operator's query
+for missing points includes the last touch."""
 
 _SCENE_FRAMES = 320
-"""The scenes of a calibration run at most this far ahead of who reads them."""
+"""Maximum lead of calibration scenes over their reader."""
 
 _PIXEL_RATE_HZ = 1000
-"""Two cores compute so many pictures in real time with something to spare."""
+"""Two cores compute this rate in real time with reserve."""
 
 
 def script_of(request: StationRequest, plan: Plan) -> RigScript:
-    """Return the virtual rig of the request in words."""
+    """Return the script of the requested virtual rig."""
     return RigScript(
         rig=str(request.rig.absolute()),
         probe=str(request.probe.absolute()),
@@ -52,14 +52,14 @@ def script_of(request: StationRequest, plan: Plan) -> RigScript:
 
 
 def _part_file(request: StationRequest, plan: Plan) -> Path:
-    """Return the document of the virtual part: that of the request, or one as the plan says."""
+    """Return the virtual part: the requested document, or one made from the plan."""
     if request.part != DEMO_PART or plan.model is None:
         return request.part
     return kept_part(plan, request.plan, load_rig(request.rig))
 
 
 def virtual_rig_feed(request: StationRequest, plan: Plan, _rig: Rig, _value: str) -> Feed:
-    """Return the virtual rig in this process; it waits for who reads it."""
+    """Return the virtual rig in this process; it waits for its reader."""
     virtual = script_of(request, plan).build()
     source = SimulatedSource(
         virtual, request.speed, hover=request.stay, rest_speed=request.rest_speed
@@ -76,7 +76,7 @@ def virtual_rig_feed(request: StationRequest, plan: Plan, _rig: Rig, _value: str
 
 
 def recording_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -> Feed:
-    """Return a recording; raise InputError where it is not of this rig."""
+    """Return a recording; raise InputError if it is of another rig."""
     source = ReplaySource(Path(value), request.speed)
     try:
         source.recording.check_rig(rig)
@@ -91,12 +91,12 @@ def recording_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -
 
 
 def segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
-    """Return the software cameras that play the request's script; the interface is left open."""
+    """Return software cameras playing the request's script; interface not set."""
     return _segment(script_of(_at_device_rate(request, rig), plan).to_json(), rig, request.control)
 
 
 def pixel_segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
-    """Return the same cameras, but they compute their pictures and find the spots in them."""
+    """Return the same cameras with rendered images and spot detection."""
     script = script_of(_at_pixel_rate(request), plan)
     words = PixelScript(pixels=SensorOptions(), script=script).to_json()
     return _segment(words, rig, request.control)
@@ -111,7 +111,7 @@ def wire_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Fee
 
 
 def pixel_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Feed:
-    """Return the same down to the pixels."""
+    """Return the virtual rig over a virtual wire, with rendered images."""
     virtual = script_of(_at_pixel_rate(request), plan).build()
     segment = pixel_segment_of(request, plan, rig)
     feed = _on_wire(rig, request.seed, virtual.frame_period_ns, segment, request.bus_processor)
@@ -141,10 +141,7 @@ def scenes_wire_feed(script: CalibratingScript, _speed: float) -> Feed:
 
 
 def _described(rig: Rig) -> tuple[DeviceDescription | None, tuple[Intrinsics, ...]]:
-    """Return what the cameras of a rig are, and what they correct with where they do.
-
-    A camera that corrects holds the intrinsics of the calibration in use.
-    """
+    """Return the camera description of a rig, and the lenses if cameras correct them."""
     if not rig.device:
         return None, ()
     device = load_device(rig.device)
@@ -159,13 +156,12 @@ def _described(rig: Rig) -> tuple[DeviceDescription | None, tuple[Intrinsics, ..
 
 
 def _rate_of(rig: Rig) -> float:
-    """Return the exposures a second of the cameras on a bus."""
     device, _lenses = _described(rig)
     return rig.frame_rate_hz if device is None else 1e9 / device.period_ns
 
 
 def _at_device_rate(request: StationRequest, rig: Rig) -> StationRequest:
-    """Return the request with the rate of cameras that a description makes."""
+    """Return the request with the frame rate of the camera description."""
     return replace(request, frame_rate_hz=round(_rate_of(rig))) if rig.device else request
 
 
@@ -182,7 +178,7 @@ def _segment(words: str, rig: Rig, control: str = "") -> SegmentConfig:
 
 
 def _at_pixel_rate(request: StationRequest) -> StationRequest:
-    """Return the request with the rate of cameras that are computed pixel by pixel."""
+    """Return the request with the frame rate of rendered cameras."""
     return request if request.frame_rate_hz else replace(request, frame_rate_hz=_PIXEL_RATE_HZ)
 
 
@@ -198,7 +194,7 @@ def _on_wire(
 
 
 def cameras_feed(request: StationRequest, _plan: Plan, rig: Rig, interface: str) -> Feed:
-    """Return the cameras on an interface, or on a ring of two that a ``+`` joins."""
+    """Return the cameras on an interface, or on a ring of two joined by ``+``."""
     ring = FrameRing.create(len(rig.cameras))
     period_ns = round(1e9 / _rate_of(rig))
     first, _, second = interface.partition("+")
@@ -210,11 +206,11 @@ def cameras_feed(request: StationRequest, _plan: Plan, rig: Rig, interface: str)
 
 
 def service_feed(request: StationRequest, _plan: Plan, rig: Rig, _value: str) -> Feed:
-    """Return the cameras that a service of this computer looks after."""
+    """Return the cameras of this computer's camera service."""
     ring = FrameRing.create(len(rig.cameras))
     bus = _bus_config(rig, ring, "", round(1e9 / _rate_of(rig)), force=False)
     bus = msgspec.structs.replace(bus, processor=request.bus_processor)
-    # Its interface is known once it has reported; the station asks then.
+    # The interface is reported later; the station queries it then.
     description = _bus_description(SERVICE, rig, bus, simulated=False)
     return Feed(ServiceBus(bus, ring), ring, description, live=True)
 
@@ -247,7 +243,7 @@ def _bus_description(name: str, rig: Rig, bus: BusConfig, *, simulated: bool) ->
 
 
 def identities(rig: Rig) -> tuple[CameraIdentity, ...]:
-    """Return how the cameras of a rig are known on the bus."""
+    """Return the bus identities of a rig's cameras."""
     sensors = rig.sensors or (0,) * len(rig.cameras)
     return tuple(
         CameraIdentity(camera.name, camera.serial, alias, sensor, camera.width, camera.height)

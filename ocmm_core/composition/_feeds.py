@@ -1,4 +1,4 @@
-"""What is asked for in names and numbers, and what comes of it: a source of frames made ready."""
+"""Station requests and the prepared frame source."""
 
 from __future__ import annotations
 
@@ -34,100 +34,82 @@ from ocmm_core.tracking import Method
 
 @dataclass(frozen=True, slots=True)
 class StationRequest:
-    """What to measure, with what, from where and to where.
-
-    Attributes
-    ----------
-    plan, rig, probe, part
-        Documents; the part is only for virtual rigs.
-    """
+    """Request for a station; the part is for virtual rigs only."""
 
     plan: Path
     out: Path
-    """Folder of the job file; made if it does not exist."""
+    """Folder of the job file; created if missing."""
     rig: Path = RECOMMENDED_RIG
     probe: Path = STANDARD_PROBE
     part: Path = DEMO_PART
     source: str = DEFAULT_SOURCE
-    """One of `SOURCES`, with what comes behind its prefix."""
+    """One of `SOURCES`, with the value after its prefix."""
     seed: int = DEFAULT_SEED
     speed: float = 0.0
     world: WorldOptions = field(default_factory=WorldOptions)
     frame_rate_hz: int = 0
-    """`seed`, `speed`, `world`, `frame_rate_hz`: Of the virtual rig; a speed of zero is as fast as
-    possible, a rate of zero the rig's own."""
+    """`seed`, `speed`, `world`, `frame_rate_hz`: virtual rig; speed 0 is unlimited, rate 0 is the
+    rig's own."""
     stay: bool = False
     rest_speed: float = 1.0
-    """`stay`, `rest_speed`: At the end of the script the operator stays and goes on touching what
-    is missing. While nothing is, a virtual rig without a speed has this one, and zero is as fast as
-    possible."""
+    """`stay`, `rest_speed`: after the script, the operator stays and touches missing points. While
+    idle, a rig with unlimited speed runs at `rest_speed`; 0 is unlimited."""
     operator: str = "demo"
     serial: str = "1"
     order: str = ""
     batch: str = ""
-    """`operator`, `serial`, `order`, `batch`: Names for the job; order and batch may be empty."""
+    """`operator`, `serial`, `order`, `batch`: job header; order and batch may be empty."""
     resume: Path | None = None
-    """Job file that is gone on with, by its own plan; None for a new job."""
+    """Job file to resume with its own plan; None for a new job."""
     probing: Probing = "plan"
-    """In the order of the plan, or in any."""
     record: Path | None = None
-    """File that takes all raw frames, or None."""
     force: bool = False
-    """Use a network interface although the computer needs it itself."""
+    """Use a network interface even if the computer needs it."""
     bus_processor: int | None = None
-    """Number of the processor that the bus process stays on; None lets it choose."""
+    """CPU of the bus process; None: automatic."""
     method: Method = "gauss-newton"
-    """How poses are computed."""
     control: str = ""
-    """Socket over which faults can be made to the cameras of a virtual wire; empty: none."""
+    """Socket for fault injection into virtual cameras; empty: none."""
     calibrations: Path | None = None
-    """Folder of calibrations; None is that of this user for real cameras, and the rig document
-    itself for virtual ones and replays."""
+    """Calibration store; None is this user's for real cameras, and the rig document for virtual
+    ones and replays."""
     uncalibrated: bool = False
-    """Take points whatever is the matter with calibration and tip; they prove nothing."""
+    """Accept points whatever the state of calibration and tip; they prove nothing."""
     probes: Path | None = None
     tip: str | None = None
-    """`probes`, `tip`: Folder of records of probes, as ``calibrations``; name of the tip that is on
-    the probe, or None for the one that the records say."""
+    """`probes`, `tip`: probe records, as ``calibrations``; mounted tip, or None for the one in the
+    records."""
     check_after_h: float = 8.0
-    """After so many hours without a point or a check the tip must be checked."""
+    """Hours without a point or check after which the tip must be checked."""
     climate: ClimateRequest = field(default_factory=ClimateRequest)
-    """Temperatures of probe and part, and what is to be compensated for them."""
     reference: Path | None = None
-    """Document of the reference body to which everything is given; None without one."""
     released_only: bool = False
-    """Refuse plans that are not released, also if no settings of this computer say so."""
+    """Refuse unreleased plans, even if the settings allow them."""
     stream: StreamOptions | None = None
-    """How points and poses are given to other programs; None where they are not."""
     room: TypedRoom = field(default_factory=TypedRoom)
-    """What was read off in the room before the first point; kept in the job."""
 
 
 _STOP_S = 3.0
-"""How long an acquisition may take to end."""
+"""Time limit for stopping an acquisition."""
 
 
 @dataclass(frozen=True, slots=True)
 class Feed:
-    """A source of frames made ready."""
+    """A prepared frame source."""
 
     acquisition: Acquisition
     ring: FrameRing
-    """`acquisition`, `ring`: Not started; whoever takes the feed calls `end`, which stops the one
-    and closes the other."""
+    """`acquisition`, `ring`: not started; the owner calls `end`, which stops and closes them."""
     description: SourceDescription
-    """What the source says about itself."""
     live: bool
-    """Frames come by themselves."""
     virtual: VirtualRig | None = None
-    """The virtual rig whose script is played, None for anything else."""
+    """Virtual rig of the script; None for other sources."""
     simulated: SimulatedSource | None = None
-    """The source itself, where it is the virtual rig of this process."""
     recorded: str = ""
-    """Name of the source that was recorded; empty where nothing is replayed."""
+    """Source name in the recording; empty without replay."""
 
     def end(self) -> AcquisitionStatus:
-        """Stop the acquisition, close the ring, and return what became of it."""
+        """Stop the acquisition, close the ring, and return the final status."""
         self.acquisition.request_stop()
         self.acquisition.join(_STOP_S)
         status = read_status(self.ring)
@@ -136,12 +118,12 @@ class Feed:
 
     @property
     def script_frames(self) -> int | None:
-        """Return after how many frames the script is over; None where there is none."""
+        """Return the number of frames in the script; None without a script."""
         return self.virtual.n_frames if self.virtual is not None else None
 
 
 def written_folders(request: StationRequest) -> set[Path]:
-    """Return the folders that this program writes files into, as far as they are there."""
+    """Return the existing folders that this program writes to."""
     records = [request.calibrations or default_folder(), request.probes or default_probe_folder()]
     within = {path for folder in records for path in folder.rglob("*") if path.is_dir()}
     files = [path.parent for path in (request.record, request.resume) if path is not None]

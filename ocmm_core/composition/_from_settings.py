@@ -1,4 +1,4 @@
-"""A request from the settings: what the window measures with where nobody says otherwise."""
+"""Station requests from the settings of the window."""
 
 from __future__ import annotations
 
@@ -15,29 +15,28 @@ from ocmm_core.settings import Settings
 
 @dataclass(frozen=True, slots=True)
 class Errand:
-    """What is measured now, and how the virtual rig plays it: no setting."""
+    """What to measure now and how the virtual rig plays it; not stored in settings."""
 
     plan: Path
     part: Path = DEMO_PART
     seed: int = DEFAULT_SEED
     speed: float = 1.0
     stay: bool = True
-    """`plan`, `part`, `seed`, `speed`, `stay`: See `StationRequest`."""
+    """`plan`, `part`, `seed`, `speed`, `stay`: see `StationRequest`."""
     operator: str = ""
     serial: str = "1"
-    """`operator`, `serial`: Names for the job; an empty operator is that of the settings."""
+    """`operator`, `serial`: job header; an empty operator is that of the settings."""
     resume: Path | None = None
-    """Job that is gone on with."""
     force: bool = False
     uncalibrated: bool = False
-    """`force`, `uncalibrated`: See `StationRequest`; never kept, so that nobody forgets them."""
+    """`force`, `uncalibrated`: see `StationRequest`; never stored, so they cannot remain set."""
 
 
 def request_of_settings(settings: Settings, errand: Errand) -> StationRequest:
-    """Return what is asked of a station; InputError as `stream_options` and `origin_of`."""
+    """Return the station request; InputError as `stream_options` and `origin_of`."""
     return StationRequest(
         plan=errand.plan,
-        # The report of a job that is gone on with stays beside it.
+        # The report of a resumed job stays in the folder of the job.
         out=settings.job_folder if errand.resume is None else errand.resume.absolute().parent,
         rig=settings.instrument_rig,
         probe=settings.instrument_probe,
@@ -77,5 +76,5 @@ def request_of_settings(settings: Settings, errand: Errand) -> StationRequest:
 
 
 def _nobody(source: str) -> str:
-    """Return what stands for an operator without a name: of real cameras never demo."""
+    """Return the default operator; never "demo" for real cameras."""
     return "demo" if origin_of(source) is Origin.VIRTUAL else "unnamed"

@@ -1,9 +1,8 @@
-"""All compiled functions that Python calls, with the types that they are called with.
+"""All compiled functions that Python calls, with their argument types.
 
-The set-up compiles these, and nothing is compiled after it: numba keeps one result for each
-combination of types, so that a call with another one compiles anew, in front of whoever waits.
-What compiled functions call of each other is built in and is not listed. A test holds every call of
-every other test against this list.
+Set-up compiles these. numba caches one result per combination of types: a call with other types
+would compile at run time and delay measuring. Callees of compiled functions are inlined and not
+listed. A test checks every call in all other tests against this list.
 """
 
 from __future__ import annotations
@@ -18,10 +17,10 @@ _TYPES = {
     "c": numba.complex128, "j": numba.int32, "v": numba.uint32,
 }  # fmt: skip
 
-# A letter is a number of that type. With a digit it is an array of so many dimensions: row by row
-# (C), column by column with a T behind it, in any layout with an A behind it. Groups share what
-# they call: one process compiles a group, and two that compiled the same function at the same time
-# would each forget what the other one kept. The longest come first.
+# A letter is a scalar type. With a digit it is an array of that many dimensions: C order, F order
+# with T appended, any layout with A appended. Functions of a group share callees: one process
+# compiles a group, because two processes that compile the same function at the same time would each
+# overwrite the other's cache. Longest groups first.
 _TABLE = """
 ocmm_core.features.search._axis_kernel
     tubes f2 f2
@@ -158,7 +157,7 @@ Signature = tuple[Any, ...]
 
 
 def kernel_groups() -> tuple[tuple[tuple[str, str, Signature], ...], ...]:
-    """Return module, name and types of every function, by groups that share what they call."""
+    """Return module, name and types of all functions, grouped by shared callees."""
     return tuple(tuple(_entries(group)) for group in _TABLE.strip().split("\n\n"))
 
 

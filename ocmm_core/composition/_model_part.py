@@ -1,12 +1,13 @@
-"""The virtual part of a plan: just as its nominals say, touched where the plan wants its points.
+"""Virtual part with the nominal geometry of a plan.
 
-A plan that was imported from a CAD model has no document of a true part. For the virtual rig it
-gets one here: every surface as drawn, with the places on its trimmed faces and the outward normals
-there, standing in the middle of the measuring volume.
+A plan imported from a CAD model has no document of a true part. The virtual rig gets one here: each
+surface as drawn, with the touch points and outward normals on its trimmed faces, in the middle of
+the measuring volume.
 """
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 from pathlib import Path
@@ -25,10 +26,11 @@ from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.evaluation import places_of
 from ocmm_core.inspection.plan import Plan, part_of_plan
 from ocmm_core.inspection.reach import Placement
+from ocmm_core.side_files import read_guarded
 from ocmm_core.simulation.scene import PartDocument, PartPose, TouchedEntry
 
 _AS_MANY = 2
-"""So many times the points of a feature are places to touch it at, where it does not name them."""
+"""Touch points per required point of a feature that lists none."""
 _OPEN_MM = 1000.0
 _MOST_KEPT = 20
 _DECIMALS = 9
@@ -37,22 +39,20 @@ _DECIMALS = 9
 def part_as_planned(
     plan: Plan, folder: Path | None, rig: Rig, placement: Placement | None = None
 ) -> PartDocument:
-    """Return the part that a plan is about, as its nominals say.
+    """Return the nominal part of a plan.
 
     Parameters
     ----------
     folder
-        Of the plan, where its CAD model is; the part stands in the middle of the volume by that,
-        else by its places.
-    rig
-        Whose volume it is.
+        Folder of the plan and its CAD model. The part is centred in the volume by the model if
+        present, else by its touch points.
     placement
-        How it stands there; upright without.
+        Orientation in the volume; upright if None.
 
     Raises
     ------
     InputError
-        A feature does not say where it can be touched.
+        A feature has no touch points.
     """
     entries = [_entry(feature) for feature in plan.features]
     model = part_of_plan(plan, folder).model
@@ -75,18 +75,13 @@ def part_text(part: PartDocument) -> str:
 
 
 def kept_part(plan: Plan, plan_file: Path, rig: Rig) -> Path:
-    """Return the file of the part that a plan is about, in the user's cache.
-
-    Raises
-    ------
-    InputError
-        As `part_as_planned`.
-    """
+    """Return the part document in the user's cache; InputError as `part_as_planned`."""
     content = part_text(part_as_planned(plan, plan_file.absolute().parent, rig)).encode()
     folder = platformdirs.user_cache_path("ocmm") / "virtual-parts"
     path = folder / f"{hashlib.sha256(content).hexdigest()}.toml"
-    if path.is_file() and path.read_bytes() == content:
-        return path
+    with contextlib.suppress(OSError):
+        if read_guarded(path, len(content)) == content:
+            return path
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_atomic(path, content)
@@ -126,7 +121,7 @@ def _entry(feature: NominalFeature) -> TouchedEntry:
 
 
 def _free(feature: NominalFeature, places: Float) -> float:
-    """Return how far it is across a hollow surface at its narrowest place, mm."""
+    """Return the width of a hollow surface at its narrowest touch point, mm."""
     if feature.side == "outer" or feature.diameter <= 0.0:
         return _OPEN_MM
     if feature.shape is not Shape.CONE:
@@ -153,5 +148,5 @@ def _fields(values: dict[str, Any]) -> list[str]:
 
 
 def _value(value: object) -> str:
-    """Return a text, number or list as TOML writes it, which is as JSON does."""
+    """Return a text, number or list in TOML syntax, here the same as JSON."""
     return json.dumps(value, ensure_ascii=False, allow_nan=False)

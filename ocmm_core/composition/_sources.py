@@ -1,4 +1,4 @@
-"""All sources of frames: an entry for each says how it is called, what it is and how it is made."""
+"""All frame sources: names, kind and maker of each."""
 
 from __future__ import annotations
 
@@ -27,14 +27,13 @@ if TYPE_CHECKING:
 
 
 class Origin(Enum):
-    """What is behind the frames: it decides which calibration they may be measured with."""
+    """Origin of the frames; decides which calibrations are allowed."""
 
     VIRTUAL = auto()
-    """The virtual rig: measured with its documents."""
+    """Virtual rig, measured with its documents."""
     CAMERAS = auto()
-    """Real cameras: measured with their calibration."""
     RECORDING = auto()
-    """Frames of either, as the recording says."""
+    """Frames of either; see the recording."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,38 +41,36 @@ class SourceSpec:
     """One kind of source."""
 
     prefix: str
-    """How its name begins; the whole name where nothing follows."""
+    """Prefix of the name; the whole name if no value follows."""
     forms: tuple[tuple[str, str], ...]
-    """What a person types, and what that is: one row for each way to write it."""
+    """Forms of the name and their meaning, one row each."""
     takes_value: bool
-    """Something follows the prefix, such as an interface or a file."""
+    """A value follows the prefix, such as an interface or file."""
     origin: Origin
-    """What is behind the frames."""
     live: bool
-    """Frames come by themselves; other sources wait for who reads them."""
+    """Frames arrive in real time; other sources wait for their reader."""
     on_bus: bool
-    """A bus process brings them, which can be asked about its cameras."""
+    """Frames come from a bus process that can report on its cameras."""
     recorded_as: str
-    """How its name begins in recordings; empty for a recording, which keeps the name it has."""
+    """Prefix of the name in recordings; empty for a recording, which keeps its source name."""
     make: Callable[[StationRequest, Plan, Rig, str], Feed]
-    """Makes it ready, from the request, its plan, the rig and what follows the prefix."""
     segment: Callable[[StationRequest, Plan, Rig], SegmentConfig] | None
-    """The software cameras on its virtual wire; None where there is none."""
+    """Software cameras of its virtual wire; None without one."""
     scenes: Callable[[CalibratingScript, float], Feed] | None
-    """Makes the virtual rig with the scenes of a calibration, times real time; None where there are
-    no such scenes."""
+    """Makes the virtual rig with calibration scenes, at a multiple of real time; None if
+    unsupported."""
 
 
 @dataclass(frozen=True, slots=True)
 class NamedSource:
-    """A source that somebody named: its entry, and what followed the prefix."""
+    """Source entry with the value after its prefix."""
 
     spec: SourceSpec
     value: str
 
 
 def _late(maker: str) -> Callable[..., Any]:
-    """Return a function of `_feed_makers` that loads it when called: names and help come before."""
+    """Return a function of `_feed_makers`, imported on the first call to keep help fast."""
 
     def make(*given: object) -> object:
         made: object = getattr(import_module("ocmm_core.composition._feed_makers"), maker)(*given)
@@ -182,22 +179,16 @@ SOURCES: tuple[SourceSpec, ...] = (
         scenes=None,
     ),
 )
-"""In the order in which they are explained."""
+"""In the order of the help."""
 
 VIRTUAL_NAMES = tuple(
     sorted({spec.recorded_as for spec in SOURCES if spec.origin is Origin.VIRTUAL})
 )
-"""How the names of virtual sources begin in recordings."""
+"""Prefixes of virtual source names in recordings."""
 
 
 def source_of(name: str) -> NamedSource:
-    """Return the source that somebody named, as the commands take it.
-
-    Raises
-    ------
-    InputError
-        There is no such source.
-    """
+    """Return the source with this name; raise InputError if unknown."""
     for spec in SOURCES:
         if not spec.takes_value and name == spec.prefix:
             return NamedSource(spec, "")
@@ -212,23 +203,23 @@ def source_of(name: str) -> NamedSource:
 
 
 def origin_of(name: str) -> Origin:
-    """Return what is behind the frames of a source; InputError as `source_of`."""
+    """Return the origin of a source's frames; InputError as `source_of`."""
     return source_of(name).spec.origin
 
 
 def names_in_words(specs: Sequence[SourceSpec]) -> str:
-    """Return what a person may type, as the end of a sentence."""
+    """Return the accepted names as the end of a sentence."""
     *first, last = (spec.forms[0][0] for spec in specs)
     return f"{', '.join(first)} or {last}" if first else last
 
 
 def source_help(specs: Sequence[SourceSpec] = SOURCES) -> str:
-    """Return all ways to name a source with what each is, for the help of a command."""
+    """Return all forms of the names with explanations, for command help."""
     return "; ".join(f"'{form}': {words}" for spec in specs for form, words in spec.forms) + "."
 
 
 def make_feed(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
-    """Return the source that the request names, ready to start; InputError as `source_of`."""
+    """Return the requested source, ready to start; InputError as `source_of`."""
     source = source_of(request.source)
     if source.spec.on_bus:
         require_linux("The camera bus")

@@ -1,9 +1,9 @@
-"""What the doctor of a station measures for a while: wake-ups, and a bus over a virtual cable.
+"""Measured checks of the station doctor: wake-ups and a bus over a virtual cable.
 
     python -m ocmm_core.composition._station_checks SECONDS
 
-runs in a private network namespace: it makes a virtual cable, sends a frame a millisecond on one
-end and answers it on the other. Nothing of it can be seen from, or reach, the network.
+runs in a private network namespace, isolated from the network: it creates a virtual cable, sends a
+frame per millisecond on one end and answers on the other.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ _ETHERCAT = 0x88A4
 _HEAD = bytes.fromhex("ffffffffffff 020000000001 88a4")
 _NUMBER = struct.Struct("<I")
 _CAMERAS_BYTES = 1072
-"""Inputs of two cameras of 528 bytes and their outputs: a full frame of a small station."""
+"""Inputs of two cameras (528 bytes each) and their outputs: a full frame of a small station."""
 _LAST_WAIT_NS = 200_000_000
 
 
 def measured_checks(seconds: float) -> tuple[CheckSpec, ...]:
-    """Return the checks that measure for so long; with 0 they are not made.
+    """Return the checks that measure for `seconds`; none for 0.
 
     The bus is measured for `LONGEST_LOOP_S` at most.
     """
@@ -67,7 +67,7 @@ def measured_checks(seconds: float) -> tuple[CheckSpec, ...]:
 
 
 def main() -> None:
-    """Measure inside the namespace, and print it as JSON."""
+    """Measure inside the namespace and print JSON."""
     try:
         times = _measure(float(sys.argv[1]))
     except OcmmError as error:
@@ -79,7 +79,7 @@ def main() -> None:
 def _measure(seconds: float) -> LoopTimes:
     make_link(HOST_INTERFACE, CAMERA_INTERFACE)
     with _end(HOST_INTERFACE) as near, _end(CAMERA_INTERFACE) as far:
-        # The mirror ends with this process, however that ends: nobody holds the pipe then.
+        # The mirror process ends when this process ends and its pipe closes.
         ends, held = os.pipe()
         mirror = os.fork()
         if mirror == 0:
@@ -101,7 +101,7 @@ def _end(interface: str) -> socket.socket:
 
 
 def _reflect(far: socket.socket, ends: int) -> NoReturn:
-    """Answer every frame, as cameras do, until the other end of a pipe is gone."""
+    """Answer every frame, as cameras do, until the other end of a pipe closes."""
     take_priority(CAMERA_PRIORITY)
     try:
         while ends not in select.select([far.fileno(), ends], [], [])[0]:
@@ -120,7 +120,7 @@ def _cycle(near: socket.socket, count: int) -> LoopTimes:
     for number in range(count):
         clock.wait_until(deadline)
         sent[number] = clock.now_ns()
-        # A cycle that begins late has its whole millisecond: what is asked is the way of the frame.
+        # A late cycle keeps its whole millisecond: only the transit of the frame is measured.
         deadline = max(deadline, sent[number] - PERIOD_NS) + PERIOD_NS
         near.send(_HEAD + _NUMBER.pack(number) + rest)
         _await(near, clock, came, number, sent[number] + PERIOD_NS)
@@ -141,7 +141,7 @@ def _cycle(near: socket.socket, count: int) -> LoopTimes:
 def _await(
     near: socket.socket, clock: HostTime, came: list[int], number: int, until_ns: int
 ) -> None:
-    """Take what comes until the answer of a frame is there, or its time is over."""
+    """Receive frames until the answer arrives or its time is over."""
     while not came[number] and (left := until_ns - clock.now_ns()) > 0:
         if not select.select([near], [], [], left * 1e-9)[0]:
             return

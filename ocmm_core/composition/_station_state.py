@@ -1,4 +1,4 @@
-"""What a station would measure with, in words: cameras, tip, and until when they hold."""
+"""Status of cameras and tip before a job, in words."""
 
 from __future__ import annotations
 
@@ -16,33 +16,30 @@ _SOON = timedelta(days=7)
 
 @dataclass(frozen=True, slots=True)
 class StateLine:
-    """What is to be said about one thing."""
+    """Status of cameras or tip."""
 
     what: str
-    """``Cameras`` or ``Tip``."""
     word: str
     sentence: str
-    """Name, reason, and what to do."""
     due_utc: str
-    """Until when it holds, ISO 8601; empty where it does not end."""
+    """Expiry, ISO 8601; empty if it does not expire."""
     usable: bool
     soon: bool = False
-    """`usable`, `soon`: Points may be taken; it ends within a week."""
+    """`usable`, `soon`: points can be recorded; expires within a week."""
 
 
 @dataclass(frozen=True, slots=True)
 class StationState:
-    """The lines, and whether the cameras are simulated."""
+    """Status lines, and whether the cameras are simulated."""
 
     simulated: bool
     lines: tuple[StateLine, ...]
 
 
 def station_state(settings: Settings, now: datetime | None = None) -> StationState:
-    """Return what the settings say that the next job is measured with, as it is now.
+    """Return the status of cameras and tip for the next job.
 
-    Cameras are not asked: nothing is opened but records. Nothing is raised; what cannot be used is
-    a line that says so.
+    Opens records only, no cameras. Errors become status lines.
     """
     now = now or datetime.now(UTC)
     source = settings.instrument_source

@@ -1,4 +1,4 @@
-"""Options of the live stream from names and numbers."""
+"""Options of the live stream."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def stream_options(
     certificate: Path | None = None,
     private_key: Path | None = None,
 ) -> StreamOptions | None:
-    """Return how the stream is given, or None where it is off.
+    """Return the stream options, or None if it is off.
 
     Raises
     ------
     InputError
-        The file of the token or of the private key cannot be read, or others can read it; the
-        stream would be open to others; the files of TLS cannot be used.
+        The token or key file is unreadable or readable by others, the stream would be open to
+        others, or the TLS files are invalid.
     """
     if port is None:
         return None
@@ -37,13 +37,13 @@ def stream_options(
     check_stream(options)
     tls_context(options)
     if private_key is not None:
-        # A group of those who may read keys of certificates is usual (ssl-cert).
+        # A group with access to certificate keys is usual (ssl-cert).
         _require_private(private_key, 0o007, "the key of the certificate", "the key of a new one")
     return options
 
 
 def _require_private(path: Path, others: int, what: str, renewed: str) -> None:
-    """Refuse a secret that other users of this computer can read, where files have such rights."""
+    """Refuse a secret that other users can read, on systems with file permissions."""
     if HOST.is_open_to(path.stat(), others):
         raise InputError(
             "stream.token_open" if others & 0o070 else "stream.key_open",

@@ -1,4 +1,4 @@
-"""What a plan would find on the virtual rig if nothing were wrong."""
+"""True values of a plan on the virtual rig."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from ocmm_core.simulation.scene import Part, TrueFeature, sample
 from ocmm_core.tolerances.kinds import evaluate, geometry_value, spec_of, taken_again
 
 TOUCHES = 40
-"""Exact touches of a surface: the zone of a tilted face depends on how far out it is touched."""
+"""Exact touches per surface: the zone of a tilted face depends on the extent touched."""
 SEED = 1
 _BALL_MM = 1.0
 
 
 def true_values(plan: Plan, part: Part) -> dict[str, float]:
-    """Return the true value of every characteristic, mm or deg, by name.
+    """Return the true value of each characteristic, mm or deg, by name.
 
-    Surfaces of the virtual part have no form error, so the true form is zero. What is within a
-    zone, or in the frame of datums in precedence, is evaluated as a job would be, from touches
-    without any error. Characteristics that the part does not determine are missing.
+    Surfaces of the virtual part have no form error: true form is zero. Characteristics in a zone or
+    in a frame of ordered datums are evaluated as in a job, from exact touches. Characteristics that
+    the part does not determine are missing.
     """
     features = part.features_part()
     geometries = {feature.name: _geometry(features[feature.name]) for feature in plan.features}
@@ -43,7 +43,7 @@ def true_values(plan: Plan, part: Part) -> dict[str, float]:
         if spec.form_alone:
             found[item.name] = 0.0
         elif spec.geometry is None or taken_again(item, actual, plan.bound_alignment):
-            # A datum out of square turns the frame as its surface says, not as its normal does.
+            # A datum out of square turns the frame by its surface, not its normal.
             try:
                 found[item.name] = evaluate(item, actual, plan.bound_alignment).value
             except FitError:
@@ -54,7 +54,7 @@ def true_values(plan: Plan, part: Part) -> dict[str, float]:
 
 
 def _exact(plan: Plan, part: Part) -> dict[str, ActualFeature]:
-    """Return the features of a plan as touches without any error show them, part frame."""
+    """Return the features of a plan fitted to exact touches, part frame."""
     rng = np.random.default_rng(SEED)
     points: list[MeasuredPoint] = []
     for feature in plan.features:

@@ -1,14 +1,14 @@
-"""Is this computer fit to measure with: what a technician would look at, and what to do about it.
+"""Checks whether this computer is fit for measuring, with remedies.
 
-In: the files and tools of a computer below a root folder. Out: a line with a light for each check,
-and the changes that would put something right without any risk.
+In: the files and tools of a computer below a root folder. Out: a status line per check, and changes
+that repair faults without risk.
 
-Read `_result` (what a check says), `_computer` with `_host_calls` (how anything is asked) and
-`_registry` (one entry a check), then the checks: `_kernel_checks` with `_cores`,
+Start with `_result` (check results), `_computer` with `_host_calls` (system queries) and
+`_registry` (one entry per check), then the checks: `_kernel_checks` with `_cores`,
 `_adapter_checks` with `_ethtool`, `_rights_checks`, `_time_checks`, `_disk_checks`, `_desk_checks`,
-`_record_checks`. `_wake` measures for a while, `_loop` judges what `composition` measures.
-`_changes` says what can be changed, `_mend` changes it and takes it back.
-It must not know a station or a screen: what was found is plain data.
+`_record_checks`. `_wake` measures wake-ups, `_loop` judges measurements of `composition`.
+`_changes` defines changes, `_mend` applies and reverts them.
+It must not import stations or screens: results are plain data.
 """
 
 from __future__ import annotations

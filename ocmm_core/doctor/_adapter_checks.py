@@ -1,4 +1,4 @@
-"""The network adapter of the cameras: cable, use, and what it collects before it tells."""
+"""Checks of the camera network adapter: cable, use, and interrupt coalescing."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ NETWORK = "/sys/class/net"
 _SETTINGS = "/etc/ocmm/bus.env"
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,15}")
 _LEAST_MBIT = 100
-"""EtherCAT is 100 Mbit/s (IEC 61158-2 type 12); an adapter that agreed on less has a bad cable."""
+"""EtherCAT is 100 Mbit/s (IEC 61158-2 type 12); a lower rate indicates a bad cable."""
 
 
 def interface_of(computer: Computer) -> str:
-    """Return the adapter of the cameras; NotAskedError where it is not known or not there."""
+    """Return the camera adapter; raise NotAskedError if unknown or absent."""
     try:
         name = _named(computer)
     except NotAskedError as error:
@@ -30,7 +30,7 @@ def interface_of(computer: Computer) -> str:
 
 
 def _named(computer: Computer) -> str:
-    """Return what was said; NotAskedError where nobody said which adapter it is."""
+    """Return the configured adapter; raise NotAskedError if none is configured."""
     name = computer.interface
     if not name and computer.has(_SETTINGS):
         found = re.findall(
@@ -53,7 +53,7 @@ def _named(computer: Computer) -> str:
 
 
 def adapter(computer: Computer) -> Answer:
-    """Return whether the adapter is there, connected, and for the cameras alone."""
+    """Return whether the adapter is present, connected, and used for cameras only."""
     name = _named(computer)
     folder = f"{NETWORK}/{name}"
     if not computer.has(folder):
@@ -69,7 +69,7 @@ def adapter(computer: Computer) -> Answer:
             f"{name} carries the network of this computer; the camera bus would cut it off.",
             "Give the cameras an adapter of their own.",
         )
-    # The kernel refuses to tell the carrier of an adapter that is switched off.
+    # The kernel reports no carrier for an adapter that is down.
     if computer.text(f"{folder}/operstate") == "down":
         return red(
             "adapter.down",
@@ -88,7 +88,7 @@ def adapter(computer: Computer) -> Answer:
 
 
 def interrupts(computer: Computer) -> Answer:
-    """Return whether the interrupts of the camera adapter stay off the processor of the bus."""
+    """Return whether the camera adapter's interrupts avoid the bus processor."""
     core = bus_core(computer)
     if core is None:
         raise NotAskedError(
@@ -121,10 +121,10 @@ def interrupts(computer: Computer) -> Answer:
 
 
 def coalescing(computer: Computer) -> Answer:
-    """Return whether the adapter tells every frame at once.
+    """Return whether the adapter reports every frame at once.
 
-    An adapter that waits for more frames makes every cycle longer (SOEM issues 184, 531 and 795:
-    ``ethtool -C IF rx-usecs 0 tx-usecs 0``).
+    Waiting for more frames makes every cycle longer (SOEM issues 184, 531 and 795: ``ethtool -C IF
+    rx-usecs 0 tx-usecs 0``).
     """
     name = interface_of(computer)
     found = settings(computer, name, COALESCING)
@@ -144,7 +144,7 @@ def coalescing(computer: Computer) -> Answer:
 
 
 def offloads(computer: Computer) -> Answer:
-    """Return whether the kernel hands on every frame as it came."""
+    """Return whether the kernel delivers every frame unmodified."""
     name = interface_of(computer)
     found = settings(computer, name, FEATURES)
     fixed = fixed_features(computer, name)
@@ -179,7 +179,6 @@ def _carries_default_route(computer: Computer, name: str) -> bool:
 def _wrong(
     name: str, kind: str, found: Mapping[str, str], wanted: Mapping[str, str]
 ) -> tuple[SystemChange, ...]:
-    """Return what changes the settings of an adapter that are not as wanted."""
     return tuple(
         SystemChange(
             kind=ChangeKind.ADAPTER, place=f"{name} {kind} {option}", before=value,
@@ -191,12 +190,12 @@ def _wrong(
 
 
 def _words(changes: Sequence[SystemChange]) -> str:
-    """Return settings as ethtool takes them."""
+    """Return settings in ethtool syntax."""
     return " ".join(f"{one.place.split()[-1]} {one.after}" for one in changes)
 
 
 def _ranges(numbers: list[int]) -> str:
-    """Return processors as the kernel lists them: ``0-2,5``."""
+    """Return processors in kernel syntax: ``0-2,5``."""
     parts: list[tuple[int, int]] = []
     for number in numbers:
         if parts and parts[-1][1] == number - 1:

@@ -1,8 +1,7 @@
-"""Changes of a computer that can be taken back: files of the kernel, settings of an adapter.
+"""Reversible changes of a computer: kernel files, settings files, adapter settings.
 
-Before anything is changed, what was there is on the disk; taking back goes from the last change to
-the first. A change is one of few kinds at few places: whoever writes into the file of changes
-cannot have anything else written by it.
+Previous values are stored on disk before any change; undo runs from last to first. Changes are
+limited to a few kinds and places, so that a tampered file of changes cannot cause other writes.
 """
 
 from __future__ import annotations
@@ -14,34 +13,31 @@ import msgspec
 
 UNDO_FILE = "/var/lib/ocmm/doctor-undo.json"
 LIMITS = "/etc/security/limits.d/90-ocmm.conf"
-"""Limits of whoever logs in (pam_limits(8))."""
+"""Login limits (pam_limits(8))."""
 
 
 class ChangeKind(StrEnum):
-    """What is changed."""
+    """Kind of a change."""
 
     KERNEL_FILE = "kernel file"
-    """A value below /sys or /proc; gone with the next start of the computer."""
+    """A value below /sys or /proc; lost at the next boot."""
     NEW_FILE = "new file"
-    """A file of settings that is not there yet."""
+    """A settings file that does not exist yet."""
     ADAPTER = "adapter"
-    """A setting of ethtool(8); gone with the next start of the computer."""
+    """A setting of ethtool(8); lost at the next boot."""
 
 
 class SystemChange(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One change."""
-
     kind: ChangeKind
     place: str
-    """Path of the computer, or for an adapter ``INTERFACE OPTION NAME`` as ethtool takes them."""
+    """Path, or for an adapter ``INTERFACE OPTION NAME`` in ethtool syntax."""
     before: str
     after: str
-    """`before`, `after`: What is there and what shall be there; ``before`` of a new file is empty.
-    """
+    """`before`, `after`: current and new content; ``before`` of a new file is empty."""
 
     @property
     def words(self) -> str:
-        """Return what is done, for people."""
+        """Return a description of the change."""
         if self.kind is ChangeKind.NEW_FILE:
             return f"make {self.place}: {' / '.join(self.after.splitlines())}"
         name = f"ethtool {self.place}" if self.kind is ChangeKind.ADAPTER else self.place
@@ -72,7 +68,7 @@ def kernel_file(place: str, before: str, after: str) -> SystemChange:
 
 
 def is_allowed(change: SystemChange) -> bool:
-    """Return whether a change is one of those that a check may ask for."""
+    """Return whether a change is one that checks may request."""
     values = (change.after, change.before or change.after)
     return _PLACES[change.kind].fullmatch(change.place) is not None and all(
         _VALUES[change.kind].fullmatch(value) for value in values

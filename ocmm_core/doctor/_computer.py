@@ -1,7 +1,7 @@
-"""The computer as the checks see it: files and tools below a root folder, and a few system calls.
+"""The computer under check: files and tools below a root folder, and system calls.
 
-Everything that is read here was written by others: drivers, tools, administrators. What cannot be
-read, is empty, endless or no text is `NotAskedError`, which becomes NOT CHECKED, never a guess.
+All input comes from drivers, tools and administrators. Whatever is unreadable, empty, endless or
+not text raises `NotAskedError`, shown as NOT CHECKED, never guessed.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _RANGES = re.compile(r"\d{1,4}(?:-\d{1,4})?(?:,\d{1,4}(?:-\d{1,4})?)*")
 
 
 class NotAskedError(OcmmError):
-    """Something could not be asked on this computer."""
+    """A property of this computer could not be determined."""
 
     def __init__(self, what: str, remedy: str = "") -> None:
         super().__init__("doctor.not_asked", what, remedy)
@@ -45,46 +45,39 @@ class Computer:
     """A computer below a root folder; see `this_computer`."""
 
     root: Path
-    """``/``, or a folder that stands in for it."""
+    """``/``, or a substitute folder."""
     user: str
     uid: int
-    """`user`, `uid`: Who works at the station; with sudo, who typed it."""
+    """`user`, `uid`: user of the station; with sudo, the caller."""
     by_sudo: bool
     """Rights and limits of this process are not those of ``user``."""
     home: Path
     data: Path
     state: Path
     jobs: Path
-    """`home`, `data`, `state`, `jobs`: Folders of that user, and that of the jobs, as paths of the
+    """`home`, `data`, `state`, `jobs`: folders of that user and of the jobs, as paths of the
     computer."""
     program: Path
-    """The interpreter or program that runs, as a path of the computer."""
+    """Running interpreter or program, as a path of the computer."""
     interface: str = ""
-    """Network adapter of the cameras; empty where nobody said it."""
+    """Camera network adapter; empty if not given."""
     environment: Mapping[str, str] = field(default_factory=dict)
-    """Variables."""
     calls: HostCalls = field(default_factory=HostCalls)
 
     def place(self, path: Path | str) -> Path:
-        """Return where a path of the computer is."""
+        """Return the real location of a path of the computer."""
         return self.root / str(path).lstrip("/")
 
     def has(self, path: Path | str) -> bool:
-        """Return whether something is there, also where nobody may look at it."""
+        """Return whether a path exists, or may exist but is not accessible."""
         with contextlib.suppress(OSError, ValueError):
             return self.place(path).exists()
         return True
 
     def text(self, path: Path | str) -> str:
-        """Return the text of a small file, without blanks around it.
-
-        Raises
-        ------
-        NotAskedError
-            It is not there, cannot be read, or is no text.
-        """
+        """Return the stripped text of a small file; NotAskedError if unreadable."""
         try:
-            # Without waiting for whoever would write to a pipe.
+            # Do not wait for the writer of a pipe.
             descriptor = os.open(self.place(path), os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
         except FileNotFoundError as error:
             raise NotAskedError(f"This computer has no {path}.") from error
@@ -101,16 +94,16 @@ class Computer:
         return _text(content, str(path))
 
     def number(self, path: Path | str) -> int:
-        """Return the whole number in a file; NotAskedError where there is none."""
+        """Return the integer in a file; raise NotAskedError if there is no such number."""
         text = self.text(path)
         if not re.fullmatch(r"-?\d{1,18}", text):
             raise NotAskedError(f"{path} holds no whole number.")
         return int(text)
 
     def cpus(self, path: Path | str) -> tuple[int, ...]:
-        """Return the processors of a list as ``0-2,5``; NotAskedError where it is none."""
+        """Return the processors of a list as ``0-2,5``; raise NotAskedError if invalid."""
         text = self.text(path)
-        # No processor at all: the kernel writes an empty line, or this word.
+        # No processor: the kernel writes an empty line, or this word.
         if text in ("", "(null)"):
             return ()
         if not _RANGES.fullmatch(text):
@@ -118,14 +111,14 @@ class Computer:
         found: list[int] = []
         for part in text.split(","):
             first, _, last = part.partition("-")
-            # Ascending, as the kernel writes it: many ranges of rubbish take no time then.
+            # Ascending, as the kernel writes it; bounds the time spent on invalid input.
             if int(last or first) < int(first) or (found and int(first) <= found[-1]):
                 raise NotAskedError(f"{path} holds no list of processors.")
             found += range(int(first), int(last or first) + 1)
         return tuple(found)
 
     def names(self, folder: Path | str) -> tuple[str, ...]:
-        """Return what a folder holds, sorted; NotAskedError where it is not there."""
+        """Return the sorted names in a folder; raise NotAskedError if absent."""
         try:
             found = sorted(os.listdir(self.place(folder)))  # noqa: PTH208 - names, not paths
         except (OSError, ValueError) as error:
@@ -133,13 +126,13 @@ class Computer:
         return tuple(found[:_MOST_NAMES])
 
     def link(self, path: Path | str) -> str:
-        """Return where a link leads; empty where it is none."""
+        """Return the target of a link, or an empty text."""
         with contextlib.suppress(OSError, ValueError):
             return str(self.place(path).readlink())
         return ""
 
     def tool(self, name: str) -> Path | None:
-        """Return a system tool; None where it is not installed."""
+        """Return the path of a system tool; None if not installed."""
         for folder in _TOOL_FOLDERS:
             found = self.place(folder) / name
             if os.access(found, os.X_OK):
@@ -147,18 +140,7 @@ class Computer:
         return None
 
     def run(self, name: str, *arguments: str, package: str) -> str:
-        """Return what a system tool prints.
-
-        Parameters
-        ----------
-        package
-            That holds it.
-
-        Raises
-        ------
-        NotAskedError
-            It is not installed, ends with a complaint, or does not end.
-        """
+        """Return a tool's output; NotAskedError naming its `package` if missing or failing."""
         program = self.tool(name)
         if program is None:
             raise NotAskedError(f"'{name}' is not installed.", f"Install it: apt install {package}")
@@ -189,19 +171,14 @@ class Computer:
 
 
 def this_computer(*, interface: str = "", jobs: Path | None = None) -> Computer:
-    """Return the computer that this runs on, and who works at it.
+    """Return this computer and its user; raise InputError unless on Linux.
 
     Parameters
     ----------
     interface
-        Network adapter of the cameras; default: that of ``/etc/ocmm/bus.env``.
+        Camera network adapter; default: that of ``/etc/ocmm/bus.env``.
     jobs
-        Folder of the jobs; default: the present one.
-
-    Raises
-    ------
-    InputError
-        It is no Linux.
+        Folder of the jobs; default: the current one.
     """
     if sys.platform != "linux":
         raise InputError(
@@ -223,7 +200,6 @@ def this_computer(*, interface: str = "", jobs: Path | None = None) -> Computer:
 
 
 def _user(sudo: str) -> tuple[str, int, Path]:
-    """Return name, number and home of who works here."""
     import pwd
 
     try:
@@ -234,7 +210,6 @@ def _user(sudo: str) -> tuple[str, int, Path]:
 
 
 def _read(descriptor: int, most: int) -> bytes:
-    """Return what a file holds, up to so many bytes."""
     parts = []
     while most > 0 and (part := os.read(descriptor, most)):
         parts.append(part)

@@ -1,4 +1,4 @@
-"""Which processor the bus runs on."""
+"""Processor of the bus."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from ocmm_core.doctor._computer import Computer, NotAskedError
 
 CPU = "/sys/devices/system/cpu"
 SPARE_PROCESSORS = 4
-"""The bus process takes a processor of its own from so many on (`bus_process._realtime`)."""
+"""Minimum number of processors for a reserved bus processor (`bus_process._realtime`)."""
 UNITS = ("/etc/systemd/system", "/usr/lib/systemd/system", "/lib/systemd/system")
 SERVICE = "ocmm-acq@.service"
 
 
 def processors(computer: Computer) -> tuple[int, ...]:
-    """Return the processors that run; NotAskedError where the kernel does not list them."""
+    """Return the online processors; raise NotAskedError if the kernel lists none."""
     found = computer.cpus(f"{CPU}/online")
     if not found:
         raise NotAskedError(f"{CPU}/online lists no processor.")
@@ -22,14 +22,14 @@ def processors(computer: Computer) -> tuple[int, ...]:
 
 
 def isolated(computer: Computer) -> tuple[int, ...]:
-    """Return the processors that the kernel keeps free (``isolcpus``)."""
+    """Return the isolated processors (``isolcpus``)."""
     return computer.cpus(f"{CPU}/isolated")
 
 
 def bus_core(computer: Computer) -> int | None:
-    """Return the processor that the bus has for itself; None where there are too few.
+    """Return the processor reserved for the bus; None if there are too few.
 
-    It is the isolated one. Without one the bus process takes the last.
+    The last isolated one, otherwise the last one.
     """
     everything = processors(computer)
     free = isolated(computer)
@@ -39,7 +39,7 @@ def bus_core(computer: Computer) -> int | None:
 
 
 def unit(computer: Computer, name: str) -> str | None:
-    """Return the text of a systemd unit with what was added to it; None where it is not there."""
+    """Return the text of a systemd unit with its drop-ins; None if absent."""
     texts = []
     for folder in UNITS:
         if computer.has(f"{folder}/{name}"):
@@ -56,6 +56,6 @@ def unit(computer: Computer, name: str) -> str | None:
 
 
 def setting(unit_text: str, name: str) -> str:
-    """Return the last value of a setting of a unit; empty where it is not set."""
+    """Return the last value of a unit setting; empty if not set."""
     found = re.findall(rf"^{name}[ \t]*=[ \t]*(.*)$", unit_text, re.MULTILINE)
     return str(found[-1]).strip() if found else ""

@@ -1,4 +1,4 @@
-"""What the inspector sees and hears."""
+"""Checks of screen and sound."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from ocmm_core.doctor._computer import Computer, NotAskedError
 from ocmm_core.doctor._result import Answer, amber, green, red
 
 SMALLEST = (1024, 640)
-"""Of the window (`ocmm_gui.window`), px; what does not fit cannot be seen."""
+"""Minimum size of the window (`ocmm_gui.window`), px."""
 ROOMY = (1280, 720)
-"""From here on digits that are read from three metres have room beside the plan."""
+"""From this size digits readable from three metres fit next to the plan."""
 _DRM = "/sys/class/drm"
 _PLAYERS = ("paplay", "pw-play", "aplay")
-"""What the window plays its sounds with (`ocmm_gui.kit`)."""
+"""Sound players used by the window (`ocmm_gui.kit`)."""
 _LARGEST_SCALE = 8.0
 
 
 def screen(computer: Computer) -> Answer:
-    """Return whether the window fits on the screen as it is scaled."""
+    """Return whether the window fits on the scaled screen."""
     modes = _modes(computer) if computer.has(_DRM) else []
     if not modes:
         raise NotAskedError(
@@ -45,7 +45,7 @@ def screen(computer: Computer) -> Answer:
 
 
 def sound(computer: Computer) -> Answer:
-    """Return whether the tones of touches can be heard."""
+    """Return whether the tones of touches can be played."""
     players = [one for one in _PLAYERS if computer.tool(one)]
     if not players:
         return amber(
@@ -67,7 +67,7 @@ def sound(computer: Computer) -> Answer:
 
 
 def _modes(computer: Computer) -> list[tuple[int, int]]:
-    """Return width and height of the best mode of each connected screen, px."""
+    """Return width and height of the preferred mode of each connected screen, px."""
     found = []
     for name in computer.names(_DRM):
         folder = f"{_DRM}/{name}"
@@ -75,7 +75,7 @@ def _modes(computer: Computer) -> list[tuple[int, int]]:
             continue
         if computer.text(f"{folder}/status") != "connected":
             continue
-        # The kernel lists the mode that the screen prefers first.
+        # The kernel lists the preferred mode first.
         mode = re.match(r"(\d{2,5})x(\d{2,5})", computer.text(f"{folder}/modes"))
         if mode is None:
             raise NotAskedError(f"The screen at {name} does not say how many points it has.")
@@ -84,7 +84,7 @@ def _modes(computer: Computer) -> list[tuple[int, int]]:
 
 
 def _scale(computer: Computer) -> tuple[float, str]:
-    """Return how many points of the screen one of the window has, and who says so."""
+    """Return the screen scale factor and its source."""
     variable = computer.environment.get("QT_SCALE_FACTOR", "")
     if variable:
         return _factor(variable, "the variable QT_SCALE_FACTOR"), " (QT_SCALE_FACTOR)"

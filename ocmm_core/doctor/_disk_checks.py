@@ -1,4 +1,4 @@
-"""The disk that points are on before the beep: room, kind, and how long it takes to be sure."""
+"""Disk checks: free space, file system, and sync time."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ RED_GIB, AMBER_GIB = 0.5, 5.0
 """A job has some megabytes, the session of a calibration 10 MB, a recording of raw frames some
 gigabytes an hour."""
 AMBER_MS, RED_MS = 25.0, 100.0
-"""A point is acknowledged after it is on the disk. A tenth of a second between hand and beep is
-felt (Miller 1968, Nielsen 1993); a quarter of it leaves room for what else happens."""
+"""A point is acknowledged once on disk. A delay of 0.1 s between hand and beep is noticeable
+(Miller 1968, Nielsen 1993); a quarter of it leaves room for other delays."""
 _WRITES = 60
 _BLOCK = b"\0" * 4096
 _IN_MEMORY = ("tmpfs", "ramfs", "devtmpfs")
 
 
 def disk(computer: Computer) -> Answer:
-    """Return whether the folders of jobs and records have room and can be written."""
+    """Return whether the folders of jobs and records have room and are writable."""
     least, where = float("inf"), computer.data
     for folder in (computer.data, computer.jobs):
         found = _existing(computer, folder)
@@ -40,7 +40,7 @@ def disk(computer: Computer) -> Answer:
                 f"{folder} is on a disk that cannot be written.",
                 "Mount it for writing. A disk that changed to this by itself is failing: save it.",
             )
-        # A file system without a fixed number of files tells none.
+        # A file system without a fixed number of files reports none.
         if room.f_files and not room.f_favail:
             return red(
                 "disk.no_files",
@@ -61,7 +61,7 @@ def disk(computer: Computer) -> Answer:
 
 
 def sync(computer: Computer) -> Answer:
-    """Return how long it takes until a point is on the disk, measured in the folder of the jobs."""
+    """Return how long it takes until a point is on disk, measured in the job folder."""
     folder = _existing(computer, computer.jobs)
     kind = _file_system(computer, folder)
     if kind in _IN_MEMORY:
@@ -88,7 +88,7 @@ def sync(computer: Computer) -> Answer:
 
 
 def _measure(computer: Computer, folder: Path) -> list[float]:
-    """Return how long writes of a block took until they were on the disk, s."""
+    """Return the times of synced block writes, s."""
     try:
         descriptor, temporary = temporary_file(folder / "doctor")
     except OSError as error:
@@ -115,7 +115,6 @@ def _measure(computer: Computer, folder: Path) -> list[float]:
 
 
 def _existing(computer: Computer, folder: Path) -> Path:
-    """Return the folder, or the nearest one above that is there already."""
     for one in (folder, *folder.parents):
         if computer.place(one).is_dir():
             return one
@@ -123,7 +122,7 @@ def _existing(computer: Computer, folder: Path) -> Path:
 
 
 def _file_system(computer: Computer, folder: Path) -> str:
-    """Return the kind of file system a folder is on; empty where the kernel does not say."""
+    """Return the file system type of a folder; empty if unknown."""
     best, kind = "", ""
     for line in computer.text("/proc/self/mounts").splitlines():
         fields = line.split()

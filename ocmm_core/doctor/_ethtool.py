@@ -1,4 +1,4 @@
-"""Settings of a network adapter by ethtool(8): asked, and set."""
+"""Network adapter settings by ethtool(8)."""
 
 from __future__ import annotations
 
@@ -12,17 +12,9 @@ _TITLES = {"generic-receive-offload": "gro", "large-receive-offload": "lro"}
 
 
 def settings(computer: Computer, name: str, kind: str) -> dict[str, str]:
-    """Return the settings of a kind that the driver tells and that can be changed, by option.
+    """Return the changeable settings of a kind, by option; NotAskedError if unknown.
 
-    Parameters
-    ----------
-    kind
-        `COALESCING` or `FEATURES`: the option that sets them. Asking for them has a small letter.
-
-    Raises
-    ------
-    NotAskedError
-        ethtool is not there, or the driver does not tell.
+    ``kind`` is `COALESCING` or `FEATURES`: the option that sets them; lower case queries.
     """
     said = computer.run("ethtool", kind.lower(), name, package=_PACKAGE)
     if kind == FEATURES:
@@ -32,17 +24,17 @@ def settings(computer: Computer, name: str, kind: str) -> dict[str, str]:
     adaptive = re.search(r"^Adaptive RX: (on|off)\s+TX: (on|off)$", said, re.MULTILINE)
     if adaptive is None:
         return times
-    # First off, then zero: some drivers refuse a time while they choose it themselves.
+    # First off, then zero: some drivers refuse times in adaptive mode.
     return {"adaptive-rx": adaptive[1], "adaptive-tx": adaptive[2], **times}
 
 
 def fixed_features(computer: Computer, name: str) -> dict[str, str]:
-    """Return the features that the driver holds as they are, by option."""
+    """Return the features fixed by the driver, by option."""
     said = computer.run("ethtool", FEATURES.lower(), name, package=_PACKAGE)
     found = re.findall(r"^([a-z-]+): (on|off) \[fixed\]$", said, re.MULTILINE)
     return {_TITLES[title]: state for title, state in found if title in _TITLES}
 
 
 def change_setting(computer: Computer, name: str, kind: str, option: str, value: str) -> None:
-    """Set one of them; NotAskedError where the driver refuses it."""
+    """Set one option; raise NotAskedError if the driver refuses."""
     computer.run("ethtool", kind, name, option, value, package=_PACKAGE)

@@ -1,4 +1,4 @@
-"""What is asked of the system itself and lies in no file."""
+"""System queries that are not files."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from ocmm_core.acquisition.bus_process import granted_by
 
 _TIME_ERROR = 5
 _TIMEX_BYTES = 512
-"""struct timex has 208 bytes; the rest is room."""
+"""struct timex has 208 bytes; the rest is reserve."""
 
 
 def _clock_is_synchronised() -> bool | None:
-    """Return whether the kernel calls its clock synchronised (adjtimex(2)); None where it is mute.
+    """Return whether the kernel clock is synchronised (adjtimex(2)); None if unknown.
 
-    ``timedatectl`` and ``chronyc`` say the same; this needs neither of them.
+    Needs neither ``timedatectl`` nor ``chronyc``, which report the same.
     """
     if sys.platform != "linux":
         return None
@@ -30,17 +30,12 @@ def _clock_is_synchronised() -> bool | None:
 
 @dataclass(frozen=True, slots=True)
 class HostCalls:
-    """What is asked of the system itself and lies in no file."""
-
     now: Callable[[], datetime] = lambda: datetime.now(UTC)
-    """The computer's clock."""
-    # Looked up when it is called: not every system has it, and this is imported on all.
+    # Resolved when called: not every system has it, and this module is imported on all.
     statvfs: Callable[[Path], os.statvfs_result] = lambda path: os.statvfs(path)
     fsync: Callable[[int], None] = os.fsync
-    """`statvfs`, `fsync`: Of `os`."""
     owner: Callable[[Path], int] = lambda path: path.stat().st_uid
-    """User number that a file belongs to."""
+    """User id of a file's owner."""
     granted: Callable[[Path], frozenset[int]] = granted_by
-    """Capabilities by number that a program file gives to whoever starts it."""
+    """Capabilities by number that a program file grants."""
     synchronised: Callable[[], bool | None] = _clock_is_synchronised
-    """Whether the clock is; None where nobody knows."""

@@ -1,4 +1,4 @@
-"""Kernel and processors: does what must happen every millisecond happen in time."""
+"""Checks of kernel and processors for timeliness within a millisecond."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from ocmm_core.doctor._cores import (
 from ocmm_core.doctor._result import Answer, amber, green
 
 SLOW_WAKE_US = 50
-"""Half of what a real-time kernel may be late at most, 100 us in 8 hours: LinuxCNC asks for 20 to
-100 us (its latency test), Ubuntu's real-time kernel reaches 67 to 129 us under load."""
+"""Half of the maximum latency of a real-time kernel, 100 us in 8 hours: LinuxCNC requires 20 to 100
+us (its latency test), Ubuntu's real-time kernel reaches 67 to 129 us under load."""
 _FAST = "performance"
 
 
 def kernel(computer: Computer) -> Answer:
-    """Return whether the kernel is a real-time one."""
+    """Return whether the kernel is real-time."""
     text = computer.text("/proc/version")
     release = text.split()[2] if len(text.split()) > 2 else "unknown"
-    # Since 4.13 the kernel with the patches tells it here, before and after they were merged.
+    # Since 4.13 patched and merged kernels report it here.
     real_time = "PREEMPT_RT" in text or "PREEMPT RT" in text
     if computer.has("/sys/kernel/realtime"):
         real_time = real_time or computer.number("/sys/kernel/realtime") == 1
@@ -41,7 +41,7 @@ def kernel(computer: Computer) -> Answer:
 
 
 def cores(computer: Computer) -> Answer:
-    """Return whether a processor is kept free for the bus."""
+    """Return whether a processor is reserved for the bus."""
     everything = processors(computer)
     if len(everything) < SPARE_PROCESSORS:
         return amber(
@@ -102,7 +102,7 @@ def governor(computer: Computer) -> Answer:
 
 
 def idle(computer: Computer) -> Answer:
-    """Return whether no processor sleeps so deeply that it wakes up late."""
+    """Return whether processor sleep states are shallow enough to wake up in time."""
     places = [
         f"{folder}/cpuidle/{state}"
         for folder in _cpu_folders(computer)

@@ -1,4 +1,4 @@
-"""What cycles over a virtual cable mean for the bus; `ocmm_core.composition` drives them."""
+"""Judgement of cycles over a virtual cable, driven by `ocmm_core.composition`."""
 
 from __future__ import annotations
 
@@ -9,23 +9,20 @@ from ocmm_core.doctor._wake import BAD_MISSED, ENOUGH_CYCLES, GOOD_MISSED, too_s
 
 
 class LoopTimes(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What was found."""
-
     cycles: int
-    """Frames that were sent, one a millisecond."""
+    """Frames sent, one per millisecond."""
     late: int
     lost: int
-    """`late`, `lost`: Answered after their cycle, and never."""
+    """`late`, `lost`: answered after their cycle, and never."""
     p50_us: float
     p999_us: float
     max_us: float
-    """`p50_us`, `p999_us`, `max_us`: From sending a frame to having its answer, us."""
+    """`p50_us`, `p999_us`, `max_us`: from sending a frame to its answer, us."""
     real_time: bool
-    """Both ends had a real-time priority."""
 
 
 def judge_loop(times: LoopTimes) -> Answer:
-    """Return what they mean: the way of a frame through the kernel, without adapter and cable."""
+    """Judge the transit of frames through the kernel, without adapter and cable."""
     share = (times.late + times.lost) / times.cycles
     how = "" if times.real_time else ", without real-time priority"
     what = (
@@ -39,7 +36,7 @@ def judge_loop(times: LoopTimes) -> Answer:
         "real_time": float(times.real_time),
     }  # fmt: skip
     remedy = "See the lines on kernel, processor and wake-up jitter; end other programs."
-    # A cable that exists in the kernel alone loses nothing; what is lost here is this computer's.
+    # A virtual cable loses nothing; losses are due to this computer.
     if share > BAD_MISSED:
         return red("loop.very_late", what, remedy, **figures)
     if share > GOOD_MISSED:

@@ -1,4 +1,4 @@
-"""Changes are made and taken back; what was before is on the disk before anything is changed."""
+"""Applying and reverting changes; previous values are on disk before any change."""
 
 from __future__ import annotations
 
@@ -22,36 +22,31 @@ _MOST_BYTES = 4 << 20
 
 
 class _Kept(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What is needed to take changes back."""
+    """Stored data for undo."""
 
     schema: str
     boot: str
-    """Which start of the computer it was; the next one takes the kernel's values back by itself,
-    and gives numbers of interrupts anew."""
+    """Boot id; the next boot reverts kernel values and renumbers interrupts."""
     folders: tuple[str, ...]
-    """That were made for it, the outermost first."""
+    """Created folders, outermost first."""
     changes: tuple[SystemChange, ...]
-    """In the order in which they were made."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mended:
-    """What came of one change."""
+    """Result of one change."""
 
     change: SystemChange
     complaint: str = ""
-    """Why it was not made or not taken back; empty where it was."""
+    """Why it was not applied or reverted; empty on success."""
     failed: bool = False
-    """The system refused it; it may be possible later."""
+    """Refused by the system; may be possible later."""
 
 
 def mend(computer: Computer, changes: Sequence[SystemChange]) -> tuple[Mended, ...]:
-    """Make changes; each can be taken back by `undo`, also after a power cut in the middle.
+    """Apply changes; raise StorageError, changing nothing, if undo cannot be stored.
 
-    Raises
-    ------
-    StorageError
-        What was before cannot be kept, so that nothing was changed.
+    `undo` can revert each, also after a power cut midway.
     """
     _require_allowed(changes)
     if not changes:
@@ -76,16 +71,16 @@ def mend(computer: Computer, changes: Sequence[SystemChange]) -> tuple[Mended, .
 
 
 def undo(computer: Computer) -> tuple[Mended, ...]:
-    """Take back all changes that were made, the last one first; return them in that order.
+    """Revert all changes, last first; return them in that order.
 
-    What somebody else changed since is left as it is.
+    Values changed by others since are left alone.
 
     Raises
     ------
     InputError
-        Nothing was changed, or the file that says what was before is damaged.
+        Nothing was changed, or the file with previous values is damaged.
     StorageError
-        It cannot be taken back by this user.
+        This user cannot revert the changes.
     """
     place = computer.place(UNDO_FILE)
     if not place.exists():
@@ -108,21 +103,21 @@ def undo(computer: Computer) -> tuple[Mended, ...]:
     except OSError as error:
         raise _no_rights(error) from error
     for folder in reversed(kept.folders):
-        # Somebody may have put something into it since.
+        # It may contain other files by now.
         with contextlib.suppress(OSError):
             computer.place(folder).rmdir()
     return done
 
 
 def can_undo(computer: Computer) -> bool:
-    """Return whether something was changed that can be taken back."""
+    """Return whether there are changes to revert."""
     return computer.place(UNDO_FILE).exists()
 
 
 def may_mend(computer: Computer) -> bool:
-    """Return whether this user may change the computer: as much as keep what was before.
+    """Return whether this user may change the computer, by access to the undo file.
 
-    The root itself says nothing: a station's system is read-only, with a layer over some folders.
+    The root folder is no criterion: a station's system is read-only with overlays.
     """
     folder = computer.place(UNDO_FILE).parent
     while not folder.exists():
@@ -131,7 +126,6 @@ def may_mend(computer: Computer) -> bool:
 
 
 def _made(computer: Computer, change: SystemChange, there: str, wanted: str) -> Mended:
-    """Change what is ``there`` to what is wanted."""
     try:
         now = _now(computer, change)
         if now == wanted:
@@ -147,7 +141,6 @@ def _made(computer: Computer, change: SystemChange, there: str, wanted: str) -> 
 
 
 def _now(computer: Computer, change: SystemChange) -> str:
-    """Return what is there now."""
     if change.kind is ChangeKind.ADAPTER:
         name, kind, option = change.place.split()
         return settings(computer, name, kind).get(option, "")
@@ -164,12 +157,12 @@ def _write(computer: Computer, change: SystemChange, value: str) -> None:
     elif change.kind is ChangeKind.NEW_FILE:
         if value:
             write_new(place, value.encode("ascii"))
-            # Programs of all users read it, whatever files root makes otherwise.
+            # Read by programs of all users, whatever root's umask.
             place.chmod(0o644)
         else:
             place.unlink()
     else:
-        # No new file, and not the one that a link leads to: the kernel has it there.
+        # No new file and no link target: the kernel provides this file.
         descriptor = os.open(place, os.O_WRONLY | os.O_TRUNC | os.O_NOFOLLOW)
         try:
             os.write(descriptor, f"{value}\n".encode("ascii"))
@@ -178,13 +171,12 @@ def _write(computer: Computer, change: SystemChange, value: str) -> None:
 
 
 def _keep(computer: Computer, kept: _Kept) -> None:
-    """Write what is needed to take changes back, so that it is there after a power cut."""
     content = msgspec.json.format(msgspec.json.encode(kept), indent=1)
     write_atomic(computer.place(UNDO_FILE), content + b"\n")
 
 
 def _kept(computer: Computer) -> _Kept:
-    """Return what is kept of earlier changes; InputError where it is damaged."""
+    """Return stored undo data; raise InputError if damaged."""
     place = computer.place(UNDO_FILE)
     if not place.exists():
         return _Kept(schema=_SCHEMA, boot="", folders=(), changes=())
@@ -210,7 +202,7 @@ def _require_allowed(changes: Sequence[SystemChange]) -> None:
 
 
 def _lasting(changes: Sequence[SystemChange]) -> tuple[SystemChange, ...]:
-    """Return the changes that a start of the computer does not take back."""
+    """Return the changes that survive a reboot."""
     return tuple(one for one in changes if one.kind is ChangeKind.NEW_FILE)
 
 
@@ -222,13 +214,13 @@ def _boot(computer: Computer) -> str:
 
 
 def _missing_above(computer: Computer, path: str) -> tuple[str, ...]:
-    """Return the folders above a path that are not there, the outermost first."""
+    """Return the missing parent folders of a path, outermost first."""
     above = [one for one in Path(path).parents if not computer.has(one)]
     return tuple(str(one) for one in reversed(above))
 
 
 def _is_ours(folder: str) -> bool:
-    """Return whether a folder may have been made for what is written here."""
+    """Return whether a folder may have been created for our files."""
     return any(Path(folder) in Path(file).parents for file in (UNDO_FILE, LIMITS))
 
 

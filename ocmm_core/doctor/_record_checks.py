@@ -1,7 +1,7 @@
-"""What ends by the calendar, what the station signs with, and which version this is.
+"""Checks of expiry dates, signing key, and program version.
 
-Only dates are read here, and nothing is written, so that it can be asked by anybody at any time;
-``ocmm calibrate status`` says whether a calibration may be used.
+Reads dates only and writes nothing, so it is always safe to run; ``ocmm calibrate status`` reports
+whether a calibration may be used.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
 
 DUE_BEFORE = timedelta(days=14)
-"""As the records have it: what ends within this time is DUE."""
+"""As in the records: DUE within this time before the end."""
 _MOST_FILES = 2000
 _HASH_DIGITS = 64
 _LARGEST = 8 << 20
@@ -41,8 +41,6 @@ class _Artefact(msgspec.Struct, frozen=True):
 
 
 class _Dates(msgspec.Struct, frozen=True):
-    """What is read of a record of any kind."""
-
     schema: str
     made_utc: str
     valid_until_utc: str = ""
@@ -55,7 +53,7 @@ class _File(msgspec.Struct, frozen=True):
 
 
 def calibrations(computer: Computer) -> Answer:
-    """Return when the calibrations end that were made last, of all rigs and probes."""
+    """Return the expiry of the latest calibrations of all rigs and probes."""
     ends = [
         (_moment(one.valid_until_utc), f"{_WORDS[one.schema]} '{name}'")
         for name, one in _newest(computer)
@@ -79,12 +77,12 @@ def calibrations(computer: Computer) -> Answer:
 
 
 def certificates(computer: Computer) -> Answer:
-    """Return when the certificates end of the artefacts that the calibrations rest on."""
+    """Return the expiry of the certificates of artefacts used by the calibrations."""
     newest: dict[tuple[str, str], datetime] = {}
     for _, record in _newest(computer):
         for one in record.artefacts:
             key = one.name, one.serial
-            # Of one that was calibrated meanwhile the later certificate counts.
+            # After a recalibration the later certificate counts.
             newest[key] = max(newest.get(key, _moment(one.due_utc)), _moment(one.due_utc))
     if not newest:
         raise NotAskedError(
@@ -104,9 +102,9 @@ def certificates(computer: Computer) -> Answer:
 
 
 def key(computer: Computer) -> Answer:
-    """Return whether the station has a key that nobody else can read."""
+    """Return whether the station has a key unreadable by others."""
     folder = computer.data / "keys"
-    # One that is in a token is in force before one in a file, see `seals`.
+    # A key in a token takes precedence over one in a file, see `seals`.
     in_token = computer.place(folder / "token.json").exists()
     path = folder / ("token.json" if in_token else "station.key")
     try:
@@ -122,7 +120,7 @@ def key(computer: Computer) -> Answer:
         raise NotAskedError(f"{path} cannot be looked at ({error.strerror}).") from error
     if not stat.S_ISREG(found.st_mode):
         return red("key.no_file", f"{path} is no file.", "Restore it from a backup.")
-    # Not put right by --fix: a key that others could read may have been copied.
+    # Not repaired by --fix: an exposed key may have been copied.
     if found.st_mode & 0o077:
         return red(
             "key.readable",
@@ -144,7 +142,7 @@ def key(computer: Computer) -> Answer:
 
 
 def program(computer: Computer) -> Answer:
-    """Return which version runs, and whether all of it is of that version."""
+    """Return the running version, and whether all files belong to it."""
     try:
         installed = version("ocmm")
     except PackageNotFoundError:
@@ -161,7 +159,7 @@ def program(computer: Computer) -> Answer:
 def _by_date(
     computer: Computer, until: datetime, expired: Answer, due: Answer, count: int
 ) -> Answer:
-    """Return what is said of things of which the first one ends at ``until``."""
+    """Return the answer for objects of which the first expires at `until`."""
     now = computer.calls.now()
     if now >= until:
         return expired

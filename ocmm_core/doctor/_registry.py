@@ -1,4 +1,4 @@
-"""All checks of the computer, in the order a technician goes: one entry each."""
+"""All checks of the computer in order, one entry each."""
 
 from __future__ import annotations
 
@@ -24,15 +24,12 @@ Check = Callable[[Computer], Answer]
 
 @dataclass(frozen=True, slots=True)
 class CheckSpec:
-    """One check."""
-
     name: str
     title: str
-    """`name`, `title`: For programs, and for people."""
+    """`name`, `title`: for programs, and for people."""
     about: str
-    """What is looked at, for the documentation."""
     check: Check
-    """Raises `NotAskedError` where the computer does not tell."""
+    """Raises `NotAskedError` if it cannot be determined."""
 
 
 CHECKS = (
@@ -127,14 +124,9 @@ def examine(
     more: Iterable[CheckSpec] = (),
     told: Callable[[str, float], None] = lambda title, share: None,
 ) -> tuple[DoctorReport, tuple[SystemChange, ...]]:
-    """Return how a computer stands, and all changes that would put something right.
+    """Return the report of a computer, and all changes that repair faults.
 
-    Parameters
-    ----------
-    more
-        Checks behind those of the registry: what is measured for a while.
-    told
-        Gets the title of each check before it begins, and the share that is done.
+    ``more`` are measured checks; ``told`` gets each title beforehand, and the share done.
     """
     results: list[CheckResult] = []
     changes: list[SystemChange] = []
@@ -155,12 +147,12 @@ def examine(
 
 
 def _asked(spec: CheckSpec, computer: Computer) -> Answer:
-    """Return the answer of a check; of one that fails that it is not known."""
+    """Return the answer of a check; NOT CHECKED if it fails."""
     try:
         return spec.check(computer)
     except NotAskedError as error:
         return Answer(Light.NOT_CHECKED, error.what, error.code, error.remedy)
     except Exception as error:
-        # One check that meets the unexpected does not take the others along.
+        # An unexpected error in one check must not stop the others.
         told = contained(error, f"The check '{spec.title}'")
         return Answer(Light.NOT_CHECKED, told.what, told.code, told.remedy)

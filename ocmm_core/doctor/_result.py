@@ -1,4 +1,4 @@
-"""What a check of the computer says: a light, a sentence, and what to do about it."""
+"""Result of a check: a light, a sentence, and the remedy."""
 
 from __future__ import annotations
 
@@ -12,33 +12,32 @@ SCHEMA = "ocmm.station-doctor/1"
 
 
 class Light(StrEnum):
-    """How something stands."""
+    """Status of a check."""
 
     GREEN = "GREEN"
-    """As it should be."""
     AMBER = "AMBER"
-    """The station measures, but cycles can come late, or something ends soon."""
+    """The station measures, but cycles can be late, or something expires soon."""
     RED = "RED"
-    """The station cannot measure, or what it measures is not kept, proven or protected."""
+    """The station cannot measure, or results are not stored, proven or protected."""
     NOT_CHECKED = "NOT CHECKED"
-    """This computer did not tell; never taken for GREEN."""
+    """Could not be determined. Never counts as GREEN."""
 
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a check found."""
+    """Result of a check."""
 
     light: Light
     what: str
-    """One sentence: what was found, with its number."""
+    """One sentence with the value found."""
     code: str = ""
-    """Stable identifier of the fault, e.g. ``"governor.slow"``; empty where there is none."""
+    """Stable identifier of the fault, such as ``"governor.slow"``; empty if none."""
     remedy: str = ""
-    """One sentence: what to do; empty where nothing is to be done."""
+    """One sentence; empty if no action is needed."""
     changes: tuple[SystemChange, ...] = ()
-    """What would put it right without any risk; may be empty."""
+    """Riskless changes that repair it; may be empty."""
     figures: Mapping[str, float] = field(default_factory=dict)
-    """What was measured, by name with its unit."""
+    """Measured values, by name with unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,30 +46,27 @@ class CheckResult:
 
     name: str
     title: str
-    """`name`, `title`: Of the check: for programs, and for people."""
+    """`name`, `title`: of the check, for programs and for people."""
     light: Light
     code: str
     what: str
     remedy: str
     fixable: bool
-    """``ocmm station doctor --fix`` can put it right."""
+    """``ocmm station doctor --fix`` can repair it."""
     figures: Mapping[str, float]
 
 
 @dataclass(frozen=True, slots=True)
 class DoctorReport:
-    """All lines, as they are written with ``--json``."""
+    """All lines, as written with ``--json``."""
 
     schema: str
-    """`SCHEMA`."""
     utc: str
-    """When it was asked, ISO 8601 text."""
+    """Time of the check, ISO 8601 text."""
     software: str
-    """Version of OCMM."""
     light: Light
-    """The worst of all; NOT CHECKED counts as AMBER, because nobody knows."""
+    """The worst of all; NOT CHECKED counts as AMBER."""
     results: tuple[CheckResult, ...]
-    """In the order of the registry."""
 
     def having(self, light: Light) -> tuple[CheckResult, ...]:
         """Return the lines with a light."""
@@ -78,19 +74,19 @@ class DoctorReport:
 
 
 def green(what: str, /, **figures: float) -> Answer:
-    """Return that something is as it should be."""
+    """Return a GREEN answer."""
     return Answer(Light.GREEN, what, figures=figures)
 
 
 def amber(
     code: str, what: str, remedy: str, changes: tuple[SystemChange, ...] = (), /, **figures: float
 ) -> Answer:
-    """Return that the station measures, but not as well as it could."""
+    """Return an AMBER answer: usable with limitations."""
     return Answer(Light.AMBER, what, code, remedy, changes, figures)
 
 
 def red(code: str, what: str, remedy: str, /, **figures: float) -> Answer:
-    """Return that the station cannot measure, or what it measures is not safe."""
+    """Return a RED answer: not usable or not safe."""
     return Answer(Light.RED, what, code, remedy, (), figures)
 
 

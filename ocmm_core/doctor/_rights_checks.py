@@ -1,4 +1,4 @@
-"""Who works here, what the bus process may do, and whether its memory stays in place."""
+"""Checks of the user's group, and of rights and memory locking of the bus process."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _MOST_PARENTS = 16
 _CAP_SYS_RESOURCE = 24
 """capabilities(7)."""
 _PROGRAMS = ("ocmm-acq-python", "ocmm-acq")
-"""What can carry the rights: the copy of the interpreter that `grant-rights.sh` makes, and the
+"""Programs that can carry the rights: the interpreter copy made by `grant-rights.sh`, and the
 program of an installed package."""
 
 
 def group(computer: Computer) -> Answer:
-    """Return whether whoever works here is in the group that may use the cameras."""
+    """Return whether the user is in the group that may use the cameras."""
     if computer.uid == 0:
         return green("root needs no group.")
     lines = [line.split(":") for line in computer.text("/etc/group").splitlines()]
@@ -88,7 +88,7 @@ def rights(computer: Computer) -> Answer:
 
 
 def memory(computer: Computer) -> Answer:
-    """Return whether the bus process can lock its memory: a page from the disk costs cycles."""
+    """Return whether the bus process can lock its memory: a page fault costs cycles."""
     service = unit(computer, SERVICE)
     if service is not None and unit(computer, _SOCKET_UNIT) is not None:
         if setting(service, "LimitMEMLOCK") == "infinity":
@@ -126,9 +126,9 @@ def memory(computer: Computer) -> Answer:
 
 
 def _process(computer: Computer) -> str:
-    """Return the folder of a process of who works here: with sudo the one that typed it.
+    """Return the folder of a process of the user: with sudo, its caller.
 
-    Groups and limits of what sudo starts are those of root.
+    Children of sudo have root's groups and limits.
     """
     process = "/proc/self"
     for _ in range(_MOST_PARENTS):
@@ -165,7 +165,7 @@ def _groups_of_process(computer: Computer) -> tuple[str, ...]:
 
 
 def _program(computer: Computer) -> Path | None:
-    """Return the program of the bus process that has the rights; None where none has."""
+    """Return the bus process program that has the rights, or None."""
     for name in _PROGRAMS:
         candidate = computer.program.with_name(name)
         place = computer.place(candidate)

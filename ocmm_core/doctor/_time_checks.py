@@ -1,4 +1,4 @@
-"""The clock that certificates expire by, and the time zone that people read it in."""
+"""Checks of clock and time zone."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from ocmm_core.doctor._result import Answer, amber, green, red
 from ocmm_core.seals import KnownEnd
 
 SET_BACK = timedelta(seconds=60)
-"""As the records have it: a clock further back than this is not believed."""
+"""As in the records: a clock set back further is not trusted."""
 _OFF_S = 60
-"""Between the clock of the system and the one on the board, which runs while it is off; a drift of
-20 ppm is 12 s a week."""
+"""Difference to the hardware clock, which runs while the system is off; a drift of 20 ppm is 12 s a
+week."""
 _RTC = "/sys/class/rtc/rtc0/since_epoch"
 _MOST_MEMORIES = 1000
 
 
 def clock(computer: Computer) -> Answer:
-    """Return whether the clock is right, as far as this computer can know."""
+    """Return whether the clock is right, as far as can be determined."""
     now = computer.calls.now()
     seen = _last_seen(computer)
     if seen is not None and now < seen - SET_BACK:
@@ -51,7 +51,7 @@ def clock(computer: Computer) -> Answer:
 
 
 def time_zone(computer: Computer) -> Answer:
-    """Return whether times are shown in the time of a place."""
+    """Return whether times are shown in a local time zone."""
     variable = computer.environment.get("TZ", "").lstrip(":")
     if variable:
         return green(f"{variable} (variable TZ).")
@@ -68,14 +68,14 @@ def time_zone(computer: Computer) -> Answer:
 
 
 def _last_seen(computer: Computer) -> datetime | None:
-    """Return the latest moment that the memory of the seals holds; None where there is none."""
+    """Return the latest time in the seals' memory, or None."""
     folder = computer.state / "histories"
     if not computer.has(folder):
         return None
     latest = None
     names = [one for one in computer.names(folder) if one.endswith(".json")]
     for name in names[:_MOST_MEMORIES]:
-        # One that is damaged is not believed by the seals either; the others still are.
+        # The seals also ignore damaged ones and trust the others.
         try:
             seen = msgspec.json.decode(computer.text(folder / name), type=KnownEnd)
             when = datetime.fromisoformat(seen.utc) if seen.utc else None
@@ -88,10 +88,10 @@ def _last_seen(computer: Computer) -> datetime | None:
 
 
 def _off_board_s(computer: Computer, now: datetime) -> float | None:
-    """Return how far the clock is ahead of that on the board, s; None where nobody can say."""
+    """Return the lead over the hardware clock, s; None if unknown."""
     if not computer.has(_RTC):
         return None
-    # A board that holds local time is as far off as its time zone.
+    # A hardware clock in local time differs by the time zone.
     if computer.has("/etc/adjtime") and "LOCAL" in computer.text("/etc/adjtime"):
         return None
     return now.timestamp() - computer.number(_RTC)

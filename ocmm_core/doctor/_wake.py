@@ -1,10 +1,10 @@
-"""How late this computer wakes up for a cycle, measured as the bus process runs.
+"""Wake-up latency of cycles, measured under bus process conditions.
 
     python -m ocmm_core.doctor._wake SECONDS PROCESSOR
 
-A process of its own, with the interpreter, the priority, the processor and the locked memory of the
-bus process as far as it gets them, waits for a deadline every millisecond. It ends with the largest
-lateness, not with a mean: one cycle that is late is one that is lost.
+A process with the interpreter, priority, processor and locked memory of the bus process, as far as
+permitted, waits for a deadline every millisecond. It reports the maximum, not the mean: a late
+cycle is a lost cycle.
 """
 
 from __future__ import annotations
@@ -36,40 +36,37 @@ from ocmm_core.fieldbus.wire import HostTime
 
 PERIOD_NS = 1_000_000
 GOOD_MISSED, BAD_MISSED = 0.0005, 0.02
-"""Parts of the cycles that come a whole cycle late. A virtual machine without PREEMPT_RT under load
-can have 0.05 %; 0.35 to 1.9 % were found on such ones that nobody had set up."""
+"""Fractions of cycles a whole cycle late. A virtual machine without PREEMPT_RT under load can have
+0.05 %; untuned ones had 0.35 to 1.9 %."""
 ENOUGH_CYCLES = 10_000
 """In fewer the share of 0.05 % is less than five."""
 GOOD_P999_US = 500.0
 WATCHDOG_US = 100_000.0
-"""A camera that hears nothing for so long leaves operation (register 0x0420, as it comes)."""
+"""Camera watchdog time (register 0x0420, default)."""
 _START_S = 60.0
 _LONGEST_S = 3600.0
-"""Who may start this may have the rights by it: not for longer than anybody measures."""
+"""Limit, because the program may carry rights."""
 _MODULE = "ocmm_core.doctor._wake"
 
 T = TypeVar("T", bound=msgspec.Struct)
 
 
 class WakeTimes(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What was found."""
-
     cycles: int
     missed: int
-    """`cycles`, `missed`: How many there were, and how many came a whole cycle late."""
+    """`cycles`, `missed`: number of cycles, and of those a whole cycle late."""
     p50_us: float
     p99_us: float
     p999_us: float
     max_us: float
-    """`p50_us`, `p99_us`, `p999_us`, `max_us`: Lateness, us."""
+    """`p50_us`, `p99_us`, `p999_us`, `max_us`: lateness, us."""
     real_time: bool
-    """It had a real-time priority."""
     core: int
-    """The processor it ran on; -1 where it had none for itself."""
+    """Processor used; -1 if none was reserved."""
 
 
 def wake_check(seconds: float) -> CheckSpec:
-    """Return the check that measures for so long."""
+    """Return the check that measures for `seconds`."""
     return CheckSpec(
         "wake",
         "Wake-up jitter",
@@ -79,7 +76,7 @@ def wake_check(seconds: float) -> CheckSpec:
 
 
 def judge_wakes(times: WakeTimes) -> Answer:
-    """Return what wake-up times mean for the bus."""
+    """Judge wake-up times for the bus."""
     share = times.missed / times.cycles
     how = "" if times.real_time else ", without real-time priority"
     what = (
@@ -109,15 +106,9 @@ def judge_wakes(times: WakeTimes) -> Answer:
 
 
 def measure_wakes(seconds: float, core: int) -> WakeTimes:
-    """Return how late this process wakes up; it takes priority and processor and keeps them.
-
-    Parameters
-    ----------
-    core
-        Processor to run on; -1 leaves it to the system.
-    """
-    # As the bus process does, in its order: what root may lock beyond its limit would otherwise
-    # leave no memory to who gave up that right.
+    """Return this process's wake-up times; keeps priority and processor (-1: any)."""
+    # In the order of the bus process: memory locked as root beyond the limit would leave none after
+    # dropping the right.
     allow_locked_memory()
     give_up_all_but(NEEDED)
     real_time = take_priority(BUS_PRIORITY) is None
@@ -135,7 +126,7 @@ def measure_wakes(seconds: float, core: int) -> WakeTimes:
         late[cycle] = clock.wait_until(deadline)
         deadline += PERIOD_NS
         if late[cycle] > PERIOD_NS:
-            # The cycles that were missed are gone; the next one is waited for.
+            # Missed cycles are over; wait for the next.
             deadline += late[cycle] // PERIOD_NS * PERIOD_NS
     gc.enable()
     found = sorted(late)
@@ -147,25 +138,19 @@ def measure_wakes(seconds: float, core: int) -> WakeTimes:
 
 
 def too_short(code: str, what: str, /, **figures: float) -> Answer:
-    """Return that nothing was found, in a time in which little could be."""
+    """Return that no fault was found, but in too short a time."""
     return amber(
         code, f"{what[:-1]}; too few to be sure.", "Measure for a minute: --seconds 60", **figures
     )
 
 
 def part(ordered: Sequence[int], share: float) -> float:
-    """Return below what a share of ordered times, ns, lies: us."""
+    """Return the quantile of ordered times, ns, in us."""
     return round(ordered[min(int(share * len(ordered)), len(ordered) - 1)] / 1e3, 1)
 
 
 def answer_of(command: Sequence[str], seconds: float, kind: type[T]) -> T:
-    """Return what a process prints that measures for so long.
-
-    Raises
-    ------
-    NotAskedError
-        It ends with a complaint, or not at all.
-    """
+    """Return the JSON result of a measuring process; NotAskedError if it fails."""
     try:
         done = subprocess.run(  # noqa: S603 - our own interpreter and modules, no shell
             list(command), stdin=subprocess.DEVNULL, capture_output=True,
@@ -194,20 +179,20 @@ def _measured(computer: Computer, seconds: float) -> WakeTimes:
 
 
 def wake_command(bus: Sequence[str], seconds: float, core: int) -> list[str]:
-    """Return what measures with the rights of the bus process, from the command that starts that.
+    """Return the measuring command with the rights of the bus process, from its command.
 
-    In a package this is one program that knows no modules, but this measurement by its name.
+    A packaged program has no modules; it is called with the option of this measurement.
     """
     program, asked = bus[0], [str(seconds), str(core)]
     if len(bus) == 1:
         return [program, "--wake", *asked]
-    # What has rights takes no code from the present folder or the environment.
+    # A program with rights loads no code from the current folder or environment.
     alone = ["-I"] if program != sys.executable else []
     return [program, *alone, "-m", _MODULE, *asked]
 
 
 def main() -> None:
-    """Measure, and print it as JSON."""
+    """Measure, and print JSON."""
     times = measure_wakes(min(float(sys.argv[1]), _LONGEST_S), int(sys.argv[2]))
     sys.stdout.write(msgspec.json.encode(times).decode())
 

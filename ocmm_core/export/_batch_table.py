@@ -21,9 +21,11 @@ BATCH_COLUMNS = (
 def batch_table(comparison: Comparison) -> bytes:
     """Return a CSV file (comma, decimal point, UTF-8 with its mark) of a comparison.
 
+    StorageError if a job is no longer on the disk under its name.
     Numbers have all their digits; a value that is not counted is empty, and so is an index that
     there is none of. Text that a spreadsheet would compute begins with a quote.
     """
+    comparison.require_names()
     stream = io.StringIO(newline="")
     writer = csv.writer(stream, lineterminator="\r\n")
     writer.writerow(BATCH_COLUMNS)

@@ -131,6 +131,9 @@ def write_report(
     sealed = {**contents, folder / seal_name: seal}
 
     def check(read: Mapping[Path, bytes]) -> None:
+        for one in reported:
+            if one.identity is not None:
+                one.identity.require_name()
         files = {path.name: content for path, content in read.items()}
         if files[seal_name] != seal:
             raise _differs("its seal", [f"{seal_name}: it is not what was to be written."])

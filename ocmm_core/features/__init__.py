@@ -1,13 +1,12 @@
 """Shapes, their fits, and features as nominal and as measured.
 
-What is named in `__all__` is the face for other programs (docs/python.md). The rooms behind it are
-for the product.
-In: points (mm), or ball centres with their joint covariance. Out: elements with their Jacobian.
+`__all__` is the public API (docs/python.md); the subpackages are internal. In: points (mm), or ball
+centres with their joint covariance. Out: elements with their Jacobian.
 
-Read `shapes` (words and nominals), `search` (what every fit shares), `elements` (least squares,
+Read `shapes` (terms and nominals), `search` (common part of the fits), `elements` (least squares,
 one file a shape), `zones` (minimum zones and bounding elements), `measured` (features from points,
-with the ball taken off, and constructions). None imports a later one.
-It must not know tolerances, plans or where a point came from.
+compensated for the ball, and constructions). Each imports only earlier ones. The package is
+independent of tolerances, plans and the origin of points.
 """
 
 from __future__ import annotations

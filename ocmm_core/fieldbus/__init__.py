@@ -1,12 +1,12 @@
-"""The EtherCAT bus: the device model of the camera, and the master that runs the cameras.
+"""EtherCAT: the device model of the camera and the master that runs the cameras.
 
-In: cycles on a network interface. Out: process data of every camera that are proven fresh.
+In: cycles on a network interface. Out: process data of every camera, discarded unless proven
+current.
 
-Rooms, from the first to the last: `device` (what the camera is: objects, identity, ESI file) and
-`report` (alarms and the report of the bus), `wire` (frames, sockets, the fence around pysoem),
-`objects` (mailboxes and transfers beside the cycle), `cycle` (bring-up, clock, health,
-supervisor).
-It must not know frames of exposures or processes: that is `acquisition`.
+Packages from first to last: `device` (objects, identity, ESI file), `report` (alarms and bus
+report), `wire` (frames, sockets, pysoem), `objects` (mailboxes and acyclic transfers), `cycle`
+(bring-up, clock, health, supervisor).
+It must not import exposure frames or processes: those belong to `acquisition`.
 """
 
 __all__: list[str] = []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import ClassVar
 
@@ -61,6 +62,18 @@ class Host(ABC):
     @abstractmethod
     def is_at(self, descriptor: int, path: Path) -> bool:
         """Return whether a path still means what was opened by `open_as_it_is` or made there."""
+
+    @abstractmethod
+    def sharing_byte(self, descriptor: int, at: int) -> AbstractContextManager[None]:
+        """Return what keeps a shared lock on a byte, which libraries of this process respect.
+
+        Nothing if the system or the file system has no locks of descriptors.
+
+        Raises
+        ------
+        BlockingIOError
+            Another program has it alone.
+        """
 
     @abstractmethod
     def hold_name(self, path: Path) -> int:

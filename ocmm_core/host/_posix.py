@@ -12,7 +12,9 @@ import resource
 import select
 import signal
 import stat
+import struct
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import ClassVar
 
@@ -77,6 +79,24 @@ class PosixHost(Host):
             return os.path.samestat(os.fstat(descriptor), path.lstat())
         except FileNotFoundError:
             return False
+
+    @contextlib.contextmanager
+    def sharing_byte(self, descriptor: int, at: int) -> Iterator[None]:
+        # struct flock of Linux: type, from the start, offset, length, no process.
+        flock = struct.Struct("hhqqi4x")
+        command = getattr(fcntl, "F_OFD_SETLK", None) if sys.platform == "linux" else None
+        if command is not None:
+            try:
+                fcntl.fcntl(descriptor, command, flock.pack(fcntl.F_RDLCK, os.SEEK_SET, at, 1, 0))
+            except BlockingIOError:
+                raise
+            except OSError:
+                command = None
+        try:
+            yield
+        finally:
+            if command is not None:
+                fcntl.fcntl(descriptor, command, flock.pack(fcntl.F_UNLCK, os.SEEK_SET, at, 1, 0))
 
     def hold_name(self, path: Path) -> int:
         # Closing an ordinary descriptor would release the locks of SQLite on the same file.

@@ -6,9 +6,11 @@ one alone; what is being written is held by nobody while it gets its name.
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 import time
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -76,6 +78,10 @@ class WindowsHost(Host):
             return os.path.samestat(os.fstat(descriptor), there.lstat())
         except FileNotFoundError:
             return False
+
+    def sharing_byte(self, descriptor: int, at: int) -> AbstractContextManager[None]:
+        del descriptor, at
+        return contextlib.nullcontext()
 
     def hold_name(self, path: Path) -> int:
         # A file that is open can be neither renamed nor removed.

@@ -1,15 +1,13 @@
-"""Tips to measured points, or the reason why there is none.
+"""Tips to measured points, or a refusal with its reason.
 
-In: tracked frames, triggers, temperatures, and the covariance of rig and probe.
-Out: a point with probe side and compensation, or a refusal; the joint uncertainty of all points as
-factors.
+In: tracked frames, triggers, temperatures, and the covariance of rig and probe. Out: a point with
+probe side and compensation, or a refusal; the joint uncertainty of all points as factors.
 
-Read `_trigger` (when a point is asked for), `_stable_point` (from a window of frames to one ball
-centre), `_point` (what is kept of it), `_compensation` (from which side the ball touched),
-`_temperature`, then `_uncertainty` and `_contributions` (what each error does to all points) with
-`_factors`, `_pattern_field` and `_rows` (how it is kept). `_probe_report`,
-`_probe_budget` and `_probe_maps` say it before anything is measured.
-It must not know features or plans: a point does not know what it is for.
+Read `_trigger` (detection of a point), `_stable_point` (from a window of frames to one ball
+centre), `_point` (its record), `_compensation` (the touched side), `_temperature`, then
+`_uncertainty` and `_contributions` (effect of each error on all points) with `_factors`,
+`_pattern_field` and `_rows` (its storage). `_probe_report`, `_probe_budget` and `_probe_maps`
+predict it before measuring. The package is independent of features and plans.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""From which side the ball touched: four ways to know it, and none to guess it.
+"""The touched side of the material: four methods.
 
-The direction of a point leads from the material to the probe. For surfaces it only says on which
-side the material is, and the feature is compensated as a whole (`features.actual`); for single
-points and lines it is the direction in which the radius of the ball is taken off.
+The direction of a point leads from the material to the probe. For surfaces it only tells the side
+of the material, and the feature is compensated as a whole (`features.actual`); for single points
+and lines the radius of the ball is subtracted along it.
 """
 
 from __future__ import annotations
@@ -17,21 +17,22 @@ from ocmm_core.measuring._trigger import Touch, approach_direction
 from ocmm_core.tracking import ProbeBody
 
 METHODS = ("approach", "pulled", "shank", "nominal")
-"""How the direction is found: by the way the ball came, by the way it was pulled off, by the axis
-of the probe, or by the normal of the nominal surface."""
+"""By the approach of the ball, by its retraction, by the axis of the probe, or by the normal of the
+nominal surface.
+"""
 
 WORDS = {"approach": "trail", "pulled": "pulled", "shank": "shank", "nominal": "nominal"}
-"""What a measured point says about it (`MeasuredPoint.approach`)."""
+"""Values of `MeasuredPoint.approach`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Side:
-    """Where the probe stood."""
+    """Side of the probe at a touch."""
 
     direction: Float
     """(3,), unit, world: from the material towards the probe."""
     word: str
-    """How it was found, one of `WORDS`."""
+    """Method, one of `WORDS`."""
 
 
 def side_of(
@@ -44,7 +45,10 @@ def side_of(
     nominal_normal: Float | None,
     time_s: float,
 ) -> Side | Refusal:
-    """Return the direction of a point, or why it is not known.
+    """Return the direction of a point, or the reason why it is unknown.
+
+    A ball that approached from behind the nominal surface, or against the axis of the probe, is
+    refused.
 
     Parameters
     ----------
@@ -53,15 +57,9 @@ def side_of(
     tip_world, rotation_world_from_probe
         (3,), mm, and (3, 3): ball and probe at rest.
     approach_mm
-        Straight way of the ball that is needed, mm.
+        Required straight path of the ball, mm.
     nominal_normal
-        (3,), unit, world, at this place; None while it is not known.
-
-    Returns
-    -------
-    Side or Refusal
-        The way that the ball came contradicts no other method: a ball that came from behind the
-        nominal surface, or against the axis of the probe, is refused.
+        (3,), unit, world, at this place; None if unknown.
     """
     came = approach_direction(touch.trail_world, tip_world, approach_mm)
     match method:

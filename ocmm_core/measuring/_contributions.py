@@ -1,21 +1,14 @@
-"""The named parts of the joint covariance of measured points: what each error does to all of them.
+"""The parts of the joint covariance of measured points, by error source.
 
-Each part is kept in the form in which it arises, so that the variance that it gives a result costs
-little and its matrix is never made:
+Each part keeps its natural form, so that its variance of a result is cheap and its matrix is never
+formed: quantities common to all points (cameras, probe geometry, ...) with the derivatives of the
+points; the scatter of each point's window; the field of the sensors' patterns, shared by near
+points. Their sum is `measuring.joint_factors`.
 
-- quantities common to all points (cameras, probe geometry, ...), with how each point answers;
-- what each point has alone (the scatter of its window);
-- the field of the sensors' patterns, which near points share.
-
-Their sum is `measuring.joint_factors`.
-
-What the hand's force on the ball adds to the uncertainty of points.
-
-The surface presses the ball towards the probe, along the compensation direction. LEDs and ball
-move as the design of the probe says (`calibration.probe_shape.ContactForce`), and the tip is
-computed wrong by what is left after the pose has followed the LEDs. Every force from zero to the
-largest is as likely: its mean is common to all points of a job, for it is a habit of the hand, and
-its scatter is each point's own.
+The surface presses the ball towards the probe, along the compensation direction. LEDs and ball move
+according to the design of the probe (`calibration.ContactForce`); the tip error is the rest after
+the pose has followed the LEDs. The force is uniform from zero to the largest: its mean, a habit of
+the hand, is common to all points of a job, its scatter independent.
 """
 
 from __future__ import annotations
@@ -45,7 +38,7 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 def contact_movement(
     points: Sequence[MeasuredPoint], sensitivities: Sequence[TipSensitivity], contact: ContactForce
 ) -> Float:
-    """Return by how much each of N ball centres is computed wrong for one newton, (N, 3), mm/N."""
+    """Return the error of N ball centres for one newton, (N, 3), mm/N."""
     return np.stack(
         [
             item.by_geometry
@@ -57,16 +50,16 @@ def contact_movement(
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Where a part of the uncertainty comes from."""
+    """Source of a part of the uncertainty."""
 
     name: str
-    """What the budget calls it."""
+    """Name in the budget."""
     kind: Literal["A", "B"]
-    """``"A"``: evaluated from repeated observations of this job; ``"B"``: from anything else."""
+    """``"A"``: evaluated from repeated observations of this job; ``"B"``: otherwise."""
     distribution: Literal["normal", "uniform"]
-    """``"normal"`` or ``"uniform"``: of the quantity itself."""
+    """Of the quantity itself."""
     origin: str
-    """Where its standard uncertainty is written down."""
+    """Document with its standard uncertainty."""
 
 
 IMAGE_NOISE = Source("Image noise", "A", "normal", "scatter in the window of each point")
@@ -87,18 +80,17 @@ class Contribution:
     """One part of the joint covariance of N ball centres and the tip radius, mm^2."""
 
     source: Source
-    """What it is."""
     by: Float | None = None
-    """(3 N + 1, m): how all coordinates and the radius answer to m quantities; None without any."""
+    """(3 N + 1, m): derivatives of coordinates and radius by m quantities; None without any."""
     covariance: Float | None = None
     """(m, m) of those quantities."""
     own: Float | None = None
-    """(N, 3, 3): what each point has alone; None where nothing."""
+    """(N, 3, 3): independent part of each point; None if zero."""
     field: PatternField | None = None
-    """What near points share of the sensors' patterns; None where nothing."""
+    """Sensor pattern shared by near points; None if zero."""
 
     def of(self, gradients: Rows | Float) -> Float:
-        """Return what it gives to k values, (k, k): from rows, or gradients (k, 3 N + 1)."""
+        """Return its covariance (k, k) of k values: from rows, or gradients (k, 3 N + 1)."""
         rows = gradients if isinstance(gradients, Rows) else Rows.of_dense(gradients)
         total = np.zeros((len(rows), len(rows)))
         if self.by is not None and self.covariance is not None:
@@ -115,7 +107,7 @@ class Contribution:
 
 @dataclass(frozen=True, slots=True)
 class ProbeState:
-    """What the probe document in use has been widened by, so that a budget can tell it apart."""
+    """Inputs that widened the probe document in use, to separate them in a budget."""
 
     design: ProbeDesign
     temperature_state: TemperatureState
@@ -123,12 +115,13 @@ class ProbeState:
 
 @dataclass(frozen=True, slots=True)
 class FrameDoubt:
-    """How well the place of a frame is known that this job has not measured."""
+    """Uncertainty of a frame not measured in this job."""
 
     T_frame_from_world: RigidTransform
     covariance: Float
-    """(6, 6): of a small turn, rad, about the axes of the frame through its origin, and a shift,
-    mm, along them."""
+    """(6, 6): small rotation, rad, about the frame axes through its origin, and shift, mm, along
+    them.
+    """
 
 
 def contributions(
@@ -146,18 +139,18 @@ def contributions(
     Parameters
     ----------
     points
-        N points, in any order; at least one, or nothing but the radius is uncertain.
+        N points, in any order; without points only the radius is uncertain.
     sensitivities
         `tip_sensitivity` of the spots of each point.
     contact
-        What the hand's force does; None where the design of the probe is not known.
+        Effect of the hand's force; None without a probe design.
     part
-        How warm the part is; None where it is not compensated.
+        None if not compensated.
     probe
-        Tells warmth and weight of the probe from its calibration; without it they are named
-        together. The sum is the same.
+        Separates temperature and weight of the probe from its calibration; without it they are one
+        part, with the same sum.
     frame
-        Of a saved frame that results are stated in; None where the job measures its own.
+        Uncertainty of a saved frame; None if the job measures the frame.
     """
     count = len(points)
     radius = np.zeros((3 * count + 1, 1))
@@ -181,10 +174,10 @@ def contributions(
 
 
 def rigid_movement(points: Sequence[MeasuredPoint], frame: FrameDoubt) -> Float:
-    """Return how all points move with a turn and a shift of the frame, (3 N + 1, 6).
+    """Return the derivative of all points by rotation and shift of the frame, (3 N + 1, 6).
 
-    A frame that lies a little otherwise and points that all do show the same part in it: so its
-    error is one of the points, of which everything that does not refer to the frame is free.
+    A small motion of the frame is equivalent to one of all points, which cancels in whatever does
+    not refer to the frame.
     """
     T = frame.T_frame_from_world
     back = T.rotation.T
@@ -201,7 +194,7 @@ def systematic_contributions(
     body: ProbeBody,
     probe: ProbeState | None = None,
 ) -> list[Contribution]:
-    """Return the parts that averaging over frames does not remove, tip radius left out."""
+    """Return the parts that averaging over frames does not remove, without tip radius."""
     by_cameras = _with_radius(np.vstack([item.by_cameras for item in sensitivities]))
     by_geometry = _with_radius(np.vstack([item.by_geometry for item in sensitivities]))
     by_common = _with_radius(np.vstack([item.by_common for item in sensitivities]))
@@ -219,7 +212,7 @@ def systematic_contributions(
 
 
 def _of_probe(body: ProbeBody, probe: ProbeState | None) -> list[tuple[Source, Float]]:
-    """Return the covariance of the probe's geometry, told apart by what it comes from."""
+    """Return the covariance of the probe's geometry, by source."""
     if probe is None:
         return [(PROBE, body.geometry_covariance)]
     bare = replace(body, geometry_covariance=np.zeros_like(body.geometry_covariance))
@@ -236,5 +229,4 @@ def _of_probe(body: ProbeBody, probe: ProbeState | None) -> list[tuple[Source, F
 
 
 def _with_radius(by: Float) -> Float:
-    """Return how coordinates answer, with a row of zeros for the radius."""
     return np.vstack([by, np.zeros((1, by.shape[1]))])

@@ -1,15 +1,14 @@
-"""The joint covariance of measured points as factors: what is shared, and what each has alone.
+"""The joint covariance of measured points as factors: shared and independent parts.
 
-The covariance C of N ball centres and the tip radius is never formed. It is
+The covariance of N ball centres and the tip radius is never formed. It is
 
     C = S S' + own + pattern
 
-where S (3 N + 1, m) says how all coordinates answer to m independent standard normal quantities
-(cameras, probe, tip radius, temperature, a frame), own is a block for each point, and the pattern
-of the sensors is a sparse sum of bumps (`_pattern_field`). A feature, a frame or a value with the
-gradients G (`Rows`) has the row G S, and its variances and covariances are sums of products of such
-rows.
-Time and memory grow with the number of points, not with its square.
+where S (3 N + 1, m) holds the derivatives of all coordinates by m independent standard normal
+quantities (cameras, probe, tip radius, temperature, a frame), own has a block for each point, and
+the pattern of the sensors is a sparse sum of bumps (`_pattern_field`). Gradients G (`Rows`) of a
+feature, frame or value give the row G S; variances and covariances are sums of products of such
+rows. Time and memory are linear in the number of points.
 """
 
 from __future__ import annotations
@@ -25,32 +24,28 @@ from ocmm_core.measuring._pattern_field import PatternField, joined_fields
 from ocmm_core.measuring._rows import Rows
 
 _DRAWN_TOGETHER = 601
-"""Numbers of a set: 200 points and the tip radius. Their root is 3 MB and takes 0.1 s."""
+"""Size of a set: 200 points and the tip radius. The root takes 3 MB and 0.1 s."""
 
 
 @dataclass(frozen=True, slots=True)
 class PointFactors:
-    """Uncertainty of N ball centres, x1 y1 z1 x2 ... in mm, and, as last, of the tip radius."""
+    """Uncertainty of N ball centres, x1 y1 z1 x2 ... in mm, and, last, the tip radius."""
 
     shared: Float
-    """(3 N + 1, m), mm: how all answer to m independent quantities, one standard deviation each."""
+    """(3 N + 1, m), mm: derivatives by m independent quantities in standard deviations."""
     own: Float
-    """(N, 3, 3), mm^2: what each point has alone."""
+    """(N, 3, 3), mm^2: independent part of each point."""
     pattern: PatternField | None = None
-    """What near points share; None where nothing."""
+    """Sensor pattern shared by near points; None if zero."""
     places: Int | None = None
-    """(N,) int64, ascending: what rows call the points; None where that is 0 to N - 1."""
+    """(N,) int64, ascending: point numbers in rows; None for 0 to N - 1."""
 
     @property
     def count(self) -> int:
-        """Return the number of points N."""
         return len(self.own)
 
     def kept(self, places: Sequence[int] | Int) -> PointFactors:
-        """Return the factors of some of the points, in the order of ``places``.
-
-        Their places are 0 to n - 1 then.
-        """
+        """Return the factors of the points ``places``, renumbered from 0 in that order."""
         chosen = np.asarray(places, dtype=np.int64)
         if self.places is not None:
             chosen = np.searchsorted(self.places, chosen)
@@ -61,7 +56,7 @@ class PointFactors:
         return PointFactors(self.shared[columns], self.own[chosen], pattern)
 
     def with_own(self, added: Float) -> PointFactors:
-        """Return them with ``added`` (N, 3, 3), mm^2, to what each point has alone."""
+        """Return the factors with ``added`` (N, 3, 3), mm^2, in the independent parts."""
         return replace(self, own=self.own + added)
 
     def of(self, gradients: Rows | Float) -> Float:
@@ -76,7 +71,7 @@ class PointFactors:
         return total
 
     def moved(self, gradients: Rows) -> Rows:
-        """Return the covariances of k values with the coordinates that their rows hold."""
+        """Return the covariances of k values with the coordinates in their rows."""
         inner = self._under(gradients)
         answers = _answers(gradients, inner.shared)
         together = answers @ inner.shared.T
@@ -87,12 +82,12 @@ class PointFactors:
         return Rows(gradients.places, places, together[:, -1])
 
     def blocks(self, places: Int) -> tuple[Float, Float, float]:
-        """Return what of the covariance belongs to single points.
+        """Return the blocks of single points.
 
         Returns
         -------
-        (n, 3, 3) of each point by itself, (n, 3) of each with the tip radius, and the variance of
-        that radius, mm^2.
+        (n, 3, 3) of each point, (n, 3) of each with the tip radius, and the variance of that
+        radius, mm^2.
         """
         inner = self.kept(places)
         by_points, radius = inner.shared[:-1].reshape(len(places), 3, -1), inner.shared[-1]
@@ -102,10 +97,10 @@ class PointFactors:
         return blocks, by_points @ radius, float(radius @ radius)
 
     def draws(self) -> Callable[[np.random.Generator, int], Float]:
-        """Return what draws m sets of deviations (m, 3 N + 1), mm, from a generator.
+        """Return a function that draws m sets of deviations (m, 3 N + 1), mm.
 
-        Few points are drawn from the root of their covariance: 3 N + 1 numbers a set, where the
-        sum of bumps takes some thousand. For many points that root would be the larger one.
+        Few points are drawn from the root of their covariance: 3 N + 1 numbers a set, where the sum
+        of bumps takes some thousand. For many points that root would be larger.
         """
         numbers = 3 * self.count + 1
         if numbers <= _DRAWN_TOGETHER:
@@ -128,13 +123,13 @@ class PointFactors:
         return drawn
 
     def _under(self, rows: Rows) -> PointFactors:
-        """Return the factors of the points that rows hold."""
+        """Return the factors of the points in ``rows``."""
         known = np.arange(self.count) if self.places is None else self.places
         return self if np.array_equal(rows.places, known) else self.kept(rows.places)
 
 
 def _answers(rows: Rows, shared: Float) -> Float:
-    """Return how k values answer to what all points share, (k, m), from that of their points."""
+    """Return the derivatives of k values by the shared quantities, (k, m)."""
     answers: Float = rows.by_points.reshape(len(rows), -1) @ shared[:-1]
     answers += rows.by_radius[:, None] * shared[-1]
     return answers
@@ -143,14 +138,14 @@ def _answers(rows: Rows, shared: Float) -> Float:
 def factors_of(
     parts: Sequence[Contribution], count: int, root: Callable[[Float], Float] | None = None
 ) -> PointFactors:
-    """Return the factors of ``count`` points that the parts make together.
+    """Return the factors of ``count`` points from all parts.
 
-    ``root`` stands for `root_of`, of which somebody keeps the results.
+    ``root`` replaces `root_of`, for callers that cache the results.
     """
     root = root or root_of
     own = np.zeros((count, 3, 3))
     pattern = None
-    # Parts that the points answer to alike are one: told apart, one may be below zero by rounding.
+    # Parts with equal derivatives are merged: separately, rounding may make one negative.
     alike: dict[int, tuple[Float, Float]] = {}
     for part in parts:
         if part.own is not None:
@@ -165,9 +160,9 @@ def factors_of(
 
 
 def joined_factors(parts: Sequence[PointFactors]) -> PointFactors:
-    """Return the factors of all points of several, which share the same quantities.
+    """Return the joined factors of disjoint points that share the same quantities.
 
-    Each of ``parts``, at least one, has its ``places``, and none of them twice.
+    Each of ``parts``, at least one, has its ``places``.
     """
     if len(parts) == 1:
         return parts[0]
@@ -185,16 +180,16 @@ def joined_factors(parts: Sequence[PointFactors]) -> PointFactors:
 
 
 def factors_of_matrix(covariance: Float) -> PointFactors:
-    """Return the factors of a covariance (3 N + 1, 3 N + 1), mm^2, that is known as a whole."""
+    """Return the factors of a dense covariance (3 N + 1, 3 N + 1), mm^2."""
     count = (len(covariance) - 1) // 3
     return PointFactors(root_of(covariance), np.zeros((count, 3, 3)))
 
 
 def root_of(covariance: Float) -> Float:
-    """Return R with R R' = ``covariance`` (m, m): its quantities from independent ones, (m, r).
+    """Return R (m, r) with R R' = ``covariance`` (m, m).
 
-    Quantities of different units are brought to the same size first. Of what is no covariance, as a
-    variance below zero, nothing is known: all is NaN, and whoever decides refuses it.
+    Quantities of different units are first scaled to the same size. An invalid covariance, such as
+    a negative variance, gives NaN throughout, to be refused by the caller.
     """
     if not np.all(np.isfinite(covariance)) or np.any(np.diagonal(covariance) < 0.0):
         return np.full_like(covariance, np.nan)

@@ -1,4 +1,4 @@
-"""Why frames have no tip, in words: which camera does not see which LED of which body."""
+"""Reasons for frames without tip: which camera misses which LED of which body."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ocmm_core.tracking import FrameStatus, ReferenceTrack, TrackBlock
 
 
 def explain(window: TrackBlock, rig: Rig, time_s: float) -> Refusal:
-    """Return the refusal for a window in which too few frames have a tip."""
+    """Return the refusal for a window with too few frames with a tip."""
     bad = window.status[window.status != FrameStatus.OK]
     worst = FrameStatus(int(np.bincount(bad).argmax()))
     if worst is FrameStatus.REFERENCE_LOST and window.reference is not None:
@@ -38,7 +38,7 @@ def explain(window: TrackBlock, rig: Rig, time_s: float) -> Refusal:
 
 
 def explain_reference(seen: ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
-    """Return the refusal for a window in which the reference body was of no use."""
+    """Return the refusal for a window in which the reference body failed."""
     body = seen.body
     bad = body.status[body.status != FrameStatus.OK]
     if not len(bad):
@@ -76,10 +76,10 @@ def explain_reference(seen: ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
 def _who_sees_nothing(
     window: TrackBlock, status: FrameStatus, rig: Rig, what: str, before: str, each: str
 ) -> str:
-    """Return the sentence that names the cameras and the LEDs that they do not see.
+    """Return the sentence that names the cameras and their hidden LEDs.
 
-    Only frames of ``status`` are asked: in the others, before the view was hidden, all may be seen.
-    ``before`` stands before all LED numbers, ``each`` before each of them.
+    Only frames of ``status`` count: in the others, before the view was hidden, all may be seen.
+    ``before`` precedes all LED numbers, ``each`` each of them.
     """
     hidden = np.mean(np.isfinite(window.uv[window.status == status, ..., 0]), axis=0) < 0.5
     if hidden.all():
@@ -90,5 +90,5 @@ def _who_sees_nothing(
             numbers = ", ".join(f"{each}{led + 1}" for led in np.flatnonzero(leds))
             absent = what if leds.all() else f"{before}{numbers}"
             parts.append(f"Camera {camera.name} does not see {absent}.")
-    # Whole sentences: what is joined from halves is known in no other language.
+    # Whole sentences: fragments joined at run time cannot be translated.
     return " ".join(parts) or "Too few targets are seen by two cameras."

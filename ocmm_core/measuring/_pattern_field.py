@@ -1,16 +1,16 @@
-"""The field of the sensors' patterns as features: near spots share them, far spots do not.
+"""The field of the sensors' patterns as features: shared by near spots only.
 
-The part of the spot error that stays at a place of the sensor is a Gaussian field: two spots of one
-camera that are d apart correlate by exp(-d^2 / (2 l^2)). A sum of bumps on a grid, each with an
-independent standard normal number, is such a field, because
+The position-dependent part of the spot error is a Gaussian field: two spots of one camera at
+distance d correlate by exp(-d^2 / (2 l^2)). A sum of bumps on a grid, each with an independent
+standard normal number, is such a field, because
 
     sum_g phi(x - g) phi(y - g) = exp(-|x - y|^2 / (2 l^2)) sum_g exp(-2 |(x + y) / 2 - g|^2 / l^2)
 
-with phi(x) = exp(-|x|^2 / l^2), and the last sum hardly depends on where the middle lies. By
-Poisson's summation it varies along each axis by 2 exp(-pi^2 l^2 / (2 h^2)) of its mean where h is
-the pitch of the grid: exp(-pi^2) for h = l / sqrt(2), 1.0e-4. Bumps further than `_REACH` pitches
-from a spot are left out, and the rest is scaled so that the variance of a spot is exact; what
-remains is an error of the correlation of two spots below `LARGEST_ERROR`.
+with phi(x) = exp(-|x|^2 / l^2), and the last sum hardly depends on the midpoint. By Poisson's
+summation it varies along each axis by 2 exp(-pi^2 l^2 / (2 h^2)) of its mean at a grid pitch h:
+exp(-pi^2) for h = l / sqrt(2), 1.0e-4. Bumps further than `_REACH` pitches from a spot are omitted,
+and the rest is scaled so that the variance of a spot is exact; the remaining error of the
+correlation of two spots is below `LARGEST_ERROR`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking import TipSensitivity
 
 LARGEST_ERROR = 5e-4
-"""Of the correlation of two spots, absolute: pitch and reach together."""
+"""Of the correlation of two spots, absolute, from pitch and reach."""
 
 _PITCH = 1.0 / np.sqrt(2.0)
 """Of the grid, in correlation lengths."""
@@ -37,27 +37,24 @@ _REACH = 4
 
 @dataclass(frozen=True, slots=True)
 class PatternField:
-    """How N points answer to the fields of all sensors; S is the greatest number of their spots."""
+    """Derivatives of N points by the fields of all sensors; at most S spots each."""
 
     camera: Int
     """(N, S) int64: of each spot."""
     place: Float
     """(N, S, 2): of each spot on its sensor, in pitches of the grid."""
     gain: Float
-    """(N, S, 2, 3), mm: how the point moves with the error of a spot along u and v, for one
-    standard deviation of the pattern; zero where the point has fewer spots."""
+    """(N, S, 2, 3), mm: derivative of the point by a spot error along u and v of one standard
+    deviation of the pattern; zero for missing spots.
+    """
 
     def kept(self, places: Int) -> PatternField:
-        """Return the field of some of the points."""
         return PatternField(self.camera[places], self.place[places], self.gain[places])
 
     def answers(self, gradients: Float) -> Float:
-        """Return how k values answer to the bumps that matter to them, (k, f).
+        """Return the derivatives of k values by the relevant bumps, (k, f).
 
-        Parameters
-        ----------
-        gradients
-            (k, N, 3): of the values by the points.
+        ``gradients`` (k, N, 3): of the values by the points.
         """
         by_spots = np.einsum("kni,nsai->kans", gradients, self.gain, optimize=True)
         count, bumps = len(gradients), self.bumps()
@@ -65,7 +62,7 @@ class PatternField:
         return found.reshape(count, -1)
 
     def moved(self, gradients: Float) -> Float:
-        """Return the covariances (k, N, 3) of all coordinates with values of such gradients."""
+        """Return the covariances (k, N, 3) of all coordinates with values of these gradients."""
         by_spots = np.einsum("kni,nsai->kans", gradients, self.gain, optimize=True)
         bumps = self.bumps()
         flat = by_spots.reshape(2 * len(gradients), -1)
@@ -74,30 +71,30 @@ class PatternField:
         return found
 
     def blocks(self) -> Float:
-        """Return the covariance (N, 3, 3), mm^2, of each point by itself."""
+        """Return the covariance (N, 3, 3), mm^2, of each point."""
         apart = np.sum((self.place[:, :, None] - self.place[:, None]) ** 2, axis=3)
-        # The correlation that the bumps make, exp(-d^2 / (2 l^2)), in pitches of the grid.
+        # Correlation of the bumps, exp(-d^2 / (2 l^2)), in pitches of the grid.
         alike = np.exp(-0.5 * _PITCH**2 * apart)
         alike *= self.camera[:, :, None] == self.camera[:, None]
         found: Float = np.einsum("nsai,nst,ntaj->nij", self.gain, alike, self.gain, optimize=True)
         return found
 
     def drawn(self, normal: Float, bumps: csr_array) -> Float:
-        """Return moves (m, N, 3), mm, for independent numbers (m, 2, f), one a bump and axis."""
+        """Return moves (m, N, 3), mm, for independent numbers (m, 2, f), one per bump and axis."""
         shape = (len(normal), 2, *self.camera.shape)
         at_spots = (bumps @ normal.reshape(-1, normal.shape[2]).T).T.reshape(shape)
         found: Float = np.einsum("mans,nsai->mni", at_spots, self.gain, optimize=True)
         return found
 
     def bumps(self) -> csr_array:
-        """Return the height of every bump at every spot, sparse (N S, f); bumps at none left out.
+        """Return the height of every bump at every spot, sparse (N S, f), without empty bumps.
 
-        The fields of the two axes are alike and independent of each other.
+        The fields of the two axes are independent and have the same heights.
         """
         first = np.floor(self.place).astype(np.int32) - np.int32(_REACH - 1)
         steps = np.arange(2 * _REACH, dtype=np.int32)
         away = self.place[..., None] - first[..., None] - steps
-        # The bump phi of the grid's own unit: l^2 = 1 / _PITCH^2.
+        # The bump phi in units of the grid: l^2 = 1 / _PITCH^2.
         heights = np.exp(-(_PITCH**2) * away**2)
         heights /= np.sqrt(np.sum(heights**2, axis=-1))[..., None]
         first -= first.min(axis=(0, 1))
@@ -117,9 +114,9 @@ class PatternField:
 
 
 def joined_fields(parts: Sequence[PatternField]) -> PatternField:
-    """Return the field of the points of several, one after the other; at least one."""
+    """Return the fields of several, concatenated; at least one."""
     most = max(part.camera.shape[1] for part in parts)
-    # A spot that is missing lies where the first one is, and has no gain.
+    # A missing spot takes the place of the first, with zero gain.
     chosen = [
         np.where(np.arange(most) < part.camera.shape[1], np.arange(most), 0) for part in parts
     ]
@@ -134,7 +131,7 @@ def joined_fields(parts: Sequence[PatternField]) -> PatternField:
 
 
 def pattern_field(sensitivities: Sequence[TipSensitivity], rig: Rig) -> PatternField:
-    """Return the field of at least one point; spots that were not seen have no gain."""
+    """Return the field of at least one point; missing spots have zero gain."""
     most = max(len(item.camera) for item in sensitivities)
     n, noise = len(sensitivities), rig.noise
     camera = np.zeros((n, most), dtype=np.int64)
@@ -143,7 +140,7 @@ def pattern_field(sensitivities: Sequence[TipSensitivity], rig: Rig) -> PatternF
         seen = len(item.camera)
         camera[index, :seen] = item.camera
         place[index, :seen] = item.uv
-        # A spot that is missing lies where another is: it takes no bumps of its own.
+        # A missing spot takes the place of another, so it adds no bumps.
         place[index, seen:], camera[index, seen:] = item.uv[0], item.camera[0]
         gain[index, :seen] = item.by_spots.transpose(1, 2, 0)
     return PatternField(camera, place / (_PITCH * noise.pattern_length_px), noise.pattern_px * gain)

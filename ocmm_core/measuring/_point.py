@@ -1,4 +1,4 @@
-"""A measured point: what is kept of one touch, and why a touch was refused."""
+"""A measured point: the record of one touch, and the reason of a refused one."""
 
 from __future__ import annotations
 
@@ -18,21 +18,22 @@ class MeasuredPoint:
     number: int
     """1, 2, 3 ... in the order of the job; never used twice."""
     feature: str
-    """Name of the plan feature that it belongs to."""
+    """Plan feature."""
     time_s: float
     """Bus time of the middle of the window, s."""
     first_frame: int
     last_frame: int
     n_frames: int
-    """`first_frame`, `last_frame`, `n_frames`: The window, by exposure counter, and the frames of
-    it that were used."""
+    """`first_frame`, `last_frame`, `n_frames`: The window, by exposure counter, and its frames
+    used.
+    """
     tip_world: Float
     """(3,), mm: averaged ball centre."""
     random_covariance: Float
-    """(3, 3), mm^2: of the average, from the scatter of the window, correlated frames accounted
-    for, and from the motion of the ball that could not be told (`tracking.stillness`). Calibration
-    errors are not in it: they are common to many points and are propagated from ``spots``
-    (`tolerances.uncertainty`)."""
+    """(3, 3), mm^2: of the average, from the scatter of the window, with correlated frames, and
+    from ball motion indistinguishable from noise (`tracking.stillness`). Excludes calibration
+    errors, which are common to many points and propagated from ``spots`` (`_uncertainty`).
+    """
     direction: Float
     """(3,), unit, world: from the material towards the probe."""
     tip_radius: float
@@ -40,15 +41,17 @@ class MeasuredPoint:
     rotation_world_from_probe: Float
     """(3, 3): mean attitude in the window."""
     spots: Float
-    """(C, L, 2), px: mean spots by LED number, NaN where not seen throughout the window."""
+    """(C, L, 2), px: mean spots by LED number, NaN if not seen throughout the window."""
     chi2_per_dof: float
     """Mean over the window."""
     approach: str
-    """How ``direction`` was found: ``"trail"``, ``"pulled"``, ``"shank"``, ``"nominal"`` or
-    ``"flipped"``."""
+    """Method of ``direction``: ``"trail"``, ``"pulled"``, ``"shank"``, ``"nominal"`` or
+    ``"flipped"``.
+    """
     reference_spots: Float | None = None
     """(C, R, 2), px: mean spots of the reference body in the same frames; None without one. With
-    one, "world" is the world of the job (`tracking.reference`)."""
+    one, "world" is the world of the job (`tracking.reference`).
+    """
 
     @property
     def surface_world(self) -> Float:
@@ -63,7 +66,7 @@ class MeasuredPoint:
 
 
 class RefusalCode(Enum):
-    """Why a touch gave no point."""
+    """Reason of a refused touch."""
 
     LOST = "lost"
     UNIDENTIFIED = "unidentified"
@@ -85,7 +88,7 @@ class RefusalCode(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """A touch that gave no point: the reason and what to do, in words for the inspector."""
+    """A refused touch: the reason and the remedy, in words for the inspector."""
 
     code: RefusalCode
     what: str

@@ -1,4 +1,4 @@
-"""What a single point is uncertain by, source by source, before anything is measured."""
+"""Predicted uncertainty of a single point, source by source."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _UM = 1e3
 
 @dataclass(frozen=True, slots=True)
 class BudgetTerm:
-    """One source of error of a single point: name, standard uncertainty in space, µm, and why."""
+    """One error source of a point: name, standard uncertainty in space, µm, and basis."""
 
     name: str
     sigma_um: float
@@ -42,9 +42,9 @@ class BudgetTerm:
 def budget_of(
     view: View, design: ProbeDesign | None, postures: Postures, seed: int
 ) -> tuple[BudgetTerm, ...]:
-    """Return the sources of the error of one point, RMS over poses of the postures.
+    """Return the error sources of one point, RMS over poses of the postures.
 
-    Each source is propagated through the pose as `measuring.uncertainty` does it for a job.
+    Each source is propagated through the pose as in `_uncertainty`.
     """
     rig, body = view.rig, view.body
     found = _sensitivities(view, postures, seed)

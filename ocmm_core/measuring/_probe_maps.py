@@ -1,4 +1,4 @@
-"""The scale of colours that maps of the tip's error share, on paper and on the screen."""
+"""The colour scale of tip error maps, on paper and on the screen."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ocmm_core.calibration.probe_design import TipMap
 _SCALE = np.array(
     [(68, 1, 84), (65, 68, 135), (42, 120, 142), (34, 168, 132), (122, 209, 81), (253, 231, 37)]
 )
-"""Dark is good, bright is bad; told apart without colours, too."""
+"""Dark is good, bright is bad; readable without colours, too."""
 
 
 def colour_at(share: float) -> str:

@@ -1,4 +1,4 @@
-"""What is found about a probe, in sentences; for terminal and window."""
+"""Predictions for a probe, in sentences for terminal and window."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from ocmm_core.measuring._probe_report import Mechanics
 
 
 def label_words(item: WrongLabels) -> str:
-    """Return what is to be said about one case of labels."""
+    """Return the sentence for one case of labels."""
     case = "All LEDs seen" if not item.hidden else f"LED {item.hidden} hidden"
     found = item.ambiguity
     if found is None:
@@ -33,7 +33,7 @@ def label_verdict(labels: tuple[WrongLabels, ...], *, coded: bool) -> str:
 
 
 def mechanics_words(found: Mechanics) -> tuple[str, ...]:
-    """Return what a design does by itself, in sentences."""
+    """Return the thermal and elastic behaviour of a design, in sentences."""
     ball, hand = found.reactions_n
     return (
         f"Growth: {found.growth_um_per_k:.2f} µm/K over the whole probe; uncorrected, the tip "

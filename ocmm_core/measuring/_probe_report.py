@@ -1,4 +1,4 @@
-"""Everything that can be said about a probe before it is built: number, maps, labels, budget."""
+"""Prediction for a probe before it is built: tip error, maps, labels, budget."""
 
 from __future__ import annotations
 
@@ -36,81 +36,80 @@ from ocmm_core.tracking import ProbeBody
 _UM, _NM = 1e3, 1e6
 
 Step = Callable[[str, float], None]
-"""Told what is computed next, and the share that is done."""
+"""Called with the next step and the finished share."""
 
 
 @dataclass(frozen=True, slots=True)
 class Examination:
-    """What is examined."""
+    """Options of the examination."""
 
     postures: Postures
-    """How and where the probe is held."""
     sigma_px: float = 0.0105
-    """Noise of a spot, as it is averaged."""
+    """Noise of an averaged spot."""
     poses: int = 4000
     cells: int = 25
     everything_seen: bool = False
-    """LEDs that face away are taken to be seen all the same."""
+    """LEDs that face away count as seen."""
     seed: int = 1
 
 
 @dataclass(frozen=True, slots=True)
 class Mechanics:
-    """What a design does by itself, without cameras."""
+    """Thermal and elastic behaviour of a design, without cameras."""
 
     growth_um_per_k: float
     """Of the whole probe (thesis, appendix A)."""
     tip_um_per_k: float
-    """How far the tip is computed wrong for each kelvin that nobody corrects."""
+    """Tip error per kelvin, uncompensated."""
     bow_um_per_k: float
-    """The same where one face of the panel is a kelvin warmer than the other: a warm hand."""
+    """Tip error per kelvin between the faces of the panel, as from a warm hand."""
     weight_n: float
     reactions_n: tuple[float, float]
-    """`weight_n`, `reactions_n`: Of the probe, and of ball and handle when it is held level
-    (appendix B.1)."""
+    """`weight_n`, `reactions_n`: Of the probe; of ball and handle when it is level (appendix B.1).
+    """
     sag_nm: float
-    """How far the tip is computed wrong because the level probe bends."""
+    """Tip error from sag of the level probe."""
     side_nm_per_n: float
     side_stiff_nm_per_n: float
     axial_nm_per_n: float
-    """`side_nm_per_n`, `side_stiff_nm_per_n`, `axial_nm_per_n`: How far the ball gives way to a
-    force across the panel, along it, and along the probe."""
+    """`side_nm_per_n`, `side_stiff_nm_per_n`, `axial_nm_per_n`: Deflection of the ball by a force
+    across the panel, along it, and along the probe.
+    """
     tip_nm_per_n: float
-    """How far the tip is computed wrong by a force across the panel."""
+    """Tip error by a force across the panel."""
     upright_nm: float
-    """By how much it gets shorter standing on its ball (appendix B.2)."""
+    """Shortening by its own weight when upright on its ball (appendix B.2)."""
     x_mm: Float
     sag_line_nm: Float
     side_line_nm: Float
-    """`x_mm`, `sag_line_nm`, `side_line_nm`: Places along the probe, and how much they sag, and
-    give way to 1 N on the ball."""
+    """`x_mm`, `sag_line_nm`, `side_line_nm`: Positions along the probe, with sag and deflection by
+    1 N on the ball.
+    """
     handle_mm: float
     leds_mm: tuple[float, ...]
-    """`handle_mm`, `leds_mm`: Where the hand holds it, and where the LEDs are along it."""
+    """`handle_mm`, `leds_mm`: Positions of hand and LEDs along the probe."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProbeReport:
-    """What was found."""
+    """Result of the examination."""
 
     probe: str
     rig: str
     n_leds: int
-    """`probe`, `rig`, `n_leds`: Names, and LEDs."""
     examination: Examination
-    """What was asked."""
     number: TipNumber
-    """Error of the tip by the noise of the spots alone."""
+    """Tip error from spot noise alone."""
     maps: tuple[TipMap, ...]
     """Over tilt, and over the volume from above and from the front."""
     labels: tuple[WrongLabels, ...]
     """Nearest wrong labelling with all LEDs, then with each of them hidden."""
     coded: bool
-    """A strobe code names the LEDs, whatever their places."""
+    """A strobe code identifies the LEDs, independent of their positions."""
     mechanics: Mechanics | None
     """None without a design."""
     budget: tuple[BudgetTerm, ...]
-    """Sources of the error of one point; those of the design only with one."""
+    """Error sources of one point; those of the design only with one."""
 
 
 def examine(
@@ -120,7 +119,7 @@ def examine(
     asked: Examination,
     step: Step = lambda what, share: None,
 ) -> ProbeReport:
-    """Return everything about a probe seen by a rig; takes a few seconds."""
+    """Return the prediction for a probe seen by a rig; takes a few seconds."""
     view = View(rig, body, asked.sigma_px, asked.everything_seen)
     step("Number", 0.0)
     number = tip_number(view, asked.postures, asked.poses, asked.seed)

@@ -1,7 +1,7 @@
-"""How values answer to the points of a job: only the points that they rest on are held.
+"""Derivatives of values by the points of a job, sparse in the points.
 
-A value rests on the points of one feature, or of a few. Its derivatives by all the others are zero,
-and are not kept: rows of a job then cost what they hold, and not the size of the job.
+A value depends on the points of one or a few features. Its other derivatives are zero and not
+stored, so rows cost their content and not the size of the job.
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ from ocmm_core.geometry import Float, Int
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rows:
-    """Derivatives of values by ball centres, and by the tip radius.
+    """Derivatives of values by ball centres and the tip radius.
 
-    They are added, multiplied with numbers and, from the left, with matrices as the arrays
-    (..., 3 N + 1) that they stand for; an index chooses values.
+    Rows are added, multiplied with numbers and, from the left, with matrices like the arrays (...,
+    3 N + 1) that they represent; an index selects values.
     """
 
     places: Int
     """(p,) int64, ascending: of the points among all N of the job."""
     by_points: Float
-    """(..., p, 3): by the ball centres of these points; by all others it is zero."""
+    """(..., p, 3): by these ball centres; by all others it is zero."""
     by_radius: Float
     """(...): by the tip radius."""
 
     __array_ufunc__: ClassVar[None] = None
-    """An array leaves products with rows to them."""
+    """Makes arrays leave products to rows."""
 
     @classmethod
     def nothing(cls, *shape: int) -> Rows:
-        """Return rows of values that answer to no point."""
+        """Return rows of constant values."""
         return cls(np.zeros(0, dtype=np.int64), np.zeros((*shape, 0, 3)), np.zeros(shape))
 
     @classmethod
@@ -51,7 +51,7 @@ class Rows:
 
     @classmethod
     def of_own_points(cls, places: Sequence[int] | Int, vectors: Float) -> Rows:
-        """Return n rows that each answer to one point, by ``vectors`` (n, 3)."""
+        """Return n rows that each depend on one point, by ``vectors`` (n, 3)."""
         n = len(places)
         blocks = np.zeros((n, n, 3))
         blocks[np.arange(n), np.arange(n)] = vectors
@@ -59,14 +59,14 @@ class Rows:
 
     @classmethod
     def of_dense(cls, gradients: Float) -> Rows:
-        """Return rows from arrays (..., 3 N + 1), without the points that nothing answers to."""
+        """Return rows from arrays (..., 3 N + 1), without points of zero derivative."""
         blocks = gradients[..., :-1].reshape(*gradients.shape[:-1], gradients.shape[-1] // 3, 3)
         rests = np.any(blocks != 0.0, axis=(*range(blocks.ndim - 2), blocks.ndim - 1))
         return cls(np.flatnonzero(rests), blocks[..., rests, :], gradients[..., -1])
 
     @classmethod
     def stacked(cls, parts: Sequence[Rows]) -> Rows:
-        """Return the rows of several, one after the other."""
+        """Return the concatenated rows."""
         places = parts[0].places
         for part in parts[1:]:
             places = _together(places, part.places)
@@ -78,11 +78,10 @@ class Rows:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Return how many values there are."""
         return self.by_radius.shape
 
     def at(self, places: Int) -> Float:
-        """Return the derivatives (..., n, 3) by some points; zero by those it does not rest on."""
+        """Return the derivatives (..., n, 3) by some points; zero for absent ones."""
         if places is self.places or np.array_equal(places, self.places):
             return self.by_points
         found = np.zeros((*self.shape, len(places), 3))
@@ -98,28 +97,28 @@ class Rows:
         return np.concatenate([found, self.by_radius[..., None]], axis=-1)
 
     def moving(self) -> NDArray[np.bool_]:
-        """Return which of the values answer to anything."""
+        """Return which values have any nonzero derivative."""
         by_points = np.any(self.by_points != 0.0, axis=(-2, -1))
         moving: NDArray[np.bool_] = by_points | (self.by_radius != 0.0)
         return moving
 
     def greatest(self) -> float:
-        """Return the greatest amount of any derivative."""
+        """Return the largest magnitude of a derivative."""
         greatest = float(np.abs(self.by_radius).max(initial=0.0))
         return max(greatest, float(np.abs(self.by_points).max(initial=0.0)))
 
     def lengths(self) -> Float:
-        """Return the root of the sum of the squares of all derivatives of every value."""
+        """Return the norm of all derivatives of every value."""
         squares = np.sum(self.by_points**2, axis=(-2, -1)) + self.by_radius**2
         return np.asarray(np.sqrt(squares), dtype=np.float64)
 
     def reshaped(self, *shape: int) -> Rows:
-        """Return the same rows in another order of axes."""
+        """Return the same rows in another shape."""
         blocks = self.by_points.reshape(*shape, *self.by_points.shape[-2:])
         return Rows(self.places, blocks, self.by_radius.reshape(shape))
 
     def along(self, vectors: Float) -> Rows:
-        """Return rows (m,) of the products of vectors (m, d) with vectors that answer as these."""
+        """Return rows (m,) of the products of vectors (m, d) with vectors of these derivatives."""
         return Rows(
             self.places,
             np.einsum("md,mdpi->mpi", vectors, self.by_points),
@@ -135,11 +134,11 @@ class Rows:
         )
 
     def with_radius(self, added: Float | float) -> Rows:
-        """Return the rows with something added to what the tip radius does."""
+        """Return the rows with ``added`` to the derivative by the tip radius."""
         return Rows(self.places, self.by_points, self.by_radius + added)
 
     def without_radius(self) -> Rows:
-        """Return the rows of values that the tip radius does not change."""
+        """Return the rows with zero derivative by the tip radius."""
         return Rows(self.places, self.by_points, np.zeros(self.shape))
 
     def mean(self) -> Rows:
@@ -160,7 +159,7 @@ class Rows:
         return Rows(self.places, blocks, np.asarray(radius))
 
     def __matmul__(self, movement: Float) -> Float:
-        """Return how values answer, (..., m), where coordinates and radius do so (3 N + 1, m)."""
+        """Return the derivatives (..., m) from those of coordinates and radius (3 N + 1, m)."""
         blocks = movement[:-1].reshape(-1, 3, *movement.shape[1:])[self.places]
         of_points = np.tensordot(self.by_points, blocks, axes=2)
         return np.asarray(of_points + np.multiply.outer(self.by_radius, movement[-1]))
@@ -186,7 +185,7 @@ class Rows:
 
 
 def _together(one: Int, other: Int) -> Int:
-    """Return the places of both, ascending."""
+    """Return the union of places, ascending."""
     if one is other or not len(other) or np.array_equal(one, other):
         return one
     return np.union1d(one, other) if len(one) else other

@@ -1,4 +1,4 @@
-"""From a window of tracked frames to one averaged ball centre, or the reason why there is none."""
+"""From a window of tracked frames to one averaged ball centre, or a refusal."""
 
 from __future__ import annotations
 
@@ -29,23 +29,25 @@ _OUTLIER_SIGMAS = 5.0
 
 @dataclass(frozen=True, slots=True)
 class PointOptions:
-    """What a touch must be like to give a point."""
+    """Conditions for a touch to give a point."""
 
     window_s: float = 0.25
-    """Frames of this much time are averaged, from the trigger on."""
+    """Averaging time from the trigger on."""
     still_mm: float = 0.01
-    """A ball that moves as far as this during the window is refused, wherever noise lets the motion
-    be told; where it does not, the motion is in the uncertainty of the point."""
+    """Refuse a ball that moves this far during the window, if the motion is distinguishable from
+    noise; otherwise the motion enters the uncertainty of the point.
+    """
     min_share: float = 0.8
-    """Share of the window's frames that must be there and good."""
+    """Share of the window's frames that must be present and good."""
     approach_mm: float = 2.0
-    """The approach direction is taken where the ball was this far from the contact."""
+    """Distance from the contact at which the approach direction is taken."""
     max_uncertainty: float = 0.15
     """Largest expanded uncertainty (k = 2) of a point, mm."""
     untimed_mm: float = 0.0
-    """So far a resting ball may be off along each axis, because the cameras do not know better when
-    they exposed (`fieldbus.described.resting_doubt_mm`); uniform, so that a third of its square is
-    added to the variance of each point."""
+    """Largest error of a resting ball along each axis from uncertain exposure times
+    (`fieldbus.described.resting_doubt_mm`); uniform, so a third of its square is added to each
+    variance.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,23 +58,22 @@ class StablePoint:
     first_frame: int
     last_frame: int
     n_frames: int
-    """`time_s`, `first_frame`, `last_frame`, `n_frames`: The window and how many of its frames were
-    used."""
+    """`n_frames`: The frames used."""
     tip_world: Float
     """(3,), mm."""
     random_covariance: Float
     """(3, 3), mm^2, of the average; ``motion_covariance`` and ``untimed_mm`` are parts of it."""
     motion_covariance: Float
-    """(3, 3), mm^2: of a motion of the ball that was too small to be refused or to be told."""
+    """(3, 3), mm^2: of ball motion below the limit or indistinguishable from noise."""
     rotation_world_from_probe: Float
     """(3, 3), mean attitude."""
     spots: Float
-    """(C, L, 2), px, mean, NaN where not seen throughout."""
+    """(C, L, 2), px, mean, NaN if not seen throughout."""
     chi2_per_dof: float
-    """Mean."""
     tip_rig: Float
-    """(3,), mm: where the ball is for the cameras as they stand now; ``tip_world`` itself without a
-    reference body."""
+    """(3,), mm: ball relative to the present cameras; equals ``tip_world`` without a reference
+    body.
+    """
     reference_spots: Float | None
     """(C, R, 2), px, mean spots of the reference body in the same frames; None without one."""
 
@@ -80,25 +81,21 @@ class StablePoint:
 def average(
     window: TrackBlock, expected: int, rig: Rig, options: PointOptions
 ) -> StablePoint | Refusal:
-    """Average a window of frames, if the probe was seen and held still.
+    """Average a window of frames if the probe was visible and still.
+
+    The random covariance comes from ten batch means, to include slow tremor, and is at least the
+    prediction from independent spot noise. Ball motion indistinguishable from noise is added.
 
     Parameters
     ----------
     window
         The frames of the window that arrived.
     expected
-        How many there should be.
+        Intended number of frames.
     rig
         For the names of the cameras.
-
-    Returns
-    -------
-    StablePoint or Refusal
-        The random covariance comes from ten batch means, so that slow tremor counts as what it
-        is, and is never less than what independent spot noise predicts. To it comes the motion of
-        the ball that could not be told from noise.
     """
-    # The poses of the very frames that are averaged: nothing lags behind, whatever moved.
+    # Poses of the averaged frames themselves: no lag, whatever moved.
     window = simultaneous(window)
     time_s = float(window.time_ns[len(window) // 2]) * 1e-9 if len(window) else 0.0
     good = window.status == FrameStatus.OK
@@ -116,7 +113,7 @@ def average(
         used &= _alike(window.reference.body.seen, good)
     if np.count_nonzero(used) < 0.5 * options.min_share * expected:
         return _disagreeing(int(np.count_nonzero(used)), expected, time_s)
-    # What moves is not wild: a frame is compared with its neighbours, and movement judged after.
+    # Motion is no outlier: compare a frame with its neighbours, judge movement afterwards.
     apart = wildness(_seconds(window)[used], window.tip_world[used], window.tip_covariance[used])
     keep = np.flatnonzero(used)[apart < _OUTLIER_SIGMAS]
     enough = len(keep) >= 0.5 * options.min_share * expected
@@ -173,7 +170,7 @@ def _disagreeing(count: int, expected: int, time_s: float) -> Refusal:
 
 
 def _alike(seen: NDArray[np.uint64], good: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return in which frames (n,) the same LEDs are seen as in most of the good ones."""
+    """Return the frames (n,) in which the same LEDs are seen as in most good ones."""
     patterns, counts = np.unique(seen[good], axis=0, return_counts=True)
     return np.asarray((seen == patterns[np.argmax(counts)]).all(axis=1))
 
@@ -190,7 +187,7 @@ def _judge(window: TrackBlock, frames: Int, limit_mm: float) -> Stillness:
 
 
 def _motion_of_reference(window: TrackBlock, frames: Int, limit_mm: float) -> BallMotion | None:
-    """Return how the reference body alone would carry the ball."""
+    """Return the motion of the ball by the reference body alone."""
     seen = window.reference
     if seen is None or seen.home is None:
         return None
@@ -209,8 +206,8 @@ def _covariance_of_mean(tips: Float, covariances: Float) -> Float:
     predicted = covariances.mean(axis=0) / len(tips)
     means = np.array([part.mean(axis=0) for part in np.array_split(tips, _BATCHES)])
     scatter = np.cov(means.T) / _BATCHES
-    # Compare in units of the prediction, direction by direction: a hand trembles along the surface
-    # where the cameras see well, and that must not drown in the noise of the depth.
+    # Compare in units of the prediction, direction by direction: tremor along the surface, where
+    # the cameras are accurate, must not vanish in the noise of the depth.
     factor = np.linalg.cholesky(predicted)
     whitened = np.linalg.solve(factor, np.linalg.solve(factor, scatter).T)
     values, vectors = np.linalg.eigh(0.5 * (whitened + whitened.T))

@@ -1,10 +1,10 @@
-"""Temperatures of probe and part: what is compensated, what it adds to U, and the record of it.
+"""Temperatures of probe and part: compensation, contribution to U, and record.
 
-Two switches that have nothing to do with each other. The probe is compensated by measuring with
-its geometry at the present temperature (`calibration.probe_shape.body_in_use`). The part is
-compensated by reporting all coordinates as they are at 20 °C (ISO 1): ball centres and the
-ball's radius are scaled together, which scales every surface point about the world's origin.
-Observations stay as they were; the job file says what was done, so that it can be done again.
+The two switches are independent. The probe is compensated by measuring with its geometry at the
+present temperature (`calibration.body_in_use`). The part is compensated by reporting all
+coordinates at 20 °C (ISO 1): ball centres and ball radius are scaled together, which scales every
+surface point about the world's origin. Observations are unchanged, and the job file records the
+compensation so that it can be repeated.
 """
 
 from __future__ import annotations
@@ -36,24 +36,24 @@ _PPM = 1e6
 
 @dataclass(frozen=True, slots=True)
 class PartTemperature:
-    """How warm the part is and how it grows."""
+    """Temperature and expansion of the part."""
 
     now: Temperature | None = None
     expansion: Expansion | None = None
-    """`now`, `expansion`: None where nobody knows."""
+    """`now`, `expansion`: None if unknown."""
     compensated: bool = False
-    """Coordinates are reported as they are at 20 °C."""
+    """Coordinates are reported at 20 °C."""
 
     @property
     def scale(self) -> float:
-        """Return what measured lengths are multiplied with: ``1 - alpha (T - 20)``."""
+        """Return the factor on measured lengths: ``1 - alpha (T - 20)``."""
         if not self.compensated or self.now is None or self.expansion is None:
             return 1.0
         return 1.0 - self.expansion.per_k * (self.now.celsius - REFERENCE_C)
 
     @property
     def scale_sigma(self) -> float:
-        """Return the standard uncertainty of the scale, of expansion and temperature."""
+        """Return the standard uncertainty of the scale, from expansion and temperature."""
         if not self.compensated or self.now is None or self.expansion is None:
             return 0.0
         change = self.now.celsius - REFERENCE_C
@@ -63,48 +63,46 @@ class PartTemperature:
 
 
 class TemperatureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What a job says about temperatures; None where something is not known."""
+    """Record of the temperatures of a job; None if unknown."""
 
     schema: str
     """`SCHEMA`."""
     probe_compensated: bool
     part_compensated: bool
-    """`probe_compensated`, `part_compensated`: The two switches."""
     probe: Temperature | None
     probe_calibration: Temperature | None
     part: Temperature | None
     """`probe`, `probe_calibration`, `part`: Temperatures: °C, standard uncertainty in K, origin."""
     part_expansion: Expansion | None
-    """Of the part: name, 1/K, standard uncertainty in 1/K."""
+    """Name, 1/K, standard uncertainty in 1/K."""
     probe_design: str
-    """The whole design document of the probe; empty where none was given."""
+    """The whole design document of the probe; empty if absent."""
 
 
 @dataclass(frozen=True, slots=True)
 class Climate:
-    """Everything about temperatures that a job is measured with."""
+    """Temperatures of probe and part for a job."""
 
     probe: TemperatureState = field(default_factory=TemperatureState)
     part: PartTemperature = field(default_factory=PartTemperature)
-    """`probe`, `part`: The two of them."""
     probe_design: str = ""
-    """The text of the probe's design; empty where it is not known."""
+    """The text of the probe's design; empty if unknown."""
 
     @property
     def words(self) -> str:
-        """Return what the window and the terminal say."""
+        """Return the text for window and terminal."""
         if self.probe.now is None and self.part.now is None:
             return "No temperature compensation (no temperatures given)."
         return f"{_probe_words(self.probe)} {_part_words(self.part)}"
 
     @property
     def label(self) -> str:
-        """Return the same for reports: pure ASCII, no comma."""
+        """Return the text for reports: pure ASCII, no comma."""
         plain = self.words.replace("°C", "C").replace("±", "+-").replace(",", ";")
         return plain.encode("ascii", "replace").decode("ascii")
 
     def record(self) -> TemperatureRecord:
-        """Return what the job file keeps."""
+        """Return the record for the job file."""
         return TemperatureRecord(
             schema=SCHEMA,
             probe_compensated=self.probe.compensated,
@@ -123,13 +121,7 @@ def record_text(record: TemperatureRecord) -> str:
 
 
 def climate_of_text(text: str) -> Climate:
-    """Return what a job was measured with, from the text of its event.
-
-    Raises
-    ------
-    InputError
-        It is no such text.
-    """
+    """Return the temperatures of a job from its event; raise InputError if unreadable."""
     try:
         record = decode_json(text, TemperatureRecord)
     except msgspec.MsgspecError as error:
@@ -146,13 +138,7 @@ def climate_of_text(text: str) -> Climate:
 
 
 def check_part(part: PartTemperature) -> None:
-    """Refuse to compensate a part of which not everything is known.
-
-    Raises
-    ------
-    InputError
-        A temperature is none that one measures at, or what is needed is missing.
-    """
+    """Raise InputError for an implausible or, if compensating, a missing part property."""
     if part.now is not None:
         check_temperature("part", part.now)
     if not part.compensated:
@@ -173,7 +159,7 @@ def check_part(part: PartTemperature) -> None:
 
 
 def reported_points(points: Sequence[MeasuredPoint], part: PartTemperature) -> list[MeasuredPoint]:
-    """Return points as they are reported: at 20 °C where the part is compensated."""
+    """Return points as reported: at 20 °C if the part is compensated."""
     scale = part.scale
     if scale == 1.0:
         return list(points)
@@ -189,10 +175,10 @@ def reported_points(points: Sequence[MeasuredPoint], part: PartTemperature) -> l
 
 
 def scale_movement(points: Sequence[MeasuredPoint]) -> Float:
-    """Return how all points and the radius answer to the scale of the part, (3 N + 1,), mm.
+    """Return the derivative of all points and the radius by the part scale, (3 N + 1,), mm.
 
-    In the order of `measuring.joint_factors`. The scale is one number for all
-    points, so its uncertainty grows with lengths, and not with where the part stands.
+    In the order of `measuring.joint_factors`. One scale is common to all points, so its uncertainty
+    grows with lengths, not with the position of the part.
     """
     movement: Float = np.concatenate([*(p.tip_world for p in points), [points[0].tip_radius]])
     return movement

@@ -1,6 +1,6 @@
-"""From triggers to windows: when a point is asked for, and which frames belong to it.
+"""From triggers to windows: trigger detection and the frames of each point.
 
-Works on exposure counters, so that a point does not depend on how the stream is cut into blocks.
+Based on exposure counters, so that a point does not depend on how the stream is cut into blocks.
 """
 
 from __future__ import annotations
@@ -17,20 +17,19 @@ from ocmm_core.measuring._stable_point import PointOptions
 from ocmm_core.tracking import FrameStatus, TrackBlock, cut, interruptions, join
 
 MIN_FRAMES = 25
-"""A window has at least this many frames, so that its scatter can be judged."""
+"""Minimum frames of a window, to estimate its scatter."""
 
 _TRAIL_EVERY_S = 0.002
 _TRAIL_STEP_MM = 0.5
-"""The trail remembers a place only this far from the last one, so that however long the ball
-rests on the part, the way it came is still there."""
+"""The trail stores positions at least this far apart, to keep the approach while the ball rests."""
 _TRAIL_LENGTH = 200
 _APPROACH_REACH = 4.0
 _PULL_WAIT_S = 1.5
-"""A ball that is not pulled away within this time after its window was not pulled."""
+"""Wait for the pull after the window; later motion is not a pull."""
 _NEAR_MM = 1.0
-"""Nearer than this the trail says more about the noise of one frame than about the way."""
+"""Nearer positions show the noise of one frame rather than the path."""
 _STRAIGHT_MM = 0.4
-"""A place belongs to the straight part if it lies no further aside of it."""
+"""Largest lateral deviation within the straight part."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,26 +37,24 @@ class Touch:
     """The frames of one touch."""
 
     first_frame: int
-    """Exposure at which the trigger came."""
+    """Exposure of the trigger."""
     window: TrackBlock
     """Frames from the trigger on, as far as they arrived."""
     expected: int
-    """How many frames the window should have."""
+    """Intended frames of the window."""
     trail_world: Float
-    """(m, 3), mm: where the ball was before the trigger, oldest first."""
+    """(m, 3), mm: ball positions before the trigger, oldest first."""
     interrupted: bool = False
-    """The stream of frames was interrupted before the window was full."""
+    """The stream was interrupted before the window was full."""
     pull_world: Float = field(default_factory=lambda: np.empty((0, 3)))
-    """(k, 3), mm: where the ball went after the window, oldest first; empty unless that was waited
-    for."""
+    """(k, 3), mm: ball positions after the window, oldest first; empty unless waited for."""
 
 
 class TouchCollector:
-    """Watch tracked frames and cut out the window of every trigger.
+    """Cut the window of every trigger out of the tracked frames.
 
-    A trigger is the probe button going down, or `arm` (key, pedal). A trigger during a window is
-    ignored: one touch gives one answer. Where the stream was interrupted the open window ends, and
-    the way of the ball begins anew. Used by one thread.
+    A trigger is the probe button going down, or `arm` (key, pedal); it is ignored during a window.
+    An interruption of the stream ends the open window and restarts the trail. Used by one thread.
 
     Parameters
     ----------
@@ -69,8 +66,9 @@ class TouchCollector:
 
     def __init__(self, frame_period_s: float, options: PointOptions) -> None:
         self.pulled = False
-        """Follow the ball after the window until it is pulled away: the touch is complete only
-        then, or after a second and a half. Counts for the windows that end from now on."""
+        """Complete a touch only when the ball is pulled away, or after 1.5 s; applies to windows
+        that end from now on.
+        """
         self._pull_mm = _APPROACH_REACH * options.approach_mm
         self._pull_frames = round(_PULL_WAIT_S / frame_period_s)
         self._held: Touch | None = None
@@ -86,15 +84,15 @@ class TouchCollector:
 
     @property
     def collecting(self) -> bool:
-        """Return whether a window is open, or a pull is waited for."""
+        """Return whether a window is open or a pull is awaited."""
         return self._end >= 0 or self._held is not None
 
     def arm(self) -> None:
-        """Ask for a point with the next frame; ignored while a window is open."""
+        """Request a point with the next frame; ignored while a window is open."""
         self._armed = not self.collecting
 
     def feed(self, block: TrackBlock) -> list[Touch]:
-        """Take in tracked frames and return the touches that were completed."""
+        """Take in tracked frames and return the completed touches."""
         touches: list[Touch] = []
         breaks = interruptions(block.time_ns, self._before_ns)
         for first, last in pairwise(sorted({0, *breaks, len(block)})):
@@ -129,7 +127,7 @@ class TouchCollector:
         return touches
 
     def _follow_pull(self, block: TrackBlock, start: int, held: Touch) -> tuple[int, Touch | None]:
-        """Follow the ball from ``start`` on; return how far, and the touch when it is complete."""
+        """Follow the ball from ``start``; return the next frame and the completed touch."""
         latest = int(held.window.counter[-1]) + self._pull_frames
         contact = held.window.tip_world[held.window.status == FrameStatus.OK]
         for index in range(start, len(block)):
@@ -147,12 +145,12 @@ class TouchCollector:
     def _end_pull(self, held: Touch) -> Touch:
         pull = np.array(self._pull).reshape(-1, 3)
         self._held, self._pull = None, []
-        # The button may be down still; and the way back is the way to the next place.
+        # The button may still be down; and the way back leads to the next place.
         self._trail.extend(pull)
         return replace(held, pull_world=pull)
 
     def _interrupt(self, block: TrackBlock, first: int) -> list[Touch]:
-        """Forget what was before frame ``first``; a trigger that waits gets its answer."""
+        """Forget frames before ``first``; return the touches that a waiting trigger completes."""
         touches = [self._end_pull(self._held)] if self._held is not None else []
         if self._armed:
             self._end = int(block.counter[first]) + self._expected
@@ -160,13 +158,13 @@ class TouchCollector:
             touch = self._complete(block, first)
             touches.append(replace(touch, interrupted=len(touch.window) < touch.expected))
         self._armed = False
-        # A button that went down meanwhile is no trigger: where the ball was then is not known.
+        # A button pressed during the gap is no trigger: the ball position then is unknown.
         self._button = True
         self._trail.clear()
         return touches
 
     def _watch(self, block: TrackBlock, start: int) -> int:
-        """Look for a trigger from ``start`` on; return where the window begins, or the end."""
+        """Find a trigger from ``start`` on; return where the window begins, or the end."""
         down = (block.flags[start:] & FrameFlag.BUTTON) != 0
         before = np.concatenate([[self._button], down[:-1]])
         edges = np.flatnonzero(down & ~before)
@@ -197,12 +195,11 @@ class TouchCollector:
 
 
 def approach_direction(trail_world: Float, contact_world: Float, distance: float) -> Float | None:
-    """Return the unit vector from the contact to where the ball came from, or None.
+    """Return the unit vector from the contact towards the approach, or None.
 
-    It is the mean direction of the last straight part of the way, the far places weighing more, so
-    that the trembling of the hand averages out. None where that part is shorter than ``distance``:
-    the ball came round a corner just before the contact, or was not followed on its last way: a
-    step longer than ``distance`` is a piece that nobody saw, and may hide the corner.
+    Mean direction of the last straight part of the path; far positions weigh more, which averages
+    the tremor of the hand. None if that part is shorter than ``distance``: the ball turned just
+    before contact, or its last path was not tracked (a longer step may hide a corner).
 
     Parameters
     ----------
@@ -211,7 +208,7 @@ def approach_direction(trail_world: Float, contact_world: Float, distance: float
     contact_world
         (3,), mm.
     distance
-        Length of the straight part that is needed, mm; up to four times as much is used.
+        Required length of the straight part, mm; up to four times as much is used.
     """
     before = np.zeros(3)
     away = trail_world[::-1] - contact_world

@@ -1,23 +1,22 @@
-"""The joint covariance of measured points: what they have in common and what each has alone.
+"""The joint covariance of measured points: shared and independent parts.
 
-Propagated from their own records to all points of a job at once (GUM 5.2.2):
+Propagated from the records of all points of a job at once (GUM 5.2.2):
 
-- the scatter of each point's window and what the ball may have moved in it unnoticed, independent
-  from point to point;
-- the part of the spot error that stays at a place of the sensor (pixel pattern, rest of the lens
-  model): a Gaussian field on each sensor, so that points taken near each other share it;
-- the calibration of the cameras and the geometry of the probe: common to all points; where the
-  design of the probe is known, growth by warmth and sag are in that geometry's covariance
-  (`calibration.probe_shape.body_in_use`);
-- the force of the hand, where that design is known (`measuring.contact`);
-- the place of a reference body, where one is used: its LEDs, and the noise left in its first place;
-- the place of a saved frame that the job has not measured itself;
-- the scale of a part that is reported at 20 °C (`measuring.temperature`);
-- the radius of the ball: common to all points, kept as a last, separate quantity because it acts
-  on features and not on ball centres.
+- scatter of each point's window and undetected motion of the ball in it, independent between
+  points;
+- the position-dependent part of the spot error (pixel pattern, residual of the lens model): a
+  Gaussian field on each sensor, shared by near points;
+- calibration of the cameras and geometry of the probe: common to all points; with a probe design,
+  that geometry's covariance includes thermal growth and sag (`calibration.body_in_use`);
+- the force of the hand, with a probe design (`_contributions`);
+- the pose of a reference body, if used: its LEDs, and the noise of its first pose;
+- the pose of a saved frame not measured in the job;
+- the scale of a part reported at 20 °C (`_temperature`);
+- the radius of the ball: common to all points, a last, separate quantity because it acts on
+  features and not on ball centres.
 
-What is common cancels or not depending on the characteristic; a covariance per point alone could
-not know. It is kept as factors (`_factors`); the parts by name are in `_contributions`.
+Common parts cancel or not depending on the characteristic, which a covariance per point cannot
+represent. The covariance is kept as factors (`_factors`); `_contributions` has the named parts.
 """
 
 from __future__ import annotations
@@ -58,13 +57,13 @@ def joint_factors(
     sensitivities
         `tip_sensitivity` of the spots of each point.
     contact
-        What the hand's force does; None where the design of the probe is not known.
+        Effect of the hand's force; None without a probe design.
     part
-        How warm the part is; None where it is not compensated.
+        None if not compensated.
     frame
-        Of a saved frame that results are stated in; None where the job measures its own.
+        Uncertainty of a saved frame; None if the job measures the frame.
     root
-        Stands for the root of a covariance, of which somebody keeps the results.
+        Replaces `root_of`, for callers that cache the results.
     """
     parts = contributions(points, sensitivities, rig, body, contact, part, frame=frame)
     return factors_of(parts, len(points), root)
@@ -73,9 +72,9 @@ def joint_factors(
 def systematic_covariance(
     sensitivities: Sequence[TipSensitivity], rig: Rig, body: ProbeBody
 ) -> Float:
-    """Return the covariance (3 N, 3 N), mm^2, of what averaging over frames does not remove.
+    """Return the covariance (3 N, 3 N), mm^2, that averaging over frames does not remove.
 
-    For a few points only: it is a matrix of all against all.
+    For a few points only: the matrix is dense.
     """
     count = len(sensitivities)
     factors = factors_of(systematic_contributions(sensitivities, rig, body), count)
@@ -87,7 +86,7 @@ def point_uncertainty(
 ) -> float:
     """Return U (k = 2), mm, of one point in its worst direction.
 
-    Without ``random_covariance`` (3, 3), mm^2, it lacks what the point's own window adds.
+    Without ``random_covariance`` (3, 3), mm^2, it excludes the point's own window.
     """
     covariance = systematic_covariance([sensitivity], rig, body)
     if random_covariance is not None:

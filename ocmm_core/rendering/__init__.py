@@ -1,14 +1,13 @@
-"""Pictures of the nominal part, by the processor alone: no graphics card, no window.
+"""Software rendering of the nominal part, without graphics card or window.
 
-In: a `PartModel`, from where it is seen, and the colours of its vertices. Out: a `Canvas`: the
-colours of its pixels, how near each is to the eye, and which face it shows.
+In: a `PartModel`, a view, and the colours of its vertices. Out: a `Canvas`: pixel colours, depths
+towards the eye, and visible faces.
 
-Read `_mesh` (what is painted, whole and coarser), `_closed` (whose backs are not),
-`_canvas` (a picture and what lies behind it), `_rendering` (one painted into the other, a slice at
-a time), `_field` (measured values as colours), `_side` (from where a place is seen).
-Compiled are `_raster_kernel` (triangles), `_line_kernel` (edges, outlines, polygons) and
-`_frame_kernel` (a whole picture); `_arrays` has their types.
-It must not know plans, features or the window.
+Start with `_mesh` (geometry, whole and coarser) and `_closed` (surfaces with hidden backs); then
+`_canvas` (image buffers), `_rendering` (incremental painting), `_field` (measured values as
+colours), `_side` (choice of view direction). Compiled: `_raster_kernel` (triangles), `_line_kernel`
+(edges, outlines, polygons) and `_frame_kernel` (whole image); `_arrays` has their types.
+It must not import plans, features or the window.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A picture in memory: colours, depths and faces of its pixels, and what lies behind them."""
+"""Image in memory: colours, depths and faces of its pixels, and a second layer."""
 
 from __future__ import annotations
 
@@ -11,16 +11,15 @@ from ocmm_core.geometry import Float
 from ocmm_core.rendering._arrays import NO_FACE, NOWHERE, Depths, FaceNumbers, Pixmap, Shades
 
 _KEPT_PIXELS = 2_500_000
-"""The second layer of a larger picture is not kept: 12 bytes a pixel."""
+"""The second layer of larger images is not kept: 12 bytes per pixel."""
 
 
 @dataclass(slots=True, eq=False)
 class Canvas:
-    """The buffers of a picture, which are painted again and again."""
+    """Reusable buffers of an image."""
 
     width: int
     height: int
-    """`width`, `height`: px."""
     image: Pixmap = field(init=False)
     depth: Depths = field(init=False)
     faces: FaceNumbers = field(init=False)
@@ -29,23 +28,22 @@ class Canvas:
     _second: tuple[Pixmap, Depths, FaceNumbers] | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
-        """Take the memory."""
         self.image, self.depth, self.faces = self._layer()
 
     def clear(self) -> None:
-        """Paint nothing."""
+        """Reset all pixels to background."""
         self.image.fill(0)
         self.depth.fill(NOWHERE)
         self.faces.fill(NO_FACE)
 
     def copy_from(self, other: Canvas) -> None:
-        """Show what another canvas of this size shows."""
+        """Copy another canvas of this size."""
         self.image[:] = other.image
         self.depth[:] = other.depth
         self.faces[:] = other.faces
 
     def room(self, vertices: int, edge_points: int) -> tuple[Float, Shades, Float]:
-        """Return room for the places and colours of vertices, and for the places of edges."""
+        """Return scratch arrays for places and colours of vertices, and places of edges."""
         room = self._room
         if room is None or len(room[0]) != vertices or len(room[2]) != edge_points:
             room = self._room = (
@@ -56,7 +54,7 @@ class Canvas:
         return room
 
     def second_layer(self) -> tuple[Pixmap, Depths, FaceNumbers]:
-        """Return empty buffers for what lies behind the first layer."""
+        """Return empty buffers for the layer behind the first."""
         if self._second is None:
             self._second = self._layer()
         else:
@@ -65,22 +63,21 @@ class Canvas:
         return self._second
 
     def merged(self) -> None:
-        """Give the memory of the second layer back where it is much."""
+        """Free the second layer if it is large."""
         if self.width * self.height > _KEPT_PIXELS:
             self._second = None
 
     def face_at(self, x: float, y: float) -> int:
-        """Return the place of the face that a pixel shows; `NO_FACE` for none or outside."""
+        """Return the face index at a pixel; `NO_FACE` for none or outside."""
         column, row = int(np.floor(x)), int(np.floor(y))
         if not (0 <= column < self.width and 0 <= row < self.height):
             return NO_FACE
         return int(self.faces[row, column])
 
     def in_sight(self, places: Float, bias: float) -> NDArray[np.bool_]:
-        """Return which places (n, 3), px, px and mm of depth, the part does not hide, (n,).
+        """Return which places (n, 3), px, px and mm of depth, are visible, (n,).
 
-        What lies on the surface is in sight: it may be ``bias`` mm behind it. Outside the picture
-        nothing hides.
+        Points on the surface are visible: up to ``bias`` mm behind it. Outside the image all are.
         """
         x = np.floor(places[:, 0])
         y = np.floor(places[:, 1])

@@ -1,6 +1,6 @@
-"""Measured values as colours on a part: near the points that were touched, and nowhere else.
+"""Measured values as colours on a part, only near the touched points.
 
-Smaller triangles where a picture needs them.
+Includes local mesh refinement.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ def finer(
     mesh: RenderMesh, rows: NDArray[np.bool_], points: Float, reach_mm: float, longest_mm: Float,
     most: int,
 ) -> tuple[RenderMesh, Int]:  # fmt: skip
-    """Return a mesh whose triangles near some points are small, and whose vertex each one is.
+    """Return a mesh refined near some points, and the original vertex of each vertex.
 
-    An edge that is longer than wanted, and nearer to a point than ``reach_mm``, is halved, the
-    longest of a triangle first, on both sides of it: surface and outline stay what they are, and
-    no gap opens. Where there would be more than ``most`` new triangles the edges stay longer.
+    Edges that are too long and nearer to a point than ``reach_mm`` are halved, the longest of a
+    triangle first, on both sides: surface and outline stay the same, without gaps. Beyond ``most``
+    new triangles, edges stay longer.
 
     Parameters
     ----------
     rows
         (m,): triangles that may be divided.
     points, longest_mm
-        (k, 3), mm, and (k,): edges nearest to a point become no longer than that.
+        (k, 3), mm, and (k,): maximum length of the edges nearest to a point.
 
     Returns
     -------
     tuple
-        The mesh, and (n,) the vertex of ``mesh`` that is nearest along the edges divided.
+        The mesh, and (n,) the vertex of ``mesh`` nearest along the divided edges.
     """
     tree, shortest = cKDTree(points), float(longest_mm.min())
     vertices, normals = mesh.vertices, mesh.normals
@@ -53,7 +53,7 @@ def finer(
         length = np.linalg.norm(vertices[ends] - vertices[starts], axis=2)
         long = length > shortest
         middle = 0.5 * (vertices[starts[long]] + vertices[ends[long]])
-        # Seen from both sides an edge has the same middle, whichever end comes first.
+        # The midpoint is independent of the order of the ends.
         away, nearest = tree.query(middle)
         long[long] = (away < reach_mm + length[long]) & (length[long] > longest_mm[nearest])
         halved = long.any(axis=1)
@@ -97,18 +97,18 @@ def finer(
 
 
 _ON_FACE_MM = 1.0
-"""A place belongs to a face that it is this near to."""
+"""Maximum distance of a point from its face."""
 _REACH = 0.75
-"""Of the way to the nearest other point: the colours of neighbours overlap, and blend."""
+"""Share of the distance to the nearest other point: neighbouring colours overlap and blend."""
 _ROUND, _ROUND_MM = 1.65, 40.0
-"""Times that way, and no farther: whether a place has points all round it."""
+"""Factor on that distance, and limit, for being surrounded by points."""
 _MOST_MM, _LEAST_MM = 10.0, 0.3
 _CORE_MM, _CORE = 2.0, 0.25
-"""So near, and no farther than this share of its reach, a point counts without another one."""
+"""Within this distance, and this share of its reach, a single point suffices."""
 _SURROUNDED = 0.5
-"""The mean direction to points all round is short; that to points on one side has length one."""
+"""The mean direction to surrounding points is short; to points on one side it has length one."""
 _FINE = 4.0
-"""So many triangles go from a point to where its colour ends."""
+"""Triangles between a point and the end of its colour."""
 _MOST_TRIANGLES = 60_000
 
 
@@ -117,41 +117,40 @@ class ValueField:
     """Values on a part."""
 
     mesh: RenderMesh
-    """The part, with smaller triangles where there are values; it looks the same."""
+    """The part, refined near values; its shape is unchanged."""
     parents: Int
-    """(n,): the vertex of the mesh before that each vertex has the colour of without a value."""
+    """(n,): original vertex whose colour each vertex has without a value."""
     values: Float
-    """(n,): at the vertices; NaN where nothing was measured."""
+    """(n,): at the vertices; NaN if not measured."""
     good: NDArray[np.bool_]
-    """(n,): all points that a value comes from are good."""
+    """(n,): all contributing points are good."""
     reach_mm: float
-    """No value is farther from its points than this."""
+    """Maximum distance of a value from its points."""
 
 
 def value_field(
     mesh: RenderMesh, points: Float, values: Float, good: Sequence[bool], owners: Sequence[str]
 ) -> ValueField | None:
-    """Return values on the faces that points lie on; None where none of them lies on a face.
+    """Return values on the faces with points; None if no point is on a face.
 
-    A point counts on its own face and on those that belong to the same feature, up to three
-    quarters of the way to the nearest other point there, and no farther than 10 mm. A place has a
-    value where it is reached and has points all round it, or where it is within 2 mm of one:
-    nothing is extrapolated. It is the mean of the points that reach it, weighted by the inverse
-    square of the distance and falling to nothing where each ends (Franke and Nielson 1980): never
-    more than the largest of them nor less than the smallest.
+    A point counts on its own face and on those of the same feature, up to three quarters of the
+    distance to the nearest other point, 10 mm at most. A place has a value if it is reached and
+    surrounded by points, or within 2 mm of one: no extrapolation. Values are means of the points in
+    reach, weighted by the inverse square of the distance, with weights vanishing at the end of each
+    reach (Franke and Nielson 1980), so within the range of the points.
 
     Parameters
     ----------
     points, values, good
-        (k, 3), mm, in the frame of the mesh, (k,) and (k,); what is not finite does not count.
+        (k, 3), mm, in the frame of the mesh, (k,) and (k,); non-finite ones are ignored.
     owners
-        The feature that each face of the model belongs to; empty for none.
+        Feature of each face of the model; empty for none.
     """
     kept = np.isfinite(points).all(axis=1) & np.isfinite(values)
     points, values = points[kept], values[kept]
     fine = np.asarray(good, dtype=bool)[kept]
     if not np.isfinite(mesh.vertices).all():
-        # Nobody knows what is near to a place that is no place.
+        # Distances to a non-finite place are undefined.
         return None
     faces = _faces_of(mesh, points)
     on = faces >= 0
@@ -194,7 +193,7 @@ def value_field(
 
 
 def _groups(owners: Sequence[str], count: int) -> Int:
-    """Return a number for each face, the same for those of one feature."""
+    """Return a number per face, equal within a feature."""
     names = [owners[place] if place < len(owners) else "" for place in range(count)]
     first: dict[str, int] = {}
     return np.array(
@@ -203,10 +202,7 @@ def _groups(owners: Sequence[str], count: int) -> Int:
 
 
 def _reaches(points: Float, groups: Int) -> tuple[Float, Float]:
-    """Return how far from each point its value counts, and how far it is one of those all round.
-
-    Each is (k,), mm.
-    """
+    """Return reach and surrounding distance of each point, both (k,), mm."""
     nearest = np.full(len(points), _CORE_MM / _CORE / _REACH)
     for group in np.unique(groups):
         rows = np.flatnonzero(groups == group)
@@ -220,7 +216,7 @@ def _reaches(points: Float, groups: Int) -> tuple[Float, Float]:
 
 
 def _faces_of(mesh: RenderMesh, points: Float) -> Int:
-    """Return the face nearest to each point, (k,); -1 where none is near."""
+    """Return the face nearest to each point, (k,); -1 if none is near."""
     a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
     low = np.minimum(np.minimum(a, b), c) - _ON_FACE_MM
     high = np.maximum(np.maximum(a, b), c) + _ON_FACE_MM
@@ -237,7 +233,7 @@ def _faces_of(mesh: RenderMesh, points: Float) -> Int:
 
 
 def _distances(point: Float, a: Float, b: Float, c: Float) -> Float:
-    """Return how far a point (3,) is from triangles with corners (m, 3), (m,)."""
+    """Return the distances (m,) of a point (3,) from triangles with corners (m, 3)."""
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1)
     unit = normal / np.maximum(length, 1e-300)[:, None]

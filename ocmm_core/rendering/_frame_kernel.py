@@ -1,8 +1,7 @@
-"""Compiled: a whole picture of an opaque part in one call, for a view that moves.
+"""Compiled: a whole image of an opaque part in one call, for moving views.
 
-The functions of the other kernels, one after another. A thread that gives the interpreter back
-while it computes has to wait for it after every call, beside a chain at 8 kHz up to the switch
-interval of 1 ms; a picture in one call waits once.
+Calls the other kernels in sequence. A thread that releases the GIL waits for it after every call,
+next to an 8 kHz chain up to the switch interval of 1 ms; one call waits once.
 """
 
 from __future__ import annotations
@@ -25,12 +24,12 @@ def paint_frame(
     edge_places: Float, step_mm: float, edge: int, outline: float, shown: float, half_px: float,
     bias: float, ground: int, rows: int, depth: Depths, faces: FaceNumbers, image: Pixmap,
 ) -> None:  # fmt: skip
-    """Paint a mesh with its outlines and edges, whatever the buffers held before.
+    """Paint a mesh with its outlines and edges, overwriting the buffers.
 
     See `project_mesh`, `raster`, `draw_outline` and `draw_lines` for the arrays. ``places``,
-    ``shades`` and ``edge_places`` are room to compute in. Without ``is_lit`` the colours are those
-    of the vertices as they are; ``ground`` is a colour 0xRRGGBB behind the part, -1 for none;
-    ``rows`` is the height of a band, see `into_bands`.
+    ``shades`` and ``edge_places`` are scratch arrays. Without ``is_lit`` the vertex colours are
+    used unlit; ``ground`` is a background colour 0xRRGGBB, -1 for none; ``rows`` is the height of a
+    band, see `into_bands`.
     """
     height, width = depth.shape
     project_mesh(vertices, normals, colours, matrix, offset, places, shades)
@@ -50,7 +49,7 @@ def paint_frame(
             places, shades, triangles, triangle_faces, closed, facing, order, starts[band],
             starts[band + 1], top, bottom, before, 0.0, depth, faces, image,
         )  # fmt: skip
-        # The outline looks at the row below: one row behind, while all is in the cache.
+        # The outline needs the row below: draw one row behind, while in the cache.
         first, last = max(top - 1, 0), bottom - 1 if bottom < height else height
         draw_outline(depth, first, last, step_mm, edge, outline, ground, image)
     for row in range(len(edge_points)):

@@ -1,6 +1,6 @@
 """Compiled: lines, outlines and translucent polygons against the depth buffer.
 
-See `_raster_kernel` for what a place and a depth are.
+See `_raster_kernel` for places and depths.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from ocmm_core.rendering._arrays import Depths, FaceNumbers, Pixmap
 
 @compiled()
 def _over(image: Pixmap, y: int, x: int, colour: int, share: float) -> None:
-    """Lay a colour 0xRRGGBB over a pixel, which it covers to a share of 0 to 1.
+    """Blend a colour 0xRRGGBB over a pixel with coverage 0 to 1.
 
-    The operator "over" of Porter and Duff (1984) on colours times alpha: new + (1 - share) old.
+    The operator "over" of Porter and Duff (1984) on premultiplied colours: new + (1 - share) old.
     """
     below, kept = image[y, x], 1.0 - share
     r = share * ((colour >> 16) & 255) + kept * ((below >> np.uint32(16)) & np.uint32(255))
@@ -34,27 +34,27 @@ def draw_lines(
     places: Float, starts: FaceNumbers, start: int, stop: int, half_px: float, colour: int,
     shown: float, hidden: float, bias: float, depth: Depths, image: Pixmap,
 ) -> None:  # fmt: skip
-    """Draw the polylines ``start`` to ``stop`` smoothly, behind the part only as far as wanted.
+    """Draw the polylines ``start`` to ``stop`` antialiased, fainter behind the part.
 
     Parameters
     ----------
     places, starts
-        (k, 3), and (e + 1,) where each line begins among them.
+        (k, 3), and (e + 1,) start index of each line.
     half_px
         Half the width.
     shown, hidden
-        How much of the colour a line has before and behind the part, 0 to 1.
+        Opacity of a line before and behind the part, 0 to 1.
     bias
         mm: a line that lies on the surface is not hidden by it.
     depth, image
-        (height, width); the picture is changed in place.
+        (height, width); the image is changed in place.
     """
     height, width = depth.shape
     for line in range(start, stop):
         for row in range(starts[line], starts[line + 1] - 1):
             ax, ay, az = places[row, 0], places[row, 1], places[row, 2]
             bx, by, bz = places[row + 1, 0], places[row + 1, 1], places[row + 1, 2]
-            # One pixel is drawn across for each along the longer side of the line.
+            # One pixel across per step along the longer side of the line.
             steep = abs(by - ay) > abs(bx - ax)
             if steep:
                 ax, ay, bx, by = ay, ax, by, bx
@@ -67,9 +67,9 @@ def draw_lines(
                 continue
             tilt = (by - ay) / length if length > 1e-9 else 0.0
             fall = (bz - az) / length if length > 1e-9 else 0.0
-            # Seen at right angles a tilted line is narrower than its cut along the pixel.
+            # Perpendicularly a tilted line is narrower than its cut along the pixel.
             reach = half_px * np.sqrt(1.0 + tilt * tilt)
-            # A pixel belongs to the stretch that its middle is in: neighbours do not share one.
+            # A pixel belongs to the segment with its middle: neighbours share none.
             first = int(max(np.ceil(ax - 0.5), 0.0))
             last = int(min(np.ceil(bx - 0.5) - 1.0, limit - 1.0))
             for along in range(first, last + 1):
@@ -83,7 +83,7 @@ def draw_lines(
                 if strength <= 0.0:
                     continue
                 for side in range(low, high + 1):
-                    # What part of the pixel from side to side + 1 the line covers.
+                    # Coverage of the pixel from side to side + 1.
                     cover = min(side + 1.0, middle + reach) - max(side + 0.0, middle - reach)
                     y, x = (along, side) if steep else (side, along)
                     _over(image, y, x, colour, min(max(cover, 0.0), 1.0) * strength)
@@ -94,14 +94,14 @@ def draw_segments(
     places: Float, firsts: FaceNumbers, half_px: Float, colours: FaceNumbers, hidden: float,
     bias: float, depth: Depths, image: Pixmap,
 ) -> None:  # fmt: skip
-    """Draw bundles of segments, each with its own width and colour, in one call.
+    """Draw bundles of segments with individual width and colour, in one call.
 
     Parameters
     ----------
     places
-        (2 n, 3): two for each segment.
+        (2 n, 3): two per segment.
     firsts, half_px, colours
-        (k + 1,) the first segment of each bundle, and (k,) half its width and its colour.
+        (k + 1,) first segment of each bundle, and (k,) half width and colour.
     """
     pairs = np.empty(len(places) // 2 + 1, dtype=np.int32)
     for number in range(len(pairs)):
@@ -115,10 +115,10 @@ def draw_segments(
 
 @compiled()
 def _in_front(depth: Depths, steep: bool, along: int, middle: float, z: float) -> bool:
-    """Return whether depth ``z`` is nearer than the part in one of two pixels beside a line.
+    """Return whether depth ``z`` is nearer than the part in a pixel next to a line.
 
-    An edge is the border of its face: rounding decides on which side of it a pixel's middle lies,
-    and what is beyond it may be much nearer or much farther.
+    An edge bounds its face: rounding decides on which side a pixel's middle lies, and the surface
+    beyond may be much nearer or farther.
     """
     across = depth.shape[1] if steep else depth.shape[0]
     base = int(np.floor(middle - 0.5))
@@ -135,11 +135,11 @@ def draw_outline(
     depth: Depths, start: int, stop: int, step_mm: float, colour: int, share: float, ground: int,
     image: Pixmap,
 ) -> None:  # fmt: skip
-    """Draw where the surface turns away from the eye, in the rows ``start`` to ``stop``.
+    """Draw silhouettes and creases in the rows ``start`` to ``stop``.
 
-    These are pixels of the part beside nothing, or those where the depth bends by more than
-    ``step_mm``: second differences are zero on a plane, however steep. Pixels of nothing get the
-    colour ``ground``, 0xRRGGBB; -1 leaves them as they are.
+    Pixels of the part next to background, or where the depth bends by more than ``step_mm``: second
+    differences vanish on any plane. Background pixels get the colour ``ground``, 0xRRGGBB; -1
+    leaves them unchanged.
     """
     height, width = depth.shape
     opaque = np.uint32(0xFF000000 | (ground & 0xFFFFFF))
@@ -155,7 +155,7 @@ def draw_outline(
                 if ground >= 0:
                     image[y, x] = opaque
             else:
-                # Only the nearer side of a step is drawn, or every outline had two pixels.
+                # Only the nearer side of a step is drawn, otherwise outlines were two pixels wide.
                 twice = z + z
                 if twice - left - right > step or twice - over[x] - under[x] > step:
                     _over(image, y, x, colour, share)
@@ -164,7 +164,7 @@ def draw_outline(
 
 @compiled()
 def lay_ground(ground: int, start: int, stop: int, image: Pixmap) -> None:
-    """Put a colour 0xRRGGBB behind what is painted in the rows ``start`` to ``stop``."""
+    """Put a background colour 0xRRGGBB behind the rows ``start`` to ``stop``."""
     opaque = np.uint32(0xFF000000 | ground)
     red, green, blue = (ground >> 16) & 255, (ground >> 8) & 255, ground & 255
     for y in range(start, stop):
@@ -189,13 +189,13 @@ def lay_ground(ground: int, start: int, stop: int, image: Pixmap) -> None:
 def blend_polygon(
     corners: Float, colour: int, share: float, bias: float, depth: Depths, image: Pixmap
 ) -> None:
-    """Lay a convex, flat, translucent polygon over the picture where the part does not hide it.
+    """Blend a convex, flat, translucent polygon over the image where not hidden.
 
-    ``corners`` (n, 3) are places; ``bias`` (mm) keeps a polygon on the surface in sight.
+    ``corners`` (n, 3) are places; ``bias`` (mm) keeps polygons on the surface visible.
     """
     height, width = depth.shape
     n = len(corners)
-    # Newell's method: the normal of a polygon that no three of its corners have to give well.
+    # Newell's method: a robust polygon normal from all corners.
     nx = ny = nz = mx = my = mz = 0.0
     for k in range(n):
         ax, ay, az = corners[k, 0], corners[k, 1], corners[k, 2]
@@ -205,7 +205,7 @@ def blend_polygon(
         ny += (az - bz) * (ax + bx)
         nz += (ax - bx) * (ay + by)
         mx, my, mz = mx + ax / n, my + ay / n, mz + az / n
-    # Seen from its edge it covers nothing.
+    # Seen edge-on it covers nothing.
     if not abs(nz) > 1e-6 * (abs(nx) + abs(ny)) + 1e-9:
         return
     low_y, high_y = np.inf, -np.inf
@@ -235,7 +235,7 @@ def blend_polygon(
 def merge_layers(
     front: Pixmap, back: Pixmap, start: int, stop: int, front_share: float, back_share: float
 ) -> None:
-    """Lay the front layer over the back one, both made translucent; rows ``start`` to ``stop``.
+    """Blend the front layer over the back one, both translucent; rows ``start`` to ``stop``.
 
     The result is in ``front``.
     """

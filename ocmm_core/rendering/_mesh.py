@@ -1,4 +1,4 @@
-"""What is painted of a part: its mesh, its edges, the colours of its vertices, and less of it."""
+"""Geometry of a rendered part: mesh, edges, vertex colours, and simplification."""
 
 from __future__ import annotations
 
@@ -19,42 +19,40 @@ _FEWEST_CELLS = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RenderMesh:
-    """Triangles with the face that each belongs to, and the lines along the edges."""
+    """Triangles with their faces, and polylines along the edges."""
 
     vertices: Float
     normals: Float
     """`vertices`, `normals`: (n, 3), mm and unit, model frame."""
     triangles: FaceNumbers
     triangle_faces: FaceNumbers
-    """`triangles`, `triangle_faces`: (m, 3) rows of vertices, and (m,) places of faces in the list
-    of the model."""
+    """`triangles`, `triangle_faces`: (m, 3) vertex indices, and (m,) face indices of the model."""
     edge_points: Float
     edge_starts: FaceNumbers
     """`edge_points`, `edge_starts`: (k, 3), mm, and (e + 1,): see `PartModel`."""
     origins: Int
-    """(n,): the vertex of the model that each vertex stands for, for its colour."""
+    """(n,): model vertex of each vertex, for its colour."""
     closed: Flags
-    """(m,): 1 for the triangles of a closed surface, whose back is behind its front; see
-    `with_closed`."""
+    """(m,): 1 for triangles of a closed surface; see `with_closed`."""
     cell_mm: float = 0.0
-    """How far a vertex may lie from its place in the model; 0 where all are the model's own."""
+    """Maximum displacement of a vertex from the model; 0 for the original mesh."""
 
     @property
     def centre(self) -> Float:
-        """Return the middle of the upright box round it, (3,), mm."""
+        """Return the middle of the axis-aligned bounding box, (3,), mm."""
         middle: Float = 0.5 * (self.vertices.min(axis=0) + self.vertices.max(axis=0))
         return middle
 
     def vertex_colours(self, colours: Colours) -> Colours:
-        """Return the colours of its vertices from those of the vertices of the model, (n, 3)."""
+        """Return its vertex colours from those of the model, (n, 3)."""
         own = colours[self.origins] if self.cell_mm else colours
         return np.require(own, np.uint8, _OWN)
 
 
 def mesh_of(model: PartModel) -> RenderMesh:
     """Return the whole mesh of a part."""
-    # A model from a file holds arrays that nobody may write into: another type to compiled
-    # functions, which would be compiled anew, in front of whoever waits.
+    # Read-only arrays from a file would be another type to compiled functions, which would be
+    # recompiled at run time.
     return RenderMesh(
         np.require(model.vertices, np.float64, _OWN),
         np.require(model.normals, np.float64, _OWN),
@@ -68,12 +66,12 @@ def mesh_of(model: PartModel) -> RenderMesh:
 
 
 def coarser(mesh: RenderMesh, most: int) -> RenderMesh:
-    """Return a mesh of at most about ``most`` triangles; the very same if it has no more.
+    """Return a mesh of about ``most`` triangles at most; the same object if small enough.
 
-    Vertices in one cell of a grid become one, their mean (vertex clustering, Rossignac and Borrel
-    1993), but one for each face, so that faces keep their colours and sharp edges; those of one
-    cell have the same place, so that no gap opens. The cells grow until the triangles are few
-    enough or the part has only a few cells. Some 0.2 s for 300,000 triangles.
+    Vertices in one cell of a grid are merged to their mean (vertex clustering, Rossignac and Borrel
+    1993), separately per face, so that faces keep their colours and sharp edges; those of one cell
+    share a place, so that no gap opens. Cells grow until the triangles are few enough or the part
+    has only a few cells. About 0.2 s for 300,000 triangles.
     """
     if len(mesh.triangles) <= most:
         return mesh
@@ -81,8 +79,7 @@ def coarser(mesh: RenderMesh, most: int) -> RenderMesh:
     diagonal = float(np.linalg.norm(mesh.vertices.max(axis=0) - low))
     a, b, c = (mesh.vertices[mesh.triangles[:, corner]] for corner in range(3))
     area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
-    # A surface goes through some 1.5 cells for each face of a cell that would cover it, and each
-    # gives two triangles.
+    # A surface crosses some 1.5 cells per cell face of its area, with two triangles each.
     cell = np.sqrt(3.0 * area / max(most, 1))
     found = _clustered(mesh, low, cell)
     while len(found.triangles) > most and cell < diagonal / _FEWEST_CELLS:
@@ -104,7 +101,7 @@ def _clustered(mesh: RenderMesh, low: Float, cell: float) -> RenderMesh:
     _, origins, vertex_of = np.unique(pairs, return_index=True, return_inverse=True)
     normals = np.stack([np.bincount(vertex_of, mesh.normals[:, k]) for k in range(3)], axis=1)
     length = np.linalg.norm(normals, axis=1, keepdims=True)
-    # Opposite normals of a thin wall add up to nothing: any of them is better than none.
+    # Opposite normals of a thin wall cancel: use any of them.
     normals = np.where(length > 1e-6, normals / np.maximum(length, 1e-6), mesh.normals[origins])
     corners = cell_of[mesh.triangles]
     kept = (
@@ -120,7 +117,7 @@ def _clustered(mesh: RenderMesh, low: Float, cell: float) -> RenderMesh:
         mesh.edge_points,
         mesh.edge_starts,
         mesh.origins[origins],
-        # What has no border has none when places of it become one.
+        # Merging places of a surface without border creates none.
         np.ascontiguousarray(mesh.closed[kept]),
         cell,
     )
@@ -134,11 +131,11 @@ def face_colours(
     Parameters
     ----------
     base
-        ``#rrggbb``: of faces that have none.
+        ``#rrggbb``: of faces without colour.
     marked
-        Colours by the place of a face in ``model.faces``; they go before the model's own.
+        Colours by face index; they override the model's own.
     own
-        Faces have the colours of the model.
+        Use the colours of the model.
     """
     wanted = {} if marked is None else marked
     table = np.array(

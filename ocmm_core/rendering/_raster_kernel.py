@@ -1,8 +1,8 @@
-"""Compiled: from vertices to pixels, a depth buffer and a buffer of face numbers.
+"""Compiled: rasterisation to pixels, a depth buffer and a face number buffer.
 
 A place is (x, y, depth): x and y in px from the upper left corner, pixel (i, j) reaching from i to
 i + 1 and from j to j + 1; depth in mm, greater towards the eye. The projection is orthographic, so
-that depth and colour are linear over a triangle.
+depth and colour are linear over a triangle.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float
 from ocmm_core.rendering._arrays import Colours, Depths, FaceNumbers, Flags, Pixmap, Shades
 
-# The lamp sits a little up and left of the eye: (x right, y up, z to the eye), length one. Straight
-# from the eye the three sides of a box seen over its corner would all have the same brightness.
+# Light direction a little up and left of the eye: (x right, y up, z to the eye), unit. From the eye
+# itself the three sides of a box seen over its corner would be equally bright.
 _LAMP_X, _LAMP_Y, _LAMP_Z = -0.28, 0.40, 0.8727
-# What faces away from the lamp still shows its colour.
+# Faces turned from the light still show their colour.
 _AMBIENT = 0.42
-# A pixel's centre may lie on the edge of two triangles; rounding must not give it to neither.
+# A pixel's centre may lie on a common edge; rounding must not exclude it from both triangles.
 _EDGE_PX = 1e-6
-# Colours that differ by less, the sum over both other corners, are one: half a level a channel.
+# Colours that differ by less, the sum over both other corners, are equal: half a level a channel.
 _PLAIN = 3.0
-# Steeper slopes, mm or levels a pixel, are those of triangles seen from their edge.
+# Steeper slopes, mm or levels per pixel, are those of triangles seen edge-on.
 _STEEPEST = 1e5
-# Below this twice the area (px^2) a triangle is seen from its edge and covers nothing.
+# Below this twice the area (px^2) a triangle is seen edge-on and covers nothing.
 _FLAT_PX2 = 1e-9
 
 
@@ -33,12 +33,12 @@ def project_mesh(
     vertices: Float, normals: Float, colours: Colours, matrix: Float, offset: Float,
     places: Float, shades: Shades,
 ) -> None:  # fmt: skip
-    """Put the places (n, 3) and the lit colours (n, 3), 0 to 255, of vertices into the arrays.
+    """Compute places (n, 3) and lit colours (n, 3), 0 to 255, of vertices.
 
     ``place = vertex @ matrix + offset``. The third column of ``matrix`` (3, 3) is a unit vector
-    towards the eye; the first grows to the right, the second downwards.
+    towards the eye; the first points right, the second down.
     """
-    # Directions of the picture have length one; x and y are scaled, and y points downwards.
+    # Image directions are unit vectors; x and y are scaled, and y points down.
     scale = np.sqrt(matrix[0, 0] ** 2 + matrix[1, 0] ** 2 + matrix[2, 0] ** 2)
     for row in range(len(vertices)):
         vx, vy, vz = vertices[row, 0], vertices[row, 1], vertices[row, 2]
@@ -50,20 +50,20 @@ def project_mesh(
         right = (nx * matrix[0, 0] + ny * matrix[1, 0] + nz * matrix[2, 0]) / scale
         up = -(nx * matrix[0, 1] + ny * matrix[1, 1] + nz * matrix[2, 1]) / scale
         toward = nx * matrix[0, 2] + ny * matrix[1, 2] + nz * matrix[2, 2]
-        # The back of a sheet is seen as its front would be: an open model has no inside.
+        # The back of a sheet is lit as its front: an open model has no inside.
         sign = 1.0 if toward >= 0.0 else -1.0
         light = sign * (right * _LAMP_X + up * _LAMP_Y + toward * _LAMP_Z)
         share = _AMBIENT + (1.0 - _AMBIENT) * max(light, 0.0)
         for channel in range(3):
-            # Half a level from both ends: between them slopes may be off by that much.
+            # Half a level from both ends: slopes may be off by that much in between.
             shades[row, channel] = min(max(share * colours[row, channel], 0.5), 254.5)
 
 
 @compiled()
 def _bands_of(places: Float, corners: FaceNumbers, height: int, rows: int) -> tuple[int, int]:
-    """Return the first and the last band that a triangle is in; the last is less for none."""
+    """Return the first and last band of a triangle; last < first for none."""
     a, b, c = corners[0], corners[1], corners[2]
-    # A line round it may be a pixel wide.
+    # An outline may be a pixel wide.
     low = min(places[a, 1], places[b, 1], places[c, 1]) - 1.0
     high = max(places[a, 1], places[b, 1], places[c, 1]) + 1.0
     if not (low < height and high > 0.0):
@@ -75,16 +75,15 @@ def _bands_of(places: Float, corners: FaceNumbers, height: int, rows: int) -> tu
 def into_bands(
     places: Float, triangles: FaceNumbers, height: int, rows: int, starts: FaceNumbers
 ) -> FaceNumbers:
-    """Return the triangles in each band of ``rows`` rows of a picture, one band after another.
+    """Return the triangles in each band of ``rows`` image rows, band by band.
 
-    Triangles are painted all over the picture, and its buffers do not fit into the cache of a
-    core: of a picture of 1920 x 1080 some three quarters of the time went into waiting for
-    memory. A band of them does fit.
+    Buffers of a whole image exceed a core's cache: at 1920 x 1080 three quarters of the time were
+    memory waits. Those of a band fit.
 
     Parameters
     ----------
     starts
-        (bands + 1,): filled with where each band begins in the result.
+        (bands + 1,): output, start of each band in the result.
     """
     bands = len(starts) - 1
     starts[:] = 0
@@ -110,23 +109,22 @@ def raster(
     closed: Flags, facing: float, order: FaceNumbers, start: int, stop: int, top: int, bottom: int,
     before: Depths, gap: float, depth: Depths, faces: FaceNumbers, image: Pixmap,
 ) -> None:  # fmt: skip
-    """Paint triangles where nothing nearer to the eye is painted yet.
+    """Paint triangles where nothing nearer to the eye is painted.
 
     Parameters
     ----------
     places, shades
         (n, 3) from `project_mesh`.
     triangles, triangle_faces
-        (m, 3) rows of ``places``, and (m,) the numbers that go into ``faces``.
+        (m, 3) rows of ``places``, and (m,) numbers for ``faces``.
     closed, facing
-        (m,): 1 where a triangle is of a closed surface, whose back nobody sees: it is left out.
-        ``facing`` is the sign of the area of triangles that face the eye; 0 paints all.
+        (m,): 1 for triangles of a closed surface, whose backs are skipped. ``facing`` is the sign
+        of the area of triangles that face the eye; 0 paints all.
     order, start, stop, top, bottom
-        Those of ``order`` from ``start`` to ``stop`` are painted, in the rows ``top`` to
-        ``bottom``; see `into_bands`.
+        Paints ``order[start:stop]``, in the rows ``top`` to ``bottom``; see `into_bands`.
     before
-        (height, width): only what lies more than ``gap`` mm behind it is painted, which gives the
-        second layer of a transparent part; of shape (0, 0) for everything.
+        (height, width): paint only more than ``gap`` mm behind it, for the second layer of a
+        transparent part; shape (0, 0) for everything.
     depth, faces, image
         (height, width), changed in place; ``image`` is 0xAARRGGBB.
     """
@@ -140,7 +138,7 @@ def raster(
         cx, cy, cz = places[c, 0], places[c, 1], places[c, 2]
         low_y, high_y = min(ay, by, cy), max(ay, by, cy)
         low_x, high_x = min(ax, bx, cx), max(ax, bx, cx)
-        # Written so that NaN is left out, too.
+        # This form also skips NaN.
         if not (low_x < width and high_x > 0.0 and low_y < height and high_y > 0.0):
             continue
         first_y = int(max(np.ceil(low_y - 0.5 - _EDGE_PX), float(top)))
@@ -150,7 +148,7 @@ def raster(
         if first_y > last_y or least_x > most_x:
             continue
         ux, uy, vx, vy = bx - ax, by - ay, cx - ax, cy - ay
-        # Twice the signed area; its sign says which way round the corners go in the picture.
+        # Twice the signed area; the sign is the orientation in the image.
         area = ux * vy - uy * vx
         if not abs(area) > _FLAT_PX2 or (area * facing < 0.0 and closed[number] != 0):
             continue
@@ -161,23 +159,22 @@ def raster(
         ra, ga, la = shades[a, 0], shades[a, 1], shades[a, 2]
         rb, gb, lb = shades[b, 0] - ra, shades[b, 1] - ga, shades[b, 2] - la
         rc, gc, lc = shades[c, 0] - ra, shades[c, 1] - ga, shades[c, 2] - la
-        # One brightness and one colour: most faces are flat, and all triangles in them.
+        # One brightness and one colour: most faces are flat.
         is_plain = abs(rb) + abs(gb) + abs(lb) + abs(rc) + abs(gc) + abs(lc) < _PLAIN
         plain = _packed(int(ra * 65536.0), int(ga * 65536.0), int(la * 65536.0))
         r_x, r_y = (rb * vy - rc * uy) * inverse, (rc * ux - rb * vx) * inverse
         g_x, g_y = (gb * vy - gc * uy) * inverse, (gc * ux - gb * vx) * inverse
         l_x, l_y = (lb * vy - lc * uy) * inverse, (lc * ux - lb * vx) * inverse
         face = triangle_faces[number]
-        # Of a sliver seen from its edge slopes say nothing: it covers a pixel here and there, which
-        # has one depth and one colour then. Of all others a middle that `_EDGE_PX` lets in is off
-        # by less than a tenth of a level.
+        # Slopes of a sliver seen edge-on are meaningless: its few pixels get one depth and colour.
+        # For all others a middle that `_EDGE_PX` admits is off by less than a tenth of a level.
         steepest = max(abs(z_x), abs(z_y), abs(r_x), abs(r_y), abs(g_x), abs(g_y), abs(l_x))
         if not max(steepest, abs(l_y)) < _STEEPEST:
             is_plain = True
             az, z_x, z_y = (az + bz + cz) / 3.0, 0.0, 0.0
         r_step, g_step, l_step = int(r_x * 65536.0), int(g_x * 65536.0), int(l_x * 65536.0)
-        # From the lowest corner to the highest one: a line through the middles of pixels crosses
-        # the long edge, from top to end, and the short one above or below the corner between.
+        # From the lowest to the highest corner: a line through pixel middles crosses the long edge,
+        # from top to end, and the short one above or below the middle corner.
         tx, ty, mx, my, ex, ey = _by_height(ax, ay, bx, by, cx, cy)
         along_long = (ex - tx) / (ey - ty) if ey > ty else 0.0
         along_first = (mx - tx) / (my - ty) if my > ty else 0.0
@@ -195,7 +192,7 @@ def raster(
                 continue
             dx, dy = first + 0.5 - ax, middle - ay
             z = az + z_x * dx + z_y * dy
-            # Slices from zero: the compiler need not see whether a place is counted from the end.
+            # Slices from zero: no negative indices for the compiler to check.
             depths, owners = depth[y, first : last + 1], faces[y, first : last + 1]
             pixels = image[y, first : last + 1]
             if is_plain:
@@ -221,7 +218,7 @@ def raster(
 def _by_height(
     ax: float, ay: float, bx: float, by: float, cx: float, cy: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Return three corners with y growing."""
+    """Return three corners sorted by y."""
     if ay > by:
         ax, ay, bx, by = bx, by, ax, ay
     if by > cy:
@@ -233,7 +230,7 @@ def _by_height(
 
 @compiled()
 def _packed(red: int, green: int, blue: int) -> np.uint32:
-    """Return an opaque colour 0xffRRGGBB from channels with 16 bits behind their point."""
+    """Return an opaque colour 0xffRRGGBB from channels with 16 fractional bits."""
     return np.uint32(0xFF000000 | (red & 0xFF0000) | ((green >> 8) & 0xFF00) | (blue >> 16))
 
 
@@ -243,8 +240,8 @@ def hides(
 ) -> bool:
     """Return whether a triangle lies more than ``least_mm`` in front of a point (3,).
 
-    ``toward`` (3,) is a unit vector to the eye. The ray is met by the algorithm of Moeller and
-    Trumbore (1997), without culling: a sheet hides from both sides.
+    ``toward`` (3,) is a unit vector to the eye. Ray intersection by Moeller and Trumbore (1997),
+    without culling: a sheet hides from both sides.
     """
     for number in range(len(triangles)):
         a, b, c = triangles[number, 0], triangles[number, 1], triangles[number, 2]
@@ -258,7 +255,7 @@ def hides(
         p1 = toward[2] * f0 - toward[0] * f2
         p2 = toward[0] * f1 - toward[1] * f0
         det = e0 * p0 + e1 * p1 + e2 * p2
-        # Parallel to the ray, or without an area.
+        # Parallel to the ray, or without area.
         if not abs(det) > 1e-12:
             continue
         s0 = point[0] - vertices[a, 0]

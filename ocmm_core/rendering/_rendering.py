@@ -1,4 +1,4 @@
-"""A part painted into a canvas, at once or a little at a time."""
+"""Painting of a part into a canvas, at once or incrementally."""
 
 from __future__ import annotations
 
@@ -28,27 +28,25 @@ from ocmm_core.rendering._raster_kernel import hides, into_bands, project_mesh, 
 _TRIANGLES = 4096
 _LINES = 512
 _ROWS = 128
-"""So much is painted between two looks at the clock: some milliseconds."""
+"""Rows painted between two checks of the time: some milliseconds."""
 _BIAS_PX = 1.2
 """A line lies on its surface to about a pixel; more would show the edges under a thin sheet."""
 _OUTLINE_PX = 8.0
 _BAND_BYTES = 500_000
-"""Half of what a core of today keeps near it."""
+"""Half of the cache of a current core."""
 _PIXEL_BYTES = 12
 _NO_DEPTHS: Depths = np.empty((0, 0), dtype=np.float32)
 _FRONT, _BACK = 0.42, 0.5
 
 
 class RenderMode(Enum):
-    """How the part is painted."""
-
     SHADED = "shaded"
     HIDDEN_LINES = "hidden lines"
     TRANSPARENT = "transparent"
 
     @property
     def following(self) -> RenderMode:
-        """Return the next one, round and round."""
+        """Return the next mode, cyclically."""
         modes = tuple(RenderMode)
         return modes[(modes.index(self) + 1) % len(modes)]
 
@@ -60,27 +58,22 @@ class RenderStyle:
     mode: RenderMode
     edge: str
     fill: str
-    """Of faces where only lines are seen: the background."""
+    """Faces in line modes: the background."""
     half_px: float = 0.6
-    """Half the width of an edge."""
     ground: str = ""
-    """Behind the part; empty leaves the pixels beside it clear."""
+    """Background; empty leaves it transparent."""
 
 
 class Rendering:
-    """Paint a mesh into a canvas; `go_on` paints what is left until the time is up.
+    """Paint a mesh into a canvas; `go_on` continues until the time is up.
 
     Parameters
     ----------
-    mesh
-        What is painted.
     matrix, offset
         (3, 3) and (3,): ``vertex @ matrix + offset`` is x and y, px, and the height towards the
         eye, mm; the third column of ``matrix`` is a unit vector.
     canvas
-        Where; it is cleared first.
-    style
-        How.
+        Cleared first.
     colours
         (n, 3) of its vertices, from `RenderMesh.vertex_colours`.
     """
@@ -98,17 +91,16 @@ class Rendering:
         self._matrix = np.ascontiguousarray(matrix, dtype=np.float64)
         self._offset = np.ascontiguousarray(offset, dtype=np.float64)
         self._colours = colours
-        # Triangles go round counter-clockwise, seen from outside; the sign of their area in the
-        # picture says whether that is the eye's side.
+        # Triangles are counter-clockwise seen from outside; the sign of their area in the image
+        # indicates facing the eye.
         self._facing = float(np.sign(np.linalg.det(self._matrix)))
         self.px_mm = 1.0 / float(np.linalg.norm(self._matrix[:, 0]))
-        """What a pixel is wide, mm."""
         self._steps = self._painting()
         self.is_done = self._has_begun = False
 
     @property
     def bias(self) -> float:
-        """Return how deep behind the surface something still counts as on it, mm."""
+        """Return the depth below the surface that still counts as on it, mm."""
         return _BIAS_PX * self.px_mm + self._mesh.cell_mm
 
     def go_on(self, until_s: float = math.inf) -> bool:
@@ -158,7 +150,7 @@ class Rendering:
         return self._colours
 
     def _strengths(self) -> tuple[float, float]:
-        """Return how much of their colour outlines and edges have, 0 to 1."""
+        """Return the opacity of outlines and edges, 0 to 1."""
         return (1.0, 1.0) if self._style.mode is RenderMode.HIDDEN_LINES else (0.6, 0.85)
 
     def _paint_frame(self) -> None:
@@ -218,10 +210,10 @@ class Rendering:
 
 
 def blend_flat(canvas: Canvas, corners: Float, colour: str, share: float, bias: float) -> None:
-    """Lay a convex flat polygon, places (n, 3) in the canvas, over a painted part.
+    """Blend a convex flat polygon, places (n, 3) in the canvas, over a painted part.
 
-    ``share`` is how much of ``colour`` it has, 0 to 1; behind the part it is hidden, but not where
-    it lies within ``bias`` mm on its surface.
+    ``share`` is its opacity, 0 to 1; it is hidden behind the part, but not within ``bias`` mm of
+    its surface.
     """
     blend_polygon(
         np.ascontiguousarray(corners), _number(colour), share, bias, canvas.depth, canvas.image
@@ -230,7 +222,7 @@ def blend_flat(canvas: Canvas, corners: Float, colour: str, share: float, bias: 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bundle:
-    """Segments that look alike: places (n, 2, 3) in a canvas, half their width, px, and colour."""
+    """Segments of one style: places (n, 2, 3) in a canvas, half width, px, and colour."""
 
     places: Float
     half_px: float
@@ -238,10 +230,10 @@ class Bundle:
 
 
 def draw_bundles(canvas: Canvas, bundles: Sequence[Bundle], bias: float, hidden: float) -> None:
-    """Draw segments over a painted part, all of them in one call.
+    """Draw segments over a painted part in one call.
 
-    Behind the part they have ``hidden`` of their colour, 0 to 1; within ``bias`` mm on its surface
-    they are before it.
+    Behind the part their opacity is ``hidden``, 0 to 1; within ``bias`` mm of its surface they are
+    in front.
     """
     if not bundles:
         return
@@ -255,14 +247,14 @@ def draw_bundles(canvas: Canvas, bundles: Sequence[Bundle], bias: float, hidden:
 
 
 def is_hidden(mesh: RenderMesh, point: Float, toward: Float, least_mm: float) -> bool:
-    """Return whether the part stands between a point and an eye far away.
+    """Return whether the part is between a point and a distant eye.
 
     Parameters
     ----------
     point, toward
         (3,), mm, and (3,), unit: in the frame of the mesh.
     least_mm
-        What is nearer in front of the point does not count: the surface that it lies on.
+        Ignores nearer surfaces, such as the one with the point.
     """
     return hides(
         mesh.vertices, mesh.triangles, np.ascontiguousarray(point, dtype=np.float64),
@@ -271,7 +263,6 @@ def is_hidden(mesh: RenderMesh, point: Float, toward: Float, least_mm: float) ->
 
 
 def _band_rows(width: int) -> int:
-    """Return how many rows of a picture are painted after one another."""
     return min(max(_BAND_BYTES // (_PIXEL_BYTES * width), 8), 256)
 
 

@@ -1,4 +1,4 @@
-"""From which side a place on a part is seen."""
+"""Choice of the view direction to a place on a part."""
 
 from __future__ import annotations
 
@@ -9,39 +9,38 @@ import numpy as np
 from ocmm_core.geometry import Float, perpendicular_pair
 
 _KEPT_COS = float(np.cos(np.radians(72.0)))
-"""A side is kept while the surface is turned less than this away from the eye."""
+"""A view is kept while the surface is turned less than this from the eye."""
 _GOOD_COS = float(np.cos(np.radians(58.0)))
-"""A new one is looked for nearer to square, so that it is kept for a while."""
+"""New views are closer to perpendicular, so that they last for a while."""
 _ELEVATIONS = np.radians([28.0, 45.0, 62.0, 12.0, 80.0, -12.0, -30.0, -50.0])
 _AZIMUTHS = np.radians(np.arange(0.0, 360.0, 20.0))
 _LATER_WORTH = 1.6
-"""So many radians a side may be farther away from which all later places are seen."""
+"""Extra turn, rad, for a view from which all later places are visible."""
 _LIFT_PRICE = 0.35
-"""What turning over the upright costs beside turning about it: people walk round a part."""
+"""Cost of turning over the vertical relative to turning about it: people walk round a part."""
 
 
 def choose_side(
     toward: Float, normal: Float, up: Float, is_hidden: Callable[[Float], bool], later: Float
 ) -> Float:
-    """Return a unit vector (3,) to the eye from where a place on a surface is seen.
+    """Return a unit vector (3,) to the eye for viewing a place on a surface.
 
-    The one that is there stays as long as the place is in sight; else it is the nearest one from
-    which it is, from above rather than from below. Where the place is in sight from nowhere it is
-    the one that looks at it most squarely.
+    The current view is kept while the place is visible; otherwise the nearest with a view of it,
+    preferably from above. If there is none, the most perpendicular one.
 
     Parameters
     ----------
     toward
-        (3,), unit: to the eye as it is.
+        (3,), unit: to the current eye.
     normal
-        (3,), unit, outward at the place; zero where nobody knows it.
+        (3,), unit, outward at the place; zero if unknown.
     up
         (3,), unit.
     is_hidden
-        Whether the part stands between the place and an eye far away in a direction (3,).
+        Whether the part is between the place and a distant eye in a direction (3,).
     later
-        (n, 3): outward normals at the places that come after it. A side from which more of them are
-        seen, too, is worth a longer way: the next place turns nothing then.
+        (n, 3): outward normals at later places. A view that shows more of them may be farther, as
+        it saves later turns.
     """
     known = bool(np.any(normal))
     if (not known or float(normal @ toward) > _KEPT_COS) and not is_hidden(toward):
@@ -58,7 +57,7 @@ def choose_side(
             if not is_hidden(side):
                 best: Float = side
                 return best
-    # A place in a deep bore, say. The part is drawn over it, and it shows through.
+    # Such as a deep bore. The place is then drawn through the part.
     return sides[int(np.argmax(facing - 0.01 * price))] if known else toward
 
 

@@ -5,7 +5,8 @@ a chain went when this station last saw it.
 
 Read `_key` (the key of the station, in a file or in one of `_tokens`, and the `_ring` of trusted
 keys), `_public` (verification), `_signature` (kinds of signed content, and states), `_release` (a
-file released by name), `_memory` (detects older copies) and `_anchor` (keeps its ends elsewhere).
+file released by name), `_x509` (certificates for other programs), `_memory` (detects older copies)
+and `_anchor` (keeps its ends elsewhere).
 It must not know the content of chains and files.
 """
 
@@ -52,6 +53,13 @@ if TYPE_CHECKING:
         sign,
     )
     from ocmm_core.seals._tokens import TokenPlace
+    from ocmm_core.seals._x509 import (
+        DocumentKey,
+        document_key,
+        station_certificate,
+        station_of,
+        write_station_certificate,
+    )
 else:
     __getattr__ = door(
         __name__,
@@ -69,6 +77,7 @@ else:
         _ring="KnownKey",
         _signature="NOT_SIGNED SealState SealWord Signature Signed judge_signature sign",
         _tokens="TokenPlace",
+        _x509=("DocumentKey document_key station_certificate station_of write_station_certificate"),
     )
 
 __all__ = [
@@ -76,6 +85,7 @@ __all__ = [
     "NO_RELEASE",
     "RELEASE_ENDING",
     "THIS_STATION",
+    "DocumentKey",
     "KeptKeys",
     "KeyFolder",
     "KnownEnd",
@@ -88,6 +98,7 @@ __all__ = [
     "Signed",
     "StationKey",
     "TokenPlace",
+    "document_key",
     "expect",
     "judge_release",
     "judge_signature",
@@ -107,5 +118,8 @@ __all__ = [
     "sign",
     "signed_heads",
     "start_memory",
+    "station_certificate",
     "station_clock",
+    "station_of",
+    "write_station_certificate",
 ]

@@ -17,6 +17,9 @@ from ocmm_core.seals._key import KeyFolder
 from ocmm_core.seals._memory import KnownEnd, memory_folder, recall, remember
 from ocmm_core.seals._public import public_text
 from ocmm_core.seals._signature import Signature, Signed, judge_signature, sign
+from ocmm_core.side_files import SIDE_FILES, Trusted, read_guarded
+
+_MOST_MEMORY = SIDE_FILES[Trusted.MEMORY][0].most
 
 _MOST = 1000
 """Ends in a list: a station has some for each rig and probe."""
@@ -110,7 +113,11 @@ def _histories() -> Iterator[KnownEnd]:
     """Return the ends of histories, and of the things that they are about."""
     for path in memory_folder().glob("*.json"):
         with contextlib.suppress(OSError, ValueError, OcmmError, RecursionError):
-            seen = recall(msgspec.json.decode(path.read_bytes(), type=KnownEnd).name)
+            seen = recall(
+                msgspec.json.decode(
+                    read_guarded(path, _MOST_MEMORY, follow=False), type=KnownEnd
+                ).name
+            )
             if seen is not None and seen.count and (seen.thing or seen.first):
                 yield seen
 

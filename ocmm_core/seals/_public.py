@@ -43,7 +43,7 @@ def public_from_text(text: str) -> bytes:
         public = base64.b64decode(text, validate=True)
         if public_text(public) != text:
             raise ValueError
-        _key_of(public)
+        key_of(public)
     except ValueError as error:
         raise InputError(
             "key.public",
@@ -73,7 +73,7 @@ def verifies(public: bytes, content: bytes, signature: bytes) -> bool:
     if len(signature) != _SIGNATURE_BYTES:
         return False
     try:
-        key = _key_of(public)
+        key = key_of(public)
         if isinstance(key, Ed25519PublicKey):
             key.verify(signature, content)
             return True
@@ -86,7 +86,8 @@ def verifies(public: bytes, content: bytes, signature: bytes) -> bool:
     return True
 
 
-def _key_of(public: bytes) -> Ed25519PublicKey | EllipticCurvePublicKey:
+def key_of(public: bytes) -> Ed25519PublicKey | EllipticCurvePublicKey:
+    """Return the key of its 32 or 33 bytes; ValueError if they are none."""
     if len(public) == _ED25519_BYTES:
         return Ed25519PublicKey.from_public_bytes(public)
     if len(public) != _P256_BYTES:

@@ -11,6 +11,7 @@ from typing import Any
 from ocmm_core.documents import LARGEST_DOCUMENT, read_text, shortened
 from ocmm_core.errors import InputError
 from ocmm_core.settings._specs import Kind, SettingSpec, Value
+from ocmm_core.side_files import open_guarded
 
 _LONGEST = 1000
 _MOST_LINES = 50
@@ -121,7 +122,7 @@ def look_at(spec: SettingSpec, path: Path) -> None:
     if not path.is_file():
         raise _wrong(spec, str(path), "is not there" if not path.exists() else "is no file")
     if spec.key == "report.logo":
-        with path.open("rb") as stream:
+        with open(open_guarded(path), "rb") as stream:  # noqa: PTH123 - the guard opens it
             if not stream.read(8).startswith(_PICTURE_STARTS):
                 raise _wrong(spec, str(path), "is neither a PNG nor a JPEG")
     if spec.schema:

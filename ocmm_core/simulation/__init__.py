@@ -1,13 +1,12 @@
-"""The virtual rig: cameras, operator and part with known truth, and the cameras' end of the bus.
+"""Virtual rig: cameras, operator and part with known truth, and a simulated bus.
 
-In: documents of a rig, a probe and a part, and a seed. Out: frames, and the truth behind them.
+In: documents of a rig, a probe and a part, and a seed. Out: frames, and their ground truth.
 
-Rooms, from the first to the last: `slave` (the software camera as an EtherCAT slave), `scene`
-(cameras, operator and part), `hand` (somebody else leads the probe), `calibration_scenes` (what is
-shown while the rig is calibrated),
-`bus` (software cameras on a wire, and what can be made to fail).
-It uses rooms up to calibration. Only composition roots import it, so that nothing in the product
-can rest on a truth that exists only here.
+Packages from first to last: `slave` (software camera as an EtherCAT slave), `scene` (cameras,
+operator and part), `hand` (probe led by the user), `calibration_scenes` (scenes for calibration),
+`bus` (software cameras on a wire, and fault injection).
+It uses packages up to calibration. Only composition roots import it, so that no product code can
+depend on simulated truth.
 """
 
 __all__: list[str] = []

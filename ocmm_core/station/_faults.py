@@ -16,7 +16,7 @@ from typing import ClassVar, Protocol
 from psygnal import EmitLoopError, Signal, SignalInstance
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.failure import contained, described
+from ocmm_core.failure import REOPEN, contained, described
 from ocmm_core.measuring import MeasuredPoint, Refusal
 from ocmm_core.station.stream import ButtonChange
 
@@ -107,13 +107,13 @@ class StationFaults:
             known = self._measuring
             if known is None:
                 # The state comes before the log: a disk may take its time.
-                fault = Fault(described(error, part), part, time.monotonic())
+                fault = Fault(described(error, part, remedy=REOPEN), part, time.monotonic())
                 self._measuring = fault
         self._halt.set()
         if known is not None and known.part == part:
             # Asked for again, e.g. the results: once is enough, also for the log files.
             return known.error
-        told = _with_words(contained(error, part), safe)
+        told = _with_words(contained(error, part, remedy=REOPEN), safe)
         if known is not None:
             return told
         with self._lock:
@@ -128,8 +128,10 @@ class StationFaults:
         with self._lock:
             if part in self._beside:
                 return
-            self._beside[part] = Fault(described(error, part), part, time.monotonic())
-        told = _with_words(contained(error, part), "Measuring continues.")
+            self._beside[part] = Fault(
+                described(error, part, remedy=REOPEN), part, time.monotonic()
+            )
+        told = _with_words(contained(error, part, remedy=REOPEN), "Measuring continues.")
         with self._lock:
             self._beside[part] = replace(self._beside[part], error=told)
         self.tell(told)

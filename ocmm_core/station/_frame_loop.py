@@ -17,6 +17,7 @@ from ocmm_core.acquisition.frames import (
 )
 from ocmm_core.acquisition.recording import FrameHistory
 from ocmm_core.camera import Rig
+from ocmm_core.errors import OcmmError
 from ocmm_core.measuring import PointOptions, Touch, TouchCollector
 from ocmm_core.station._faults import StationFaults
 from ocmm_core.tracking import (
@@ -33,11 +34,18 @@ _BATCH = 800
 _IDLE_S = 0.002
 
 
+RECORDING = "The recording"
+
+
 class FrameSink(Protocol):
     """Takes the raw frames as they come, e.g. a recorder."""
 
     def append(self, block: FrameBlock) -> None:
         """Keep a block of frames."""
+        ...
+
+    def check_name(self) -> OcmmError | None:
+        """Return why its file is not on the disk under its name; None if it is. Any thread."""
         ...
 
     def close(self) -> None:
@@ -193,8 +201,8 @@ class FrameLoop:
             try:
                 self._recorder.append(block)
             except Exception as error:
-                self._recorder = None
-                self._faults.note(error, "The recording")
+                lost, self._recorder = self._recorder.check_name() is not None, None
+                (self._faults.fail if lost else self._faults.note)(error, RECORDING)
         track = self._pipeline.process(block)
         collector = self._collector
         if collector is None:

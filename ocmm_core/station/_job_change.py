@@ -8,9 +8,15 @@ from pathlib import Path
 
 from ocmm_core.documents import digest, read_text
 from ocmm_core.errors import OcmmError
-from ocmm_core.failure import contained
+from ocmm_core.failure import REOPEN, contained
 from ocmm_core.inspection.evaluation import JobHeader
-from ocmm_core.inspection.plan import load_plan, plan_release, require_released, stored_plan
+from ocmm_core.inspection.plan import (
+    load_plan,
+    plan_release,
+    require_consistent,
+    require_released,
+    stored_plan,
+)
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.station._faults import StationEvents
 from ocmm_core.station._frame_loop import FrameLoop
@@ -152,7 +158,9 @@ class JobChange:
                 before.session.pausing.resume()
             if isinstance(error, OcmmError) or not isinstance(error, Exception):
                 raise
-            raise contained(error, "The change of the job", _NOTHING_CHANGED) from error
+            raise contained(
+                error, "The change of the job", _NOTHING_CHANGED, remedy=REOPEN
+            ) from error
         self._parts.begin(after)
         self._events.emit(self._events.changed)
         return words
@@ -175,6 +183,7 @@ def _job_by(
         Where the file is made.
     """
     plan = load_plan(path)
+    require_consistent(path, plan)
     use = before.with_plan(plan, path)
     head = replace(like, plan_text=read_text(path))
     header = replace(header, part=plan.part)

@@ -13,6 +13,7 @@ from ocmm_core.inspection.archive import SUFFIX, require_new_serial
 from ocmm_core.inspection.evaluation import JobHeader
 from ocmm_core.inspection.plan import Plan, note_release
 from ocmm_core.inspection.session import HEADER_EVENT, check_header, header_text
+from ocmm_core.names import file_stem
 from ocmm_core.seals import NO_RELEASE, ReleaseState
 from ocmm_core.storage import NAMED, JobFile, JobHead, now_utc
 
@@ -111,7 +112,7 @@ def give_back(job: JobFile, *, made: bool) -> None:
 
 def free_path(folder: Path, plan: Plan) -> Path:
     """Return a name of a job file in ``folder`` that is not taken; StorageError if all are."""
-    stem = plan.name.replace(" ", "_")
+    stem = file_stem(plan.name)
     for number in range(1, 100_000):
         path = folder / f"{stem}-{number:03d}{SUFFIX}"
         # A log without its file would be taken for that of the new one.

@@ -11,6 +11,7 @@ import inspect
 import logging
 import threading
 import time
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -18,18 +19,19 @@ from ocmm_core.acquisition.bus_process import Acquisition, ChildProcess, RemoteO
 from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.acquisition.recording import FrameHistory
 from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse
+from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.station._bus_watch import BusWatch
 from ocmm_core.station._calibration_watch import CalibrationWatch
 from ocmm_core.station._faults import StationEvents, StationFaults
-from ocmm_core.station._frame_loop import FrameLoop, FrameSink
+from ocmm_core.station._frame_loop import RECORDING, FrameLoop, FrameSink
 from ocmm_core.station._instruments import Instruments
 from ocmm_core.station._job import StationJob
 from ocmm_core.station._job_change import JobChange
-from ocmm_core.station._job_watch import JobWatch
 from ocmm_core.station._live import LiveState
 from ocmm_core.station._looks import Looks
 from ocmm_core.station._maintenance import StationMaintenance
+from ocmm_core.station._name_watch import HISTORY, JOB, PROBE, NameWatch
 from ocmm_core.station._open_job import CurrentJob, Gear, PartLoader, PlanInUse, open_job
 from ocmm_core.station._options import StationOptions
 from ocmm_core.station._reports import Reports
@@ -87,7 +89,8 @@ class MeasuringStation:
         """What has failed, and the signal that tells it."""
         self.events = events = StationEvents(faults)
         """Signals of what changes."""
-        self._job_watch = JobWatch(current, faults)
+        job_name = {JOB: lambda: current.now.file.check_name()}
+        self._watches = NameWatch(job_name, faults), NameWatch(self._checks(gear), faults)
         bus = BusWatch(ring) if options.live_source else None
         live = LiveState(gear.rig, gear.body, session.point, bus, gear.reference)
         objects = None
@@ -161,7 +164,8 @@ class MeasuringStation:
             self._acquisition.start()
             self._calibration.start()
             self._frames.start()
-            self._job_watch.start()
+            for watch in self._watches:
+                watch.start()
             self._parts.begin(self._current.now)
         except Exception as error:
             raise self.faults.fail(error, "The start", tell=False) from error
@@ -190,7 +194,8 @@ class MeasuringStation:
             _log.error("The acquisition did not end within %s s.", _STOP_S)
         if self.stream is not None and not self.stream.close():
             _log.error("The stream did not end in time.")
-        self._job_watch.close()
+        for watch in self._watches:
+            watch.close()
         self._current.ended = True
         self.looks.close()
         self._ring.close()
@@ -199,10 +204,20 @@ class MeasuringStation:
                 self._recorder.close()
             except Exception as error:
                 # The points come before the recording: the job is closed all the same.
-                self.faults.note(error, "The recording")
+                self.faults.note(error, RECORDING)
         self._current.now.file.close()
         if self.history is not None:
             self.history.clear()
+
+    def _checks(self, gear: Gear) -> Mapping[str, Callable[[], OcmmError | None]]:
+        """Return what compares the names of histories and recording with their files."""
+        stores = {HISTORY: gear.calibration.store, PROBE: gear.probe.store}
+        checks: dict[str, Callable[[], OcmmError | None]] = {
+            part: store.check_name for part, store in stores.items() if store is not None
+        }
+        if self._recorder is not None:
+            checks[RECORDING] = self._recorder.check_name
+        return checks
 
     def wait_finished(self, timeout_s: float) -> bool:
         """Wait until the source has ended and all its frames are measured; say whether so."""

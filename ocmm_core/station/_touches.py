@@ -10,9 +10,9 @@ from ocmm_core.measuring import Refusal, Touch
 from ocmm_core.station._faults import StationEvents, StationFaults
 from ocmm_core.station._frame_loop import Tracked
 from ocmm_core.station._instruments import Instruments
-from ocmm_core.station._job_watch import PART
 from ocmm_core.station._live import LiveState
 from ocmm_core.station._maintenance import StationMaintenance
+from ocmm_core.station._name_watch import JOB
 from ocmm_core.station._open_job import CurrentJob
 from ocmm_core.station.stream import ButtonWatch
 
@@ -100,7 +100,7 @@ class TouchTaker:
             if lost is None:
                 self._faults.tell(error)
             else:
-                self._faults.fail(lost, PART)
+                self._faults.fail(lost, JOB)
             return
         if isinstance(outcome, Refusal):
             events.emit(events.point_refused, outcome)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ocmm_core.storage._event_text import bad_event, event_value
     from ocmm_core.storage._faults import damaged, no_job, not_writable, saved_sentence
     from ocmm_core.storage._glance import JobSummary, read_summary
-    from ocmm_core.storage._guard import database_content, open_in_place
+    from ocmm_core.storage._guard import HeldConnection, database_content, open_in_place
     from ocmm_core.storage._held_jobs import (
         HeldJobs,
         held_jobs_file,
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
         write_held_jobs,
     )
     from ocmm_core.storage._job_content import JobContent, read_job
-    from ocmm_core.storage._job_file import NAMED, JobFile
+    from ocmm_core.storage._job_file import LEFT_OUT, NAMED, JobFile
     from ocmm_core.storage._job_keeper import RESCUED
     from ocmm_core.storage._job_seal import ADOPTED, JobSeal, judge_head
     from ocmm_core.storage._job_steps import JobStep
@@ -46,10 +46,10 @@ else:
         _event_text="bad_event event_value",
         _faults="damaged no_job not_writable saved_sentence",
         _glance="JobSummary read_summary",
-        _guard="database_content open_in_place",
+        _guard="HeldConnection database_content open_in_place",
         _held_jobs="HeldJobs held_jobs_file held_sentences read_held_jobs write_held_jobs",
         _job_content="JobContent read_job",
-        _job_file="NAMED JobFile",
+        _job_file="LEFT_OUT NAMED JobFile",
         _job_keeper="RESCUED",
         _job_seal="ADOPTED JobSeal judge_head",
         _job_steps="JobStep",
@@ -61,9 +61,11 @@ __all__ = [
     "ADOPTED",
     "AUDITED",
     "CLOCK",
+    "LEFT_OUT",
     "NAMED",
     "RESCUED",
     "AuditedStep",
+    "HeldConnection",
     "HeldJobs",
     "JobContent",
     "JobEvent",

@@ -28,8 +28,14 @@ from ocmm_core.storage._faults import (
     primary_code,
     storage_error,
 )
-from ocmm_core.storage._guard import GuardedConnection, database_content, open_in_place, with_log
-from ocmm_core.storage._job_content import HELD, read_job, unreadable
+from ocmm_core.storage._guard import (
+    GuardedConnection,
+    database_content,
+    give_up,
+    open_in_place,
+    with_log,
+)
+from ocmm_core.storage._job_content import read_job, unreadable
 from ocmm_core.storage._migrations import (
     APPLICATION_ID,
     MIGRATIONS,
@@ -153,6 +159,7 @@ def connection_to(path: Path) -> Iterator[GuardedConnection]:
         # What a killed program or a failed sync left in the log may only be in memory: from
         # here on it is on the disk, before anything is written behind it.
         checkpoint(db)
+        db.left_out = content.left_out
         yield db
 
 
@@ -238,38 +245,15 @@ def checkpoint(db: sqlite3.Connection) -> bool:
     return False
 
 
-def give_up(db: sqlite3.Connection) -> None:
-    """Close a connection whose disk failed without writing or syncing anything any more.
-
-    A close takes the log into the file and syncs both. A sync that failed may seem to succeed when
-    it is tried again, because the system has dropped the pages meanwhile; then the log, which has
-    everything, would be deleted. Without ``synchronous`` nothing is synced, and an interrupt
-    ends the taking in before its first page, so that the log stays.
-    """
-    with contextlib.suppress(sqlite3.Error):
-        db.execute("PRAGMA synchronous = OFF")
-    db.interrupt()
-    db.close()
-
-
 def _connect(path: Path) -> GuardedConnection:
     try:
-        key = HELD.hold(path)
+        db = open_in_place(path, GuardedConnection, Trusted.JOB, wait_s=_WAIT_S)
+    except FAULTS as error:
+        raise storage_error(path, error) from error
     except OSError as error:
         raise unreadable(path, error) from error
-    try:
-        db = open_in_place(path, GuardedConnection, Trusted.JOB, wait_s=_WAIT_S)
-    except BaseException as error:
-        HELD.let_go(key)
-        if isinstance(error, FAULTS):
-            raise storage_error(path, error) from error
-        if isinstance(error, OSError):
-            raise unreadable(path, error) from error
-        raise
-    db.on_close(lambda: HELD.let_go(key))
     with _closing_on_error(path, db):
         db.guard(path)
-        db.execute("PRAGMA locking_mode = EXCLUSIVE")
         db.execute("PRAGMA synchronous = FULL")
         # By itself SQLite would tell nobody of a sync that fails there, and try it again.
         db.execute("PRAGMA wal_autocheckpoint = 0")

@@ -9,15 +9,16 @@ from __future__ import annotations
 import contextlib
 import errno
 import sqlite3
-import stat
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
+from ocmm_core.host import HOST
 from ocmm_core.side_files import SIDE_FILES, Trusted, refuse_side_files
+from ocmm_core.storage._held_files import HELD
 
-C = TypeVar("C", bound=sqlite3.Connection)
+C = TypeVar("C", bound="HeldConnection")
 
 LONGEST_VALUE = 32 << 20
 """Bytes of the longest value of a row; SQLite refuses a longer one before it makes room for it."""
@@ -45,21 +46,19 @@ _DEFENCES = (
 _STEPS = 50_000
 """Steps of SQLite's machine between two looks at the clock: about a millisecond."""
 
+_RESERVED_BYTE = 0x40000001
+"""Of SQLite's locks (SQLite, "Database File Format", 1.2, and ``os.h``)."""
+
 BASE_S, _BYTES_A_SECOND = 3.0, 4 << 20
 """Processor time that a file may take; the largest jobs are read twenty times as fast."""
 
 
-class GuardedConnection(sqlite3.Connection):
-    """A connection that ends a statement which takes longer than the size of its file explains."""
+class HeldConnection(sqlite3.Connection):
+    """A connection whose file is held until it is closed (`open_in_place`)."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
-        self._path: Path | None = None
-        self._size = 0
-        self._until_s = 0.0
         self._on_close: Callable[[], None] = lambda: None
-        self.inserts: list[tuple[str, tuple[object, ...]]] | None = None
-        """The statements that inserted rows, with their values; None if not collected."""
 
     def on_close(self, then: Callable[[], None]) -> None:
         """Call ``then`` once, after the connection is closed."""
@@ -70,6 +69,20 @@ class GuardedConnection(sqlite3.Connection):
         super().close()
         self._on_close()
         self._on_close = lambda: None
+
+
+class GuardedConnection(HeldConnection):
+    """A connection that ends a statement which takes longer than the size of its file explains."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self._path: Path | None = None
+        self._size = 0
+        self._until_s = 0.0
+        self.inserts: list[tuple[str, tuple[object, ...]]] | None = None
+        """The statements that inserted rows, with their values; None if not collected."""
+        self.left_out = ""
+        """Bytes of the log that were in no complete step when it was opened, as a sentence."""
 
     def execute(self, sql: str, parameters: Any = (), /) -> sqlite3.Cursor:
         """Execute a statement as `sqlite3.Connection`, and collect it if it inserts."""
@@ -121,29 +134,58 @@ def harden(db: sqlite3.Connection) -> None:
 def open_in_place(
     path: Path, factory: type[C], kind: Trusted, *, wait_s: float, read_only: bool = False
 ) -> C:
-    """Open a database by its name, hardened, if nothing hostile lies next to it.
+    """Open a database by its name, hardened, if nothing hostile is next to it.
+
+    SQLite looks for a rollback journal at its first read, and ignores one while somebody else has
+    the reserved lock of the database. This process keeps that lock meanwhile by a descriptor of its
+    own, so a journal that appears after the check of the names does nothing. SQLite opens the log
+    without following links; its name is checked again before anything is written into it.
 
     Raises
     ------
     OSError
-        As of `refuse_side_files`.
+        As of `refuse_side_files`, or it is no file or too large.
     sqlite3.Error
         It cannot be opened.
     """
     there = path.resolve()
-    if not stat.S_ISREG(there.stat().st_mode):
-        raise OSError(errno.EINVAL, "it is no file", str(path))
     refuse_side_files(there, kind)
-    db: C = sqlite3.connect(
-        f"{there.as_uri()}?mode={'ro' if read_only else 'rw'}", uri=True, factory=factory,
-        timeout=wait_s, isolation_level=None, check_same_thread=False,
-    )  # fmt: skip
+    key, descriptor = HELD.hold(there, SIDE_FILES[kind][0].most)
+    db: C | None = None
     try:
-        harden(db)
+        with HOST.sharing_byte(descriptor, _RESERVED_BYTE):
+            db = sqlite3.connect(
+                f"{there.as_uri()}?mode={'ro' if read_only else 'rw'}", uri=True, factory=factory,
+                timeout=wait_s, isolation_level=None, check_same_thread=False,
+            )  # fmt: skip
+            harden(db)
+            if kind is Trusted.JOB:
+                db.execute("PRAGMA locking_mode = EXCLUSIVE")
+            db.execute("PRAGMA schema_version").fetchone()
+        refuse_side_files(there, kind)
+        if kind is Trusted.JOB and db.execute("PRAGMA journal_mode").fetchone()[0] != "wal":
+            raise OSError(errno.EPERM, "another program has just changed it", str(path))
     except BaseException:
-        db.close()
+        if db is not None:
+            give_up(db)
+        HELD.let_go(key)
         raise
+    db.on_close(lambda: HELD.let_go(key))
     return db
+
+
+def give_up(db: sqlite3.Connection) -> None:
+    """Close a connection without writing or syncing anything any more, e.g. if its disk failed.
+
+    A close takes the log into the file and syncs both. A sync that failed may seem to succeed when
+    it is tried again, because the system has dropped the pages meanwhile; then the log, which has
+    everything, would be deleted. Without ``synchronous`` nothing is synced, and an interrupt
+    ends the taking in before its first page, so that the log stays.
+    """
+    with contextlib.suppress(sqlite3.Error):
+        db.execute("PRAGMA synchronous = OFF")
+    db.interrupt()
+    db.close()
 
 
 def database_content(fill: Callable[[sqlite3.Connection], None]) -> bytes:

@@ -4,26 +4,24 @@ Users, campaigns, tests and the archive read by `read_job`. The file and its wri
 read by descriptors of regular files and joined in memory (`_write_ahead_log`). Nothing next to the
 job is made, changed or run, so a job can be read where nobody can write, while another program
 measures it, after a disk that was full, and in a folder that others can write.
-
-POSIX drops all locks of a process on a file when it closes any descriptor of that file. So a job
-that this process holds is read by the descriptor that the holder keeps (`HeldFiles`).
 """
 
 from __future__ import annotations
 
 import contextlib
 import os
-import threading
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from ocmm_core.errors import StorageError
 from ocmm_core.host import HOST
+from ocmm_core.named_file import FileIdentity
 from ocmm_core.side_files import SIDE_FILES, Trusted, open_guarded, refuse_side_files
 from ocmm_core.storage._faults import no_job
 from ocmm_core.storage._guard import LARGEST_FILE
+from ocmm_core.storage._held_files import HELD
 from ocmm_core.storage._write_ahead_log import HEAD_SIZE, LogPages, read_log
 
 _TRIES = 50
@@ -41,66 +39,9 @@ class JobContent:
 
     file: bytes
     """Of the file, with all complete steps of its log."""
+    identity: FileIdentity
     left_out: str = ""
     """Bytes that are in no complete step, as a sentence; empty if there are none."""
-
-
-@dataclass(slots=True)
-class _Holding:
-    descriptors: list[int] = field(default_factory=list)
-    users: int = 0
-
-
-class HeldFiles:
-    """Descriptors of the job files that this process holds, by device and inode."""
-
-    def __init__(self) -> None:
-        self._lock = threading.RLock()
-        self._held: dict[tuple[int, int], _Holding] = {}
-
-    def hold(self, path: Path) -> tuple[int, int]:
-        """Keep a descriptor of a job until `let_go`; return its key. OSError of `open_guarded`."""
-        with self._lock:
-            descriptor = open_guarded(path, follow=False, most=LARGEST_FILE)
-            key = _key(descriptor)
-            holding = self._held.setdefault(key, _Holding())
-            holding.descriptors.append(descriptor)
-            holding.users += 1
-            return key
-
-    def let_go(self, key: tuple[int, int]) -> None:
-        """End a `hold`, after the connection is closed."""
-        with self._lock:
-            holding = self._held[key]
-            holding.users -= 1
-            if not holding.users:
-                del self._held[key]
-                for descriptor in holding.descriptors:
-                    os.close(descriptor)
-
-    @contextlib.contextmanager
-    def reading(self, path: Path) -> Iterator[int]:
-        """Give a descriptor of a job file to read; OSError of `open_guarded`."""
-        with self._lock:
-            looked = path.stat()
-            holding = self._held.get((looked.st_dev, looked.st_ino))
-            if holding is not None:
-                yield holding.descriptors[0]
-                return
-            descriptor = open_guarded(path, most=LARGEST_FILE)
-            try:
-                yield descriptor
-            finally:
-                replaced = self._held.get(_key(descriptor))
-                if replaced is None:
-                    os.close(descriptor)
-                else:
-                    # The name was given to a held job meanwhile: closing would drop its locks.
-                    replaced.descriptors.append(descriptor)
-
-
-HELD = HeldFiles()
-"""Of this process: locks of POSIX belong to a process, and so does this."""
 
 
 def read_job(path: Path) -> JobContent:
@@ -175,7 +116,8 @@ def _at_once(path: Path, there: Path) -> JobContent | None:
     joined = _joined(content, pages)
     if not joined.startswith(_MAGIC):
         raise no_job(path)
-    return JobContent(joined, pages.left_out)
+    identity = FileIdentity(path, before.st_dev, before.st_ino)
+    return JobContent(joined, identity, pages.left_out)
 
 
 @contextlib.contextmanager
@@ -232,8 +174,3 @@ def _joined(content: bytes, log: LogPages) -> bytes:
         if number <= log.n_pages:
             joined[(number - 1) * log.page_size : number * log.page_size] = page
     return bytes(joined)
-
-
-def _key(descriptor: int) -> tuple[int, int]:
-    state = os.fstat(descriptor)
-    return state.st_dev, state.st_ino

@@ -18,7 +18,7 @@ from types import MappingProxyType, TracebackType
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
-from ocmm_core.named_file import NameLoss
+from ocmm_core.named_file import FileIdentity, NameLoss
 from ocmm_core.part_model import PartModel
 from ocmm_core.seals import KeyFolder, StationKey
 from ocmm_core.storage._audit import (
@@ -67,6 +67,8 @@ from ocmm_core.storage._tables import (
 
 _LOCK_S = 0.4
 """Longest wait for a step in progress, when the name of the file is lost."""
+LEFT_OUT = "left out"
+"""Kind of the event for what was in no complete step when the job was continued."""
 NAMED = "named"
 """Kind of the event with the name of the job; the first one counts."""
 
@@ -93,7 +95,9 @@ class JobFile:
         """Where the file is."""
         self.head = head
         """What the job says about itself."""
-        self.left_out = ""
+        self.identity: FileIdentity | None = None
+        """The file on the disk, if `read` from one."""
+        self.left_out = db.left_out
         """What of the file is in no complete step, as a sentence; empty if there is nothing."""
         self._read_only, self._scratch = read_only, scratch
         self._db: GuardedConnection | None = db
@@ -207,7 +211,9 @@ class JobFile:
             As of `read_job`, or it is damaged.
         """
         content = read_job(path)
-        return cls.in_memory(path, content.file, content.left_out, read_only=read_only)
+        made = cls.in_memory(path, content.file, content.left_out, read_only=read_only)
+        made.identity = content.identity
+        return made
 
     @classmethod
     def in_memory(
@@ -547,6 +553,8 @@ class JobFile:
                     if db.inserts is not None:
                         db.inserts.clear()
                     note_clock(db)
+                    if db.left_out:
+                        insert_event(db, LEFT_OUT, db.left_out)
                     yield db
                     if self._key is not None:
                         sealed = insert_seal(db, self._key)
@@ -558,6 +566,7 @@ class JobFile:
             finally:
                 if keeper is not None:
                     keeper.note_log()
+            db.left_out = ""
             if keeper is not None:
                 keeper.key = self._key
                 keeper.acknowledge(tuple(db.inserts or ()), sealed)

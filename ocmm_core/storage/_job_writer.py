@@ -7,8 +7,9 @@ import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
 
-from ocmm_core.storage._connection import checkpoint, give_up
+from ocmm_core.storage._connection import checkpoint
 from ocmm_core.storage._faults import bad_text, disk_failed, primary_code
+from ocmm_core.storage._guard import give_up
 
 _STEPS_A_CHECKPOINT = 256
 """Some 1,500 pages of the log, 6 MB: what has to be read again after a kill."""

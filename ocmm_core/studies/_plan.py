@@ -7,7 +7,8 @@ trial, so that neither a drift nor a memory favours a part.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import msgspec
@@ -15,6 +16,7 @@ import numpy as np
 
 from ocmm_core.documents import Document, load_document, write_new
 from ocmm_core.errors import InputError, StorageError
+from ocmm_core.names import label_fault
 from ocmm_core.studies._gauge_rr import LEAST_OPERATORS, LEAST_PARTS, LEAST_TRIALS
 
 STUDY_SCHEMA = "ocmm.msa-plan/1"
@@ -80,10 +82,8 @@ def plan_study(
     if count > _MOST:
         raise InputError("msa.too_large", f"{count} measurements.", f"At most {_MOST}.")
     for word in (name, *parts, *operators):
-        if not word.strip() or any(one in '"\\' or not one.isprintable() for one in word):
-            raise InputError(
-                "msa.name", f"{word!r} cannot be a name.", "Use letters, digits and blanks."
-            )
+        if fault := label_fault(word):
+            raise InputError("msa.name", f"The name {word!r} {fault}.", "Correct the name.")
     rng = np.random.default_rng([seed, 12])
     runs: list[StudyRun] = []
     codes = rng.permutation(count) + 1
@@ -97,16 +97,16 @@ def plan_study(
 
 def plan_text(plan: StudyPlan) -> str:
     """Return a plan as TOML."""
-    head = (
-        f'schema = "{plan.schema}"\nunit = "{plan.unit}"\nname = "{plan.name}"\n'
-        f"seed = {plan.seed}\n"
+    head = {field: getattr(plan, field) for field in ("schema", "unit", "name", "seed")}
+    runs = [f"[[runs]]\n{_entries(msgspec.to_builtins(one))}" for one in plan.runs]
+    return "\n".join([_entries(head), *runs])
+
+
+def _entries(values: Mapping[str, object]) -> str:
+    # JSON writes text and whole numbers as TOML does.
+    return "".join(
+        f"{key} = {json.dumps(value, ensure_ascii=False)}\n" for key, value in values.items()
     )
-    runs = [
-        f'[[runs]]\ncode = "{one.code}"\npart = "{one.part}"\noperator = "{one.operator}"\n'
-        f"trial = {one.trial}\n"
-        for one in plan.runs
-    ]
-    return "\n".join([head, *runs])
 
 
 def store_plan(path: Path, plan: StudyPlan) -> None:

@@ -20,6 +20,7 @@ from ocmm_core.acquisition.recording import FrameHistory
 from ocmm_core.errors import OcmmError
 from ocmm_core.failure import log_folder
 from ocmm_core.settings import SETTINGS, LoadedSettings, SettingsStore, text_of
+from ocmm_core.side_files import OversizeError, open_guarded, read_guarded
 
 SECRET_SETTINGS = ("stream.token", "stream.key", "archive.password")
 """Settings that name a file with a secret: neither the file nor its place is packed."""
@@ -141,15 +142,16 @@ def _recording(site: SupportSite, loaded: LoadedSettings) -> Iterator[RawItem]:
     with tempfile.TemporaryDirectory(prefix="ocmm-support-") as folder:
         path = Path(folder) / "frames.ocmr"
         history.write(path, blocks)
-        yield RawItem("recording/last_seconds.ocmr", path.read_bytes(), is_text=False)
+        content = read_guarded(path, 1 << 30)
+        yield RawItem("recording/last_seconds.ocmr", content, is_text=False)
 
 
 def head_of(path: Path) -> str:
     """Return what a record says of itself, and none of what was measured."""
     try:
-        if path.stat().st_size > MOST_RECORD_BYTES:
-            return f"{path.name}: too large to be looked at"
-        found = json.loads(path.read_bytes())
+        found = json.loads(read_guarded(path, MOST_RECORD_BYTES))
+    except OversizeError:
+        return f"{path.name}: too large to be looked at"
     except (OSError, ValueError, RecursionError) as error:
         return f"{path.name}: cannot be read ({type(error).__name__})"
     return json.dumps(_plain(found, 2), indent=1, ensure_ascii=False)
@@ -167,7 +169,7 @@ def _plain(value: Any, depth: int) -> Any:
 
 def _end_of(path: Path, most: int) -> bytes:
     try:
-        with path.open("rb") as stream:
+        with open(open_guarded(path), "rb") as stream:  # noqa: PTH123 - the guard opens it
             size = stream.seek(0, os.SEEK_END)
             stream.seek(max(size - most, 0))
             return stream.read(most)
@@ -228,9 +230,7 @@ _NAMED = ("made_by", "who", "operator", "by", "user", "name_of_operator", "inspe
 
 def _operators(path: Path) -> Iterator[str]:
     try:
-        if path.stat().st_size > MOST_RECORD_BYTES:
-            return
-        pending = [json.loads(path.read_bytes())]
+        pending = [json.loads(read_guarded(path, MOST_RECORD_BYTES))]
     except (OSError, ValueError, RecursionError):
         return
     while pending:
@@ -269,7 +269,7 @@ def secret_texts(loaded: LoadedSettings) -> Iterator[str]:
         path = loaded.values[key]
         if isinstance(path, Path):
             try:
-                with path.open("rb") as stream:
+                with open(open_guarded(path), "rb") as stream:  # noqa: PTH123 - the guard opens it
                     yield stream.read(1 << 16).decode("utf-8", errors="backslashreplace")
             except OSError:
                 continue

@@ -20,7 +20,13 @@ if TYPE_CHECKING:
     from ocmm_core.tables._named import NamedColumns, TextRow, TextTable, read_table
     from ocmm_core.tables._numbers import NUMBER, NumberGrammar, typed_number
     from ocmm_core.tables._points import PointsFile, read_points_file
-    from ocmm_core.tables._preview import PreviewRow, TablePreview, preview_table
+    from ocmm_core.tables._preview import (
+        AccountedTable,
+        PreviewRow,
+        TablePreview,
+        TableReader,
+        preview_table,
+    )
     from ocmm_core.tables._text import decoded
 else:
     __getattr__ = door(
@@ -29,13 +35,14 @@ else:
         _named="NamedColumns TextRow TextTable read_table",
         _numbers="NUMBER NumberGrammar typed_number",
         _points="PointsFile read_points_file",
-        _preview="PreviewRow TablePreview preview_table",
+        _preview="AccountedTable PreviewRow TablePreview TableReader preview_table",
         _text="decoded",
     )
 
 __all__ = [
     "NUMBER",
     "SKIPPED_BY_USER",
+    "AccountedTable",
     "NamedColumns",
     "NumberGrammar",
     "PointsFile",
@@ -44,6 +51,7 @@ __all__ = [
     "TableColumn",
     "TableOptions",
     "TablePreview",
+    "TableReader",
     "TextRow",
     "TextTable",
     "decoded",

@@ -12,7 +12,13 @@ from ocmm_core.errors import InputError
 
 SKIPPED_BY_USER = "skipped as stated"
 _LISTED = 12
-_SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma", "|": "bar", " ": "blank"}
+_SEPARATED = {
+    "\t": "Cells are separated by tabs.", ";": "Cells are separated by semicolons.",
+    ",": "Cells are separated by commas.", "|": "Cells are separated by bars.",
+    " ": "Cells are separated by blanks.",
+}  # fmt: skip
+_PROOF = re.compile(r"(?:^|, )(.+?) in line (\d+)")
+"""Number and line in the evidence of a decimal sign."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,26 +114,57 @@ class TableAccount:
 
     def sentences(self, listed: int = _LISTED) -> tuple[str, ...]:
         """Return the account for people, at most ``listed`` entries of left out lines."""
-        read = ", ".join(_meaning(one) for one in self.columns if one.role)
+        first, last = self.lines
+        found = [
+            f"{self.taken} rows read, lines {first} to {last}." if first
+            else f"{self.form}: {self.taken} vertices read."
+        ]  # fmt: skip
+        found.append(f"Columns: {', '.join(_meaning(one) for one in self.columns if one.role)}.")
         out = ", ".join(repr(one.heading) for one in self.columns if not one.role)
-        where = f", lines {self.lines[0]} to {self.lines[1]}" if self.lines[0] else ""
-        found = [f"{self.form}: {self.taken} rows read{where}; columns {read}."]
         if out:
             found.append(f"Columns left out: {out}.")
-        source = f"from {self.unit_from}" if self.unit_from else "assumed; the file states none"
-        found.append(f"Unit {self.unit} ({source}).")
+        found.append(self._unit_sentence())
         if self.separator:
-            sign = {",": "comma", ".": "point"}.get(self.decimal, "point and comma")
-            proof = f" ({self.decimal_from})" if self.decimal_from else ""
-            between = _SEPARATORS.get(self.separator, self.separator)
-            found.append(f"Decimal {sign}{proof}, separator {between}.")
+            found += [self._decimal_sentence(), self._separator_sentence()]
         found += [one.sentence() for one in self.skipped[:listed]]
-        rest = self.skipped[listed:]
-        if rest:
-            count = sum(one.last - one.first + 1 for one in rest)
-            reasons = Counter(one.why for one in rest)
-            found.append(f"Also left out, {count} in number: {', '.join(reasons)}.")
+        more: Counter[str] = Counter()
+        for one in self.skipped[listed:]:
+            more[one.why] += one.last - one.first + 1
+        found += [
+            f"1 line left out: {why}." if count == 1 else f"{count} lines left out: {why}."
+            for why, count in more.items()
+        ]
         return tuple(found)
+
+    def _unit_sentence(self) -> str:
+        match self.unit_from:
+            case "":
+                return f"Unit {self.unit}, assumed: the file states none."
+            case "your statement":
+                return f"Unit {self.unit}, as you stated."
+            case "each row":
+                return f"Unit {self.unit}, stated in each row."
+            case "the heading":
+                return f"Unit {self.unit}, stated in the heading."
+            case place:
+                line = place.removeprefix("line ")
+                return f"Unit {self.unit}, stated in line {line}."
+
+    def _separator_sentence(self) -> str:
+        known = _SEPARATED.get(self.separator)
+        return known or f"Cells are separated by {self.separator!r}."
+
+    def _decimal_sentence(self) -> str:
+        proofs = _PROOF.findall(self.decimal_from)
+        if len(proofs) == 2:
+            (one, line), (other, below) = proofs
+            return f"Decimal point and comma, as in {one} (line {line}) and {other} (line {below})."
+        if not proofs:
+            return "Decimal comma." if self.decimal == "," else "Decimal point."
+        text, line = proofs[0]
+        if self.decimal == ",":
+            return f"Decimal comma, as in {text} (line {line})."
+        return f"Decimal point, as in {text} (line {line})."
 
     def as_json(self) -> dict[str, object]:
         """Return the account as plain data."""

@@ -16,6 +16,7 @@ _WORDS = {
     "k": "k nz",
     "name": (
         "name id nr no num number point pt pnt punkt punktnr pointid pointname label feature index "
+        "番号 点名 点号 名称 编号 점 точка "
         "idx nummer punktname bezeichnung count # element row"
     ),
     "sigma": "sigma uncertainty",
@@ -36,7 +37,7 @@ _NOMINAL = frozenset(
 _NORMAL = frozenset(re.findall(r"\w+", "normal normals norm direction dir"))
 _GLUED = re.compile(
     r"(?P<a>act|actual|meas|measured|ist|nom|nominal|soll|pos|coord|point|p)?(?P<axis>[xyz])"
-    r"(?P<b>act|actual|meas|measured|ist|nom|nominal|soll|pos|coord|koord|wert|achse)?"
+    r"(?P<b>act|actual|meas|measured|ist|nom|nominal|soll|pos|coord|koord|wert|achse|座標|坐标)?"
 )
 SUMMARY = re.compile(
     r"(?:x?mean|average|avg|std|stdev|stddev|stdabw|sd|sigma|min|max|minimum|maximum|range|sum|total|"

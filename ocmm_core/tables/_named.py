@@ -12,6 +12,7 @@ from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
 from ocmm_core.tables._account import SkippedRows, TableAccount, TableColumn, TableOptions
 from ocmm_core.tables._grid import heading_cells, read_grid
+from ocmm_core.tables._headings import is_summary, role_of
 from ocmm_core.tables._numbers import NumberGrammar, grammar_of, is_number
 from ocmm_core.tables._text import bytes_of, text_lines
 from ocmm_core.tables._unit_choice import UnitChoice, choose_unit, statements_in
@@ -30,10 +31,14 @@ class NamedColumns:
     numbers: tuple[str, ...]
     """Columns of numbers, which prove the decimal sign."""
     known: tuple[str, ...] | None = None
-    """All columns that may occur; None if others are kept."""
-    lengths: tuple[str, ...] = ()
-    """Columns of lengths, whose heading may state a unit."""
-    angles: tuple[str, ...] = ()
+    """All columns that may occur; None if others are left out."""
+    optional: tuple[str, ...] = ()
+    """Columns that are read if they occur."""
+
+    @property
+    def read(self) -> frozenset[str]:
+        """Return all columns that are read."""
+        return frozenset((*self.required, *self.numbers, *self.optional, *(self.known or ())))
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +59,7 @@ class TextTable:
     head: dict[str, tuple[int, str]]
     """Key (lower case) to line number and value."""
     columns: tuple[str, ...]
-    """Names, lower case; empty for a column that --columns leaves out."""
+    """Names, lower case; empty for a column that is not read."""
     rows: tuple[TextRow, ...]
     """In the order of the file."""
     heading_line: int
@@ -111,7 +116,8 @@ class TextTable:
         """
         units = {name: found for name, found in self.units.items() if name in roles}
         stated = statements_in(self.comments)
-        return choose_unit(self.path, stated, units, options or TableOptions(), (), roles)
+        rows = [(row.line, row.cells["unit"]) for row in self.rows if "unit" in row.cells]
+        return choose_unit(self.path, stated, units, options or TableOptions(), rows, roles)
 
     def account(self, unit: UnitChoice) -> TableAccount:
         """Return what was read and left out."""
@@ -156,10 +162,9 @@ def read_table(
     names = [heading_unit(cell) for cell in heading_cells(text, grid.separator)]
     while len(names) > 1 and not names[-1][0]:
         names.pop()
-    columns = [name.lower() for name, _ in names]
-    has_heading = True
+    columns, has_heading = _roles([cell for cell, _ in names], wanted), True
     if options.columns:
-        columns, has_heading = _stated(options.columns, columns, wanted)
+        columns, has_heading = _stated(options.columns, [cell for cell, _ in names], wanted)
     _check_columns(path, line, columns, wanted)
     if has_heading:
         grid.log.add(line, text, "is the heading")
@@ -178,8 +183,11 @@ def read_table(
                 f"{path}, line {number}: there are {len(cells)} cells, but {len(columns)} columns.",
                 f"Give every column a cell.{hint * (grid.separator == ',')}",
             )
-        of_name = dict(zip(columns, cells, strict=True))
-        of_name.pop("", None)
+        words = [cell for cell in cells if cell and not is_number(cell)]
+        if words and is_summary(words):
+            grid.log.add(number, row, "not a point by its first word")
+            continue
+        of_name = {name: cell for name, cell in zip(columns, cells, strict=True) if name}
         rows.append(TextRow(number, of_name))
     if not rows:
         raise _empty(path)
@@ -200,6 +208,21 @@ def read_table(
         tuple(grid.comments), grid.separator, grammar_of(path, numbers, options.decimal),
         grid.log.entries(), hashlib.sha256(content).hexdigest(),
     )  # fmt: skip
+
+
+def _roles(headings: Sequence[str], wanted: NamedColumns) -> list[str]:
+    """Return the names of columns; headings of other programs get the name that they mean.
+
+    "X-Koordinate" is x and "Point" a name, unless another column has that name.
+    """
+    columns = [heading.lower() for heading in headings]
+    meant = [role_of(heading) for heading in headings]
+    for place, role in enumerate(meant):
+        if role in wanted.read and role not in columns and columns[place] not in wanted.read:
+            columns[place] = role if meant.count(role) == 1 else columns[place]
+    if wanted.known is not None:
+        return columns
+    return [name if name in wanted.read else "" for name in columns]
 
 
 def _empty(path: Path) -> InputError:

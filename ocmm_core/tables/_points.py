@@ -84,7 +84,7 @@ def read_points_file(path: Path | str, options: TableOptions | None = None) -> P
 
 def _of_mesh(file: Path, mesh: Mesh, options: TableOptions) -> PointsFile:
     units = choose_unit(file, statements_in(mesh.comments), {}, options)
-    points = units.factor * mesh.points
+    points = units.in_mm(mesh.points)
     if not len(points):
         raise InputError("table.empty", f"{file}: no points.", "Give a file with vertices.")
     if len(points) > MOST_POINTS or not bool(np.all(np.abs(points) < FARTHEST_MM)):
@@ -120,7 +120,7 @@ def _of_text(file: Path, grid: TextGrid, options: TableOptions) -> PointsFile:
     unit_cells = [(line, cells[plan.index("unit")]) for line, cells in rows if "unit" in plan.roles]
     units = choose_unit(file, statements, plan.units(AXES), options, unit_cells or suffixes)
     values, grammar = _values(file, plan, rows, bare, options)
-    points = values * units.factors
+    points = units.in_mm(values)
     far = ~(np.abs(points) < FARTHEST_MM).all(axis=1)
     if far.any():
         line, cells = rows[int(np.argmax(far))]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Generic, Protocol, TypeVar
 
 from ocmm_core.errors import InputError
 from ocmm_core.tables._account import TableAccount, TableOptions
@@ -11,6 +13,19 @@ from ocmm_core.tables._grid import read_grid
 from ocmm_core.tables._text import bytes_of, text_lines
 
 _ENDS = 8
+
+
+class AccountedTable(Protocol):
+    """Content of a table, with the account of its reader."""
+
+    @property
+    def account(self) -> TableAccount:
+        """Rows read and lines left out."""
+        ...
+
+
+T = TypeVar("T", bound=AccountedTable)
+TableReader = Callable[[Path, TableOptions], AccountedTable]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,33 +40,46 @@ class PreviewRow:
 
 
 @dataclass(frozen=True, slots=True)
-class TablePreview:
-    """First and last lines of a table, and the account of the reader or its error."""
+class TablePreview(Generic[T]):
+    """First and last lines of a table, and its content or the error of the reader."""
 
     rows: tuple[PreviewRow, ...]
     hidden: int
     """Lines between the first and the last ones."""
-    account: TableAccount | None
+    options: TableOptions
+    """With which it was read."""
+    table: T | None
     error: InputError | None
+
+    @property
+    def account(self) -> TableAccount | None:
+        """Return the account of the reader; None after an error."""
+        return None if self.table is None else self.table.account
 
 
 def preview_table(
-    path: Path, options: TableOptions, outcome: TableAccount | InputError
-) -> TablePreview:
-    """Return the first and last lines of a table as cells.
+    path: Path, options: TableOptions, read: Callable[[Path, TableOptions], T]
+) -> TablePreview[T]:
+    """Read a table and return its first and last lines as cells, before anything is accepted.
 
     Parameters
     ----------
-    outcome
-        Result or error of the reader with these options.
+    read
+        Reader of tables of this kind; its InputError becomes a part of the result.
 
     Raises
     ------
     InputError
         The file cannot be read at all.
     """
+    table: T | None = None
+    error: InputError | None = None
+    try:
+        table = read(path, options)
+    except InputError as refused:
+        error = refused
+    account = None if table is None else table.account
     lines = text_lines(path, bytes_of(path))
-    account = outcome if isinstance(outcome, TableAccount) else None
     grid = read_grid(path, lines, TableOptions(), has_texts=True)
     if account is not None:
         grid.separator = account.separator
@@ -71,5 +99,4 @@ def preview_table(
                 cells = [text.strip()]
             empty = "" if text.strip() else "is an empty line"
             rows.append(PreviewRow(line, tuple(cells), why.get(line, empty)))
-    error = outcome if isinstance(outcome, InputError) else None
-    return TablePreview(tuple(rows), max(len(lines) - len(rows), 0), account, error)
+    return TablePreview(tuple(rows), max(len(lines) - len(rows), 0), options, table, error)

@@ -12,7 +12,14 @@ from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.tables._account import TableOptions
-from ocmm_core.units import MeasureUnit, UnitStatement, find_unit, named_unit, unit_statement
+from ocmm_core.units import (
+    MeasureUnit,
+    UnitStatement,
+    find_unit,
+    named_unit,
+    scaled,
+    unit_statement,
+)
 
 _REMEDY = "State the unit of all lengths, such as mm."
 _SAME = 1e-9
@@ -31,6 +38,12 @@ class UnitChoice:
     """Broadcasts over (n, 3): mm of each coordinate or row."""
     of_column: Mapping[str, str] = field(default_factory=dict)
     """Symbols by role, if the columns have different units."""
+
+    def in_mm(self, values: Float) -> Float:
+        """Return coordinates (n, 3), mm."""
+        if bool(np.all(self.factors == 1.0)):
+            return values
+        return np.asarray(np.vectorize(scaled, otypes=[np.float64])(values, self.factors))
 
 
 def statements_in(lines: Iterable[tuple[int, str]]) -> list[tuple[int, UnitStatement]]:
@@ -67,17 +80,21 @@ def choose_unit(
         A unit is unknown, or two statements contradict each other.
     """
     if options.unit:
-        unit = named_unit(options.unit, "length", "stated unit")
+        unit = named_unit(options.unit, "length")
         return UnitChoice(unit.symbol, unit.factor, "your statement", np.array([unit.factor]))
     stated: tuple[int, MeasureUnit] | None = None
+    has_unit = bool(columns or rows) or any(one.unit for _, one in statements)
     for line, statement in statements:
+        if statement.is_mention and has_unit:
+            continue
         if statement.unit is None:
             raise _unknown(path, line, statement.text)
         stated = _agreed(path, stated, (line, statement.unit))
     own = {role: (line, _known(path, line, text)) for role, (line, text) in columns.items()}
     distinct = {unit.factor for _, unit in own.values()}
     of_column: dict[str, str] = {}
-    if len(distinct) > 1:
+    is_partial = len(own) < len(roles) and stated is None
+    if len(distinct) > 1 or (is_partial and distinct - {1.0}):
         return _by_column(path, own, stated, rows, roles)
     for line, unit in own.values():
         of_column = dict.fromkeys(own, unit.symbol) if len(own) < len(roles) else {}

@@ -1,12 +1,11 @@
 """Characteristics: their values, uncertainties and verdicts.
 
-In: measured features, the frame of the part, what the plan says of each characteristic.
-Out: value, U with its budget, and a verdict; or why there is none.
+In: measured features, the frame of the part, the characteristics of the plan. Out: value, U with
+its budget, and a verdict; or the reason why not.
 
-Rooms, from the first to the last: `zones` (what characteristics are made of), `kinds` (every kind
-and its value), `uncertainty` (how a value scatters), `decisions` (verdicts) and `monte_carlo`.
-None imports a later one.
-It must not know jobs or plans as a whole, nor how a result is shown.
+Packages, each importing only earlier ones: `zones` (elements of characteristics), `kinds` (all
+kinds and their values), `uncertainty` (distribution of a value), `decisions` (verdicts) and
+`monte_carlo`. The package is independent of whole jobs and plans, and of the display of results.
 """
 
 __all__: list[str] = []

@@ -1,14 +1,14 @@
-"""Spots to labelled targets, pose and tip.
+"""Tracking: from spots to labelled targets, pose and tip.
 
-In: blocks of frames, the rig, the documents of probe and reference body.
-Out: for every frame labels, pose, tip in mm with covariance and chi-square, or a status why not.
+In: blocks of frames, the rig, the documents of probe and reference body. Out: for every frame
+labels, pose, tip in mm with covariance and chi-square, or a status why not.
 
-Read `_body` (LEDs and ball of a probe) with `_led_document`, `_identify` (which slot follows which
-LED), `_body_tracker` (one body through blocks of frames), `_pipeline` (probe and reference body),
-`_result` (what is said of each frame), `_pose` (the same in plain numpy, to compare with). Then
-`_sensitivity`, `_stillness`, `_ambiguity`, `_strobe`, and the reference body: `_reference_body`,
-`_reference`, `_reference_filter`, `_reference_home`.
-`kernels` is the compiled hot path. It must not know calibration records, touches or points.
+Read `_body` (LEDs and ball of a probe) with `_led_document`, `_identify` (assignment of slots to
+LEDs), `_body_tracker` (one body through blocks of frames), `_pipeline` (probe and reference body),
+`_result` (result of each frame), `_pose` (reference in plain numpy). Then `_sensitivity`,
+`_stillness`, `_ambiguity`, `_strobe`, and the reference body: `_reference_body`, `_reference`,
+`_reference_filter`, `_reference_home`. `kernels` is the compiled hot path. The package is
+independent of calibration records, touches and points.
 """
 
 from __future__ import annotations

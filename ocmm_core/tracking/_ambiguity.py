@@ -1,4 +1,4 @@
-"""Whether the LEDs of a body can be taken for one another, or for those of another body."""
+"""Ambiguity of LED labels within a body, and between bodies."""
 
 from __future__ import annotations
 
@@ -17,42 +17,44 @@ if TYPE_CHECKING:
     from ocmm_core.tracking._body import LedBody
 
 AMBIGUITY_LIMIT_MM = 1.0
-"""A wrong labelling must leave at least this rigid residual (RMS), or the labels are in doubt."""
+"""Least rigid residual (RMS) of a wrong labelling for unambiguous labels."""
 
 FEW_LEDS = 8
-"""Up to so many LEDs every order of a body is held against its rigid residual. Of more there are
-too many orders (nine LEDs have 362,880): then no LED may be off by the limit instead of their RMS,
-which the search, whose gates are a tenth of that, cannot miss; and more LEDs must be in sight
-(`least_in_sight`)."""
+"""Up to this number of LEDs, every order is tested by its rigid residual. For more there are too
+many orders (nine LEDs have 362,880): then no LED, rather than their RMS, may deviate by the limit,
+which the search, with gates a tenth of that, cannot miss; and more LEDs must be in sight
+(`least_in_sight`).
+"""
 
 _FIRST = 50
-"""So many labellings that change the distances least are fitted before others are left out."""
+"""Number of labellings with least distance changes fitted before others are excluded."""
 
 REVERSED = -0.99
-"""Cosine between an axis and where a motion takes it, below which the motion reverses it."""
+"""Cosine between an axis and its image below which a motion reverses it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ambiguity:
-    """A wrong labelling that fits the body nearly as well as the right one."""
+    """A wrong labelling that fits the body nearly as well as the correct one."""
 
     labels: tuple[int, ...]
-    """LED number that is believed at the place of LED 0, 1, 2 ... (of `nearest`: of those seen), -1
-    where none is."""
+    """LED number assigned to the place of LED 0, 1, 2 ... (for `nearest`: of the visible ones), -1
+    if none.
+    """
     residual_mm: float
     """RMS distance of the LEDs after the best rigid motion."""
     tip_error_mm: float
-    """How far the tip would be wrong."""
+    """Resulting error of the tip."""
 
 
 def nearest(
     leds: Float, tip: Float, rules: Sequence[tuple[Float, Float]], seen: Sequence[int] | None = None
 ) -> Ambiguity | None:
-    """Return the wrong labelling of LEDs with the smallest residual that no rule excludes.
+    """Return the wrong labelling with the smallest residual not excluded by a rule.
 
-    Every LED of the body may be believed at every place, for nobody tells which ones are hidden. A
-    rule excludes a labelling if the body, turned by that labelling's motion, breaks the rule in
-    every attitude that keeps it; that is so when the motion reverses the rule's axis.
+    Any LED may be assigned to any place, as the hidden ones are unknown. A rule excludes a
+    labelling if the body, turned by that labelling's motion, breaks the rule in every attitude that
+    satisfies it, which is so if the motion reverses the rule's axis.
 
     Parameters
     ----------
@@ -61,9 +63,9 @@ def nearest(
     rules
         ``(body_axis, world_direction)`` pairs, each (3,).
     seen
-        Numbers of the LEDs that are seen; None where all are. Of more than `FEW_LEDS`, only a
-        labelling below the limit is found, and only among those that are seen. The labels of the
-        result name what is believed at their places, in this order.
+        Numbers of the visible LEDs; None for all. For more than `FEW_LEDS`, only a labelling below
+        the limit is found, and only among the visible ones. The labels of the result are assigned
+        to their places, in this order.
     """
     places = tuple(range(len(leds)) if seen is None else seen)
     if len(leds) > FEW_LEDS:
@@ -88,15 +90,15 @@ def nearest(
 def confused(
     leds: Float, tip: Float, rules: Sequence[tuple[Float, Float]], hidden: int
 ) -> Ambiguity | None:
-    """Return the nearest wrong labelling below the limit while ``hidden`` LEDs are not seen.
+    """Return the nearest wrong labelling below the limit with ``hidden`` unseen LEDs.
 
-    Nobody tells which ones are hidden: LEDs of the whole body may be believed at every place. Three
-    LEDs are never named without a fourth, but what could be meant by three that are seen keeps
-    four from being named, for the search wants every other labelling to explain fewer spots by more
-    than one light could add.
+    The hidden ones are unknown: any LED of the body may be assigned to any place. Three LEDs are
+    never labelled without a fourth, but an ambiguity of three visible ones prevents labelling of
+    four, as the search requires all other labellings to explain fewer spots by more than one light
+    could add.
     """
     worst: Ambiguity | None = None
-    # See above for the bound; with many LEDs, two that are off by the limit change their distance
+    # See above for the bound; with many LEDs, two that deviate by the limit change their distance
     # by twice as much.
     slack = 2.0 * np.sqrt(len(leds) if len(leds) <= FEW_LEDS else 1.0) * AMBIGUITY_LIMIT_MM
     for labels in _alike(_distances(leds), slack, hidden):
@@ -112,12 +114,12 @@ def confused(
 
 
 def check_distinct(bodies: Sequence[LedBody]) -> None:
-    """Refuse bodies of which LEDs of one look like as many of another, see `most_alike`.
+    """Refuse bodies with LEDs that are confusable with those of another, see `most_alike`.
 
     Raises
     ------
     InputError
-        Two of the bodies could be taken for each other where some of their LEDs are hidden.
+        Two of the bodies could be confused while some of their LEDs are hidden.
     """
     for one, other in combinations(bodies, 2):
         found = _in_common(
@@ -134,19 +136,19 @@ def check_distinct(bodies: Sequence[LedBody]) -> None:
 
 
 def least_in_sight(n_leds: int) -> int:
-    """Return how many LEDs of a body must be seen before it is named.
+    """Return the number of LEDs of a body that must be visible for labelling.
 
-    Four that speak for each other, see `kernels`. The more LEDs a body has, the more triples of
-    them agree with lights by chance, and the more must be seen beyond a triple.
+    Four that confirm each other, see `kernels`. The more LEDs a body has, the more triples match
+    lights by chance, and the more must be visible beyond a triple.
     """
     return 4 if n_leds <= FEW_LEDS else 3 + -(-n_leds // 8)
 
 
 def most_alike(one: LedBody, other: LedBody) -> int:
-    """Return how many LEDs of two bodies may look alike.
+    """Return the number of LEDs of two bodies that may look alike.
 
-    No three of two small bodies: they would keep each other from being named. Among many LEDs three
-    agree by chance, and fewer than the least in sight are never named.
+    No three of two small bodies: they would prevent each other's labelling. Among many LEDs three
+    match by chance, and fewer than the least in sight are never labelled.
     """
     if max(one.n_leds, other.n_leds) <= FEW_LEDS:
         return 2
@@ -156,7 +158,7 @@ def most_alike(one: LedBody, other: LedBody) -> int:
 def _in_common(
     mine: Float, theirs: Float, count: int
 ) -> tuple[tuple[int, ...], tuple[int, ...], float] | None:
-    """Return the first ``count`` LEDs of two bodies that look alike, and by how much, mm.
+    """Return the first ``count`` similar LEDs of two bodies, and their deviation, mm.
 
     Parameters
     ----------
@@ -167,7 +169,7 @@ def _in_common(
     def extend(
         leds: tuple[int, ...], alike: tuple[int, ...], fits: NDArray[np.bool_]
     ) -> tuple[tuple[int, ...], tuple[int, ...]] | None:
-        # fits[l, m]: LED l may be taken for m beside those that are chosen already.
+        # fits[l, m]: LED l may be confused with m in addition to those already chosen.
         if len(leds) == count:
             return leds, alike
         for led, label in np.argwhere(fits):
@@ -194,7 +196,7 @@ def _judge(
     places: Sequence[int],
     labels: Sequence[int],
 ) -> Ambiguity | None:
-    """Return what LEDs ``labels`` believed at ``places`` do; None where a rule excludes them."""
+    """Return the effect of LEDs ``labels`` assigned to ``places``; None if excluded by rules."""
     at, true = leds[list(places)], leds[list(labels)]
     rotation, translation = rigid_fit(at, true)
     if any(float(axis @ rotation @ axis) < REVERSED for axis, _ in rules):
@@ -216,9 +218,9 @@ def _spread(orders: Int, distances: Float, true: Float) -> Float:
 
 
 def _alike(between: Float, slack: float, hidden: int) -> Iterator[tuple[int, ...]]:
-    """Give labellings without ``hidden`` LEDs whose distances (L, L), mm, agree within slack."""
+    """Yield labellings without ``hidden`` LEDs whose distances (L, L), mm, agree within slack."""
     count = len(between)
-    # Numbers of a list are looked up several times as fast as those of an array.
+    # List elements are accessed several times as fast as those of an array.
     far = between.tolist()
 
     def extend(labels: tuple[int, ...]) -> Iterator[tuple[int, ...]]:

@@ -1,4 +1,4 @@
-"""The probe body: LEDs and ball in the probe frame, and the document that describes it."""
+"""Probe body: LEDs and ball in the probe frame, and its document."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SCHEMA = "ocmm.probe/1"
 
 
 class ProbeDocument(Document, frozen=True, kw_only=True):
-    """A probe as it is written down; lengths in mm."""
+    """Document of a probe; lengths in mm."""
 
     name: str
     tip: Vector3
@@ -46,39 +46,36 @@ class ProbeDocument(Document, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class LedBody:
-    """LEDs that move as one: all that identification knows of a probe or of a reference body."""
+    """Rigid set of LEDs: the identification data of a probe or reference body."""
 
     name: str
-    """Name of the body."""
     leds_body: Float
     """(L, 3), mm, body frame."""
     led_directions_body: Float
     """(L, 3), unit."""
     emission_half_angle: float
-    """rad; outside this cone an LED is not seen."""
+    """rad; outside this cone an LED is not visible."""
     rules: tuple[tuple[Float, Float], ...] = ()
     """``(body_axis, world_direction)`` pairs, each (3,)."""
     code: StrobeCode | None = None
-    """Strobe code of the LEDs; None where they always shine."""
+    """Strobe code of the LEDs; None if always lit."""
 
     @property
     def n_leds(self) -> int:
-        """Return the number of LEDs."""
         return len(self.leds_body)
 
 
 @dataclass(frozen=True, slots=True)
 class ProbeBody:
-    """A probe body with labels that cannot be confused."""
+    """A probe body with unambiguous labels."""
 
     name: str
-    """Name of the probe."""
     leds_probe: Float
     """(L, 3), mm, probe frame."""
     led_directions_probe: Float
     """(L, 3), unit."""
     emission_half_angle: float
-    """rad; outside this cone an LED is not seen."""
+    """rad; outside this cone an LED is not visible."""
     tip_probe: Float
     """(3,), mm, probe frame: ball centre."""
     tip_radius: float
@@ -92,16 +89,14 @@ class ProbeBody:
     identity: str
     """SHA-256 of the document."""
     code: StrobeCode | None = None
-    """Strobe code of the LEDs; None where they always shine."""
+    """Strobe code of the LEDs; None if always lit."""
 
     @property
     def n_leds(self) -> int:
-        """Return the number of LEDs."""
         return len(self.leds_probe)
 
     @property
     def led_body(self) -> LedBody:
-        """Return the LEDs without the tip."""
         return LedBody(
             self.name,
             self.leds_probe,
@@ -125,21 +120,16 @@ def load_probe(path: Path | str) -> ProbeBody:
 
 
 def body_of(document: ProbeDocument, path: Path | str, identity: str) -> ProbeBody:
-    """Return the probe of a document; see `load_probe`.
+    """Return the probe of a document; errors as `load_probe`.
 
     Parameters
     ----------
     document
-        Also one that is not in a file yet.
+        May not be in a file yet.
     path
-        Of its file; named in errors.
+        Its file, for error messages.
     identity
         SHA-256 of the file.
-
-    Raises
-    ------
-    InputError
-        As `load_probe`.
     """
     _check(Path(path), document)
     leds = np.array([led.position for led in document.leds])
@@ -167,7 +157,7 @@ def body_of(document: ProbeDocument, path: Path | str, identity: str) -> ProbeBo
 def satisfies_rules(
     body: ProbeBody | LedBody, rotations_world_from_probe: Float
 ) -> NDArray[np.bool_]:
-    """Return which attitudes (..., 3, 3) keep every orientation rule of the body, (...)."""
+    """Return which attitudes (..., 3, 3) satisfy every orientation rule of the body, (...)."""
     kept = np.ones(rotations_world_from_probe.shape[:-2], dtype=np.bool_)
     for axis, world in body.rules:
         kept &= (rotations_world_from_probe @ axis) @ world > 0.0
@@ -177,25 +167,25 @@ def satisfies_rules(
 def nearest_ambiguity(
     body: ProbeBody | LedBody, seen: Sequence[int] | None = None
 ) -> Ambiguity | None:
-    """Return the wrong labelling of the LEDs ``seen``, or of all, with the smallest rigid residual.
+    """Return the wrong labelling of the LEDs ``seen``, or of all, with the smallest residual.
 
-    See `ambiguity.nearest`. Where the body has no tip, the error is that of the middle of its LEDs.
+    See `ambiguity.nearest`. For a body without a tip, the error is that of the middle of its LEDs.
     """
     return nearest(*_shape(body), seen)
 
 
 def check_labels(path: Path | str, what: str, body: ProbeBody | LedBody) -> None:
-    """Refuse a body whose labels can be confused; a strobe code makes all labels certain.
+    """Refuse a body with ambiguous labels; a strobe code makes all labels certain.
 
     Parameters
     ----------
     path, what
-        The document and what it describes, ``"probe"`` or ``"reference"``.
+        The document and its kind, ``"probe"`` or ``"reference"``.
 
     Raises
     ------
     InputError
-        Labels can be confused where all LEDs are seen, or where one is hidden, or there are three.
+        Labels are ambiguous with all LEDs visible, with one hidden, or for three.
     """
     if body.code is not None:
         return

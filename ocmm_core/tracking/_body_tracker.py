@@ -1,4 +1,4 @@
-"""One body followed through blocks of frames: labels, pose, and a status for every frame."""
+"""Tracking of one body through blocks of frames: labels, pose, and status."""
 
 from __future__ import annotations
 
@@ -31,38 +31,38 @@ class TrackingOptions:
 
     method: Method = "gauss-newton"
     relabel_after: int = 40
-    """Consecutive doubtful frames after which the labels are thrown away and sought anew."""
+    """Consecutive doubtful frames after which the labels are discarded and searched again."""
     retry_ns: int = 5_000_000
     retry_at_most_ns: int = 320_000_000
-    """`retry_ns`, `retry_at_most_ns`: Bus time between two searches for labels while nothing can be
-    identified. It doubles with every search in vain, because a confused scene takes longest to
-    search."""
+    """`retry_ns`, `retry_at_most_ns`: Bus time between two searches for labels without success. It
+    doubles with every failure, because a confusing scene takes longest to search.
+    """
     extend_ns: int = 50_000_000
-    """Every so much bus time, spots that no label claims yet are offered to the free LEDs."""
+    """Bus time between attempts to assign unclaimed spots to free LEDs."""
 
 
 @dataclass(slots=True)
 class BodyTracker:
     """Track one body in a stream of frames with one rig.
 
-    Holds the labels of the slots between blocks and nothing else; used by one thread. Where the
-    labels come into being does not depend on how the stream is cut into blocks.
+    Only the labels of the slots are kept between blocks; for one thread. Labelling is independent
+    of block boundaries.
 
     Attributes
     ----------
     rig, body, options
-        What to track with.
+        Tracking inputs.
     """
 
     rig: Rig
     body: LedBody
     point_body: Float
-    """(3,), mm, body frame: the point that is given as the tip."""
+    """(3,), mm, body frame: the point reported as tip."""
     options: TrackingOptions = field(default_factory=TrackingOptions)
     slot_of_led: Int | None = None
-    """(C, L): current labels, None while nothing is identified."""
+    """(C, L): current labels, None if not identified."""
     reason: str = "no frame has arrived yet"
-    """Why nothing is identified, in words; empty otherwise."""
+    """Why nothing is identified, or empty."""
     _search_at_ns: int = 0
     _patience_ns: int = 0
     _before_ns: int = 0
@@ -81,7 +81,7 @@ class BodyTracker:
         return spot_sigma_px(self.rig)
 
     def slot_leds(self) -> Int:
-        """Return the LED that each slot follows, (C, S), -1 where unknown."""
+        """Return the LED of each slot, (C, S), -1 if unknown."""
         leds = np.full((len(self.rig.cameras), self._n_slots), -1, dtype=np.int64)
         if self.slot_of_led is not None:
             for camera, led in np.argwhere(self.slot_of_led >= 0):
@@ -89,13 +89,13 @@ class BodyTracker:
         return leds
 
     def process(self, block: FrameBlock) -> TrackBlock:
-        """Return what the frames of ``block`` say."""
+        """Return the tracked frames of ``block``."""
         self._claims.clear()
         self._n_slots = block.uv.shape[2]
         pieces: list[TrackBlock] = []
         breaks = interruptions(block.time_ns, self._before_ns)
         if self._reader is not None:
-            # A symmetric body looks the same with its labels exchanged: nothing may be missed.
+            # A symmetric body looks the same with exchanged labels: no frame may be missed.
             breaks += self._reader.gaps(block.counter)
         for first, last in pairwise(sorted({0, *breaks, len(block)})):
             if first in breaks:
@@ -104,7 +104,7 @@ class BodyTracker:
         return join(pieces)
 
     def without_claimed(self, block: FrameBlock) -> FrameBlock:
-        """Return the block that was processed last without the spots of this body."""
+        """Return the last processed block without the spots of this body."""
         uv = block.uv.copy()
         start = 0
         for count, labels in self._claims:
@@ -125,7 +125,7 @@ class BodyTracker:
             self._reader.remember(block.counter, _there(block.uv))
 
     def _forget(self, reason: str) -> None:
-        """Throw the labels away and seek them anew with the next frame."""
+        """Discard the labels and search again with the next frame."""
         self.slot_of_led, self.reason = None, reason
         self._search_at_ns = self._patience_ns = self._doubtful = 0
 
@@ -148,7 +148,7 @@ class BodyTracker:
             self._doubtful = 0
             if self.slot_of_led is not None:
                 break
-            # Looking at an empty scene costs nothing: a probe that comes back is found at once.
+            # Empty scenes are searched at no cost: a returning probe is found at once.
             busy = bool(enough_spots(spots[None])[0])
             self._patience_ns = self._patience_ns * 2 if busy else 0
             self._patience_ns = min(
@@ -161,7 +161,7 @@ class BodyTracker:
         return end
 
     def _strobe(self, block: FrameBlock, frame: int) -> Int | None:
-        """Return which LED each slot follows by the code of the frames up to this one."""
+        """Return the LED of each slot by the code of the frames up to this one."""
         if self._reader is None:
             return None
         part = slice(0, frame + 1)
@@ -177,14 +177,14 @@ class BodyTracker:
         uv = ordered_spots(apart, labels)
         batch = self._solve(uv, self.options.method)
         status = batch.status.copy()
-        # Labels exchanged while nobody looked (lost frames) may fit a symmetric body: rules tell.
+        # Labels exchanged during lost frames may fit a symmetric body: rules detect it.
         with np.errstate(invalid="ignore"):
             wrong = (batch.chi2 > chi2_limit(batch.dof)) | ~satisfies_rules(
                 self.body, batch.rotation_world_from_probe
             )
         status[(status == FrameStatus.OK) & wrong] = FrameStatus.DOUBTFUL
         seen = np.asarray(np.isfinite(uv).all(axis=3))
-        # A slot that lost its LED may come back on another one: labels live while any is followed.
+        # A slot that lost its LED may reacquire it: labels persist while any is tracked.
         dark = np.flatnonzero(~seen.reshape(len(seen), -1).any(axis=1))
         end = int(dark[0]) if len(dark) else len(status)
         end = min(end, self._in_step(block.counter[start:stop], seen))
@@ -215,7 +215,7 @@ class BodyTracker:
         return start + end
 
     def _extended(self, block: FrameBlock, start: int, labels: Int) -> Int:
-        """Return the labels, after free LEDs were given to unclaimed spots where that is due."""
+        """Return the labels, extended by unclaimed spots if due."""
         before_ns = int(block.time_ns[start - 1]) if start else self._before_ns
         period_ns = self.options.extend_ns
         due = int(block.time_ns[start]) // period_ns != before_ns // period_ns
@@ -225,19 +225,19 @@ class BodyTracker:
         return extended_labels(self.rig, self.body, block.uv[start], labels, options)
 
     def _next_extension(self, block: FrameBlock, start: int) -> int:
-        """Return where labels may change next: the same frame however the stream is cut."""
+        """Return the next frame of possible label changes, independent of block boundaries."""
         due = np.flatnonzero(np.diff(block.time_ns[start:] // self.options.extend_ns))
         return start + 1 + int(due[0]) if len(due) else len(block)
 
     def _in_step(self, counter: Int, seen: NDArray[np.bool_]) -> int:
-        """Return before which frame no LED was seen (n, C, L) that is dark by its code."""
+        """Return the index of the first frame with a visible LED (n, C, L) dark by its code."""
         if self.body.code is None:
             return len(seen)
         wrong = (seen & ~is_lit(self.body.code, counter)[:, None]).any(axis=(1, 2))
         return int(np.argmax(wrong)) if wrong.any() else len(seen)
 
     def _end_of_trust(self, status: NDArray[np.uint8]) -> int:
-        """Return the index at which too many doubtful frames have followed each other."""
+        """Return the index at which too many consecutive frames were doubtful."""
         if not np.any(status == FrameStatus.DOUBTFUL):
             self._doubtful = 0
             return len(status)
@@ -267,7 +267,7 @@ class BodyTracker:
 
 
 def spot_sigma_px(rig: Rig) -> float:
-    """Return the standard deviation of one spot of one frame, px: everything it is subject to."""
+    """Return the standard deviation of one spot of one frame, px, with all effects."""
     return float(np.hypot(rig.noise.white_px, rig.noise.pattern_px))
 
 
@@ -280,7 +280,7 @@ def _part(block: FrameBlock, first: int, last: int) -> FrameBlock:
 
 
 def enough_spots(uv: Float) -> NDArray[np.bool_]:
-    """Return in which frames of ``uv`` (n, C, S, 2) two cameras see three spots or more."""
+    """Return the mask of frames (n, C, S, 2) with three or more spots in two cameras."""
     spots = np.count_nonzero(np.isfinite(uv).all(axis=3), axis=2)
     enough: NDArray[np.bool_] = np.count_nonzero(spots >= 3, axis=1) >= 2
     return enough
@@ -299,7 +299,7 @@ def _where(good: NDArray[np.bool_], values: Float) -> Float:
 
 
 def _bits(seen: NDArray[np.bool_]) -> NDArray[np.uint64]:
-    """Return numbers (n, C) whose bit l says that LED l is seen (n, C, L), L at most 64."""
+    """Return numbers (n, C) with bit l set if LED l is seen (n, C, L), L at most 64."""
     packed = np.packbits(seen, axis=2, bitorder="little")
     bits = np.zeros((*seen.shape[:2], 8), dtype=np.uint8)
     bits[:, :, : packed.shape[2]] = packed

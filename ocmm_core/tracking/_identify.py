@@ -1,9 +1,9 @@
-"""Which slot of which camera follows which LED.
+"""Assign camera slots to LEDs of the bodies.
 
-Spots of two cameras are paired by how well they meet in space, and the meeting points are matched
-to the bodies by their mutual distances, whichever LEDs are hidden. Each match is completed with the
-spots of all cameras that its pose explains. The answer is given only if one labelling explains the
-spots and every other explains fewer, by more than one light could add: when in doubt, no label.
+Spots of two cameras are paired by the distance of their rays, and the intersection points are
+matched to the bodies by mutual distances, with any LEDs hidden. Each match is completed with the
+spots of all cameras explained by its pose. A labelling is only accepted if it explains the spots
+and every other explains fewer, by more than one light could add; ambiguous spots get no label.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ CHI2_SIGMAS = 5.0
 """Normal quantile of the chi-square gates: one false alarm in three million."""
 
 _REACH_MM = 400.0
-"""The LEDs stand outside the volume in which the ball measures, by as much at the most."""
+"""LEDs are outside the measuring volume of the ball, by at most this."""
 
 _CONE_SLACK = np.radians(10.0)
 """An LED is seen a little outside its stated cone."""
@@ -46,19 +46,19 @@ class IdentifyOptions:
     """Tolerances of the search."""
 
     sigma_px: float
-    """Standard deviation of one spot, px: everything that a single frame is subject to."""
+    """Standard deviation of one spot, px, of a single frame, including all effects."""
     rival_px: float = 1.0
-    """Where two spots or two LEDs are this near to each other in a camera, px, neither is named."""
+    """Distance of two spots or two LEDs in a camera, px, below which neither is labelled."""
 
 
 @dataclass(frozen=True, slots=True)
 class Identification:
-    """Outcome of the search."""
+    """Result of the search."""
 
     slot_of_led: Int | None
-    """(C, L) int64: slot that follows the LED, -1 where none does; None if in doubt."""
+    """(C, L) int64: slot of each LED, -1 if none; None if ambiguous."""
     reason: str = ""
-    """Why there is none; empty if there is one."""
+    """Why there is no labelling, or empty."""
 
 
 def identify(
@@ -68,17 +68,14 @@ def identify(
     options: IdentifyOptions,
     led_of_slot: Int | None = None,
 ) -> Identification:
-    """Return which slot follows which LED.
+    """Return the slot of each LED.
 
     Parameters
     ----------
     spots
-        (C, S, 2), px: one frame, NaN where a slot is empty.
-    options
-        Tolerances.
+        (C, S, 2), px: one frame, NaN for empty slots.
     led_of_slot
-        (C, S): what the strobe code says of every slot (`strobe.decode`), None where it says
-        nothing.
+        (C, S): result of the strobe code for every slot (`strobe.decode`), or None.
     """
     return identify_all(rig, [led_body(body)], spots, options, [led_of_slot])[0]
 
@@ -90,18 +87,16 @@ def identify_all(
     options: IdentifyOptions,
     led_of_slot: Sequence[Int | None] = (),
 ) -> tuple[Identification, ...]:
-    """Return which slot follows which LED of each body; no slot is given to two of them.
+    """Return the slot of each LED of each body; no slot is assigned twice.
 
     Parameters
     ----------
     bodies
-        Probe and reference body, of which `ambiguity.check_distinct` must hold.
+        Probe and reference body, which must pass `ambiguity.check_distinct`.
     spots
-        (C, S, 2), px: one frame, NaN where a slot is empty.
-    options
-        Tolerances.
+        (C, S, 2), px: one frame, NaN for empty slots.
     led_of_slot
-        Of every body, see `identify`; empty where no body has a strobe code.
+        Of every body, see `identify`; empty without strobe codes.
     """
     status, labels = identify_many(rig, bodies, spots[None], options, led_of_slot)
     return tuple(
@@ -119,10 +114,10 @@ def identify_many(
     options: IdentifyOptions,
     led_of_slot: Sequence[Int | None] = (),
 ) -> tuple[NDArray[np.uint8], Int]:
-    """Return outcome (n, B) and slots of LEDs (n, B, C, L) of frames (n, C, S, 2) by themselves.
+    """Return outcome (n, B) and slots of LEDs (n, B, C, L) of independent frames.
 
-    The outcomes are those of the kernel `identify`; slots are -1 where there is none, and in
-    frames that have no answer.
+    Frames are (n, C, S, 2). Outcomes are those of the kernel `identify`; slots are -1 if none, and
+    in frames without a labelling.
     """
     count, n_cameras = len(bodies), len(rig.cameras)
     n_slots, sizes = spots.shape[2], np.array([body.n_leds for body in bodies])
@@ -169,18 +164,18 @@ def identify_many(
 def extended_labels(
     rig: Rig, body: LedBody, spots: Float, labels: Int, options: IdentifyOptions
 ) -> Int:
-    """Return labels (C, L) with free LEDs given to the spots at their places, where that is sure.
+    """Return labels (C, L) extended by free LEDs with unambiguous spots.
 
-    LEDs whose slot is empty in this frame are free as well, for they may come back in another one;
-    they keep their slot if they are not found. The labels are returned as they are where they do
-    not fit this frame, or where something would be left in doubt.
+    LEDs with an empty slot in this frame are also free, as they may reappear in another slot; they
+    keep their slot if not found. Labels that do not fit this frame, or ambiguous extensions, are
+    returned unchanged.
 
     Parameters
     ----------
     spots
-        (C, S, 2), px: one frame, NaN where a slot is empty.
+        (C, S, 2), px: one frame, NaN for empty slots.
     labels
-        (C, L), -1 where none.
+        (C, L), -1 if none.
     """
     more = labels.copy()
     doubt = extend_tracked(
@@ -205,14 +200,12 @@ def nearest_slots(
     rig: Rig, body: LedBody | ProbeBody, spots: Float, rotation: Float, origin: Float,
     gate_px: float,
 ) -> Int:  # fmt: skip
-    """Return the slot whose spot lies at the place of each LED, (C, L), -1 where none does.
-
-    For tests: nothing in the product asks for it.
+    """Return the slot with a spot at each LED, (C, L), -1 if none; for tests.
 
     Parameters
     ----------
     spots
-        (C, S, 2), px, NaN where a slot is empty.
+        (C, S, 2), px, NaN for empty slots.
     rotation, origin
         Pose of the body in the world, (3, 3) and (3,), mm.
     gate_px
@@ -231,14 +224,14 @@ def nearest_slots(
 
 
 def _least_named(n_leds: int) -> int:
-    """Return the same as the kernel takes it: 0 where the doubt alone decides."""
+    """Return the same in kernel form: 0 if ambiguity alone decides."""
     return 0 if n_leds <= FEW_LEDS else least_in_sight(n_leds)
 
 
 def _camera_pairs(n_cameras: int) -> Int:
-    """Return all pairs of cameras (P, 2), in the order in which they are searched.
+    """Return all pairs of cameras (P, 2), in search order.
 
-    More than four cameras are taken as a ring: neighbours first, so that each comes early.
+    More than four cameras are treated as a ring: neighbours first, so that each is used early.
     """
     if n_cameras <= kernel.USUAL_CAMERAS:
         return np.array([(c, d) for c in range(n_cameras) for d in range(c + 1, n_cameras)])
@@ -257,7 +250,7 @@ def led_body(body: LedBody | ProbeBody) -> LedBody:
 
 
 def ordered_spots(uv: Float, slot_of_led: Int) -> Float:
-    """Return spots by LED (n, C, L, 2) from spots by slot (n, C, S, 2); NaN where there is none."""
+    """Return spots by LED (n, C, L, 2) from spots by slot (n, C, S, 2); NaN if none."""
     cameras = np.arange(slot_of_led.shape[0])[:, None]
     ordered: Float = uv[:, cameras, slot_of_led]
     ordered[:, slot_of_led < 0] = np.nan
@@ -265,7 +258,7 @@ def ordered_spots(uv: Float, slot_of_led: Int) -> Float:
 
 
 def chi2_limit(dof: Int) -> Float:
-    """Return what chi-square exceeds by chance once in three million (Wilson-Hilferty)."""
+    """Return the chi-square limit with a chance of one in three million (Wilson-Hilferty)."""
     degrees = np.maximum(np.asarray(dof, dtype=np.float64), 1.0)
     ratio = 2.0 / (9.0 * degrees)
     limit: Float = degrees * (1.0 - ratio + CHI2_SIGMAS * np.sqrt(ratio)) ** 3

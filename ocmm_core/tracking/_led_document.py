@@ -1,4 +1,4 @@
-"""LEDs and orientation rules as documents write them down, and what is refused of them."""
+"""LEDs and orientation rules in documents, with their checks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ocmm_core.geometry import Float, unit
 MIN_LEDS = 3
 
 MIN_WIDTH_MM = 5.0
-"""LEDs nearer to one line than this (RMS) leave the turn about it open."""
+"""LEDs closer to one line (RMS) leave the rotation about it undetermined."""
 
 
 class LedEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -26,7 +26,7 @@ class LedEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class OrientationRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A promise of how the probe is held: an axis of it stays on one side of a world direction.
+    """An orientation constraint: an axis of the probe stays on one side of a world direction.
 
     ``probe_axis`` mapped to the world must have a positive component along ``world_direction``.
     """
@@ -38,19 +38,19 @@ class OrientationRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 def check_leds(
     path: Path, what: str, leds: Sequence[LedEntry], rules: Sequence[tuple[str, Vector3]] = ()
 ) -> None:
-    """Refuse LEDs of which no body can be made.
+    """Refuse unusable LEDs.
 
     Parameters
     ----------
     path, what
-        The document and what it describes, ``"probe"`` or ``"reference"``.
+        The document and its kind, ``"probe"`` or ``"reference"``.
     rules
         Directions of orientation rules by field.
 
     Raises
     ------
     InputError
-        They are too few or too many, in one place, on one line, or a direction is a zero vector.
+        Too few or too many, coincident or collinear LEDs, or a zero direction.
     """
     count = len(leds)
     if not MIN_LEDS <= count <= MAX_LEDS:
@@ -77,7 +77,7 @@ def check_leds(
             f"{distances.min():.2f} mm apart.",
             "Place LEDs at least 5 mm apart, so that each gives its own spot.",
         )
-    # RMS distance of the LEDs from the line that fits them best.
+    # RMS distance of the LEDs from their best-fit line.
     spread = np.linalg.svd(positions - positions.mean(axis=0))[1]
     width = float(np.linalg.norm(spread[1:])) / np.sqrt(count)
     if width < MIN_WIDTH_MM:
@@ -104,7 +104,7 @@ def rule_directions(rules: Sequence[OrientationRule]) -> list[tuple[str, Vector3
 
 
 def unit_rules(rules: Sequence[OrientationRule]) -> tuple[tuple[Float, Float], ...]:
-    """Return orientation rules as pairs of unit vectors, as the bodies hold them."""
+    """Return orientation rules as pairs of unit vectors, in the form of the bodies."""
     return tuple(
         (unit(np.array(rule.probe_axis)), unit(np.array(rule.world_direction))) for rule in rules
     )

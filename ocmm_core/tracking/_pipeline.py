@@ -1,4 +1,4 @@
-"""Blocks of frames in, tracked frames out: the probe, and a reference body where one is used."""
+"""Tracking of frame blocks: the probe, and an optional reference body."""
 
 from __future__ import annotations
 
@@ -17,19 +17,18 @@ from ocmm_core.tracking._result import ReferenceHome, TrackBlock
 
 @dataclass(slots=True)
 class TrackingPipeline:
-    """Track a stream of frames with one rig and one probe; used by one thread.
+    """Track a stream of frames with one rig and one probe; for one thread.
 
-    Where the labels come into being does not depend on how the stream is cut into blocks.
+    Labelling is independent of block boundaries.
     """
 
     rig: Rig
     body: ProbeBody
     options: TrackingOptions = field(default_factory=TrackingOptions)
-    """`rig`, `body`, `options`: What to track with."""
     reference: ReferenceBody | None = None
-    """Reference body to which everything is given; None where none is used."""
+    """Reference body that positions are relative to, or None."""
     home: ReferenceHome | None = None
-    """Where it stood when the job began; None to take its first good place."""
+    """Its home; None to use its first good place."""
     _probe: BodyTracker = field(init=False)
     _reference: ReferenceTracker | None = field(init=False, default=None)
 
@@ -40,7 +39,6 @@ class TrackingPipeline:
 
     @property
     def sigma_px(self) -> float:
-        """Return the standard deviation of one spot of one frame, px."""
         return spot_sigma_px(self.rig)
 
     @property
@@ -50,33 +48,33 @@ class TrackingPipeline:
 
     @property
     def reason(self) -> str:
-        """Return why the probe is not identified, in words; empty otherwise."""
+        """Return why the probe is not identified, or empty text."""
         return self._probe.reason
 
     @property
     def reference_reason(self) -> str:
-        """Return why the reference body is of no use yet, in words; empty otherwise."""
+        """Return why the reference body is not usable yet, or empty text."""
         return self._reference.reason if self._reference is not None else ""
 
     @property
     def reference_motion(self) -> tuple[float, float] | None:
-        """Return how far the reference body is from home, mm and rad; None if not known."""
+        """Return the motion of the reference body from home, mm and rad, or None."""
         return self._reference.motion if self._reference is not None else None
 
     def slot_leds(self) -> Int:
-        """Return the LED of the probe that each slot follows, (C, S), -1 where unknown."""
+        """Return the probe's LED of each slot, (C, S), -1 if unknown."""
         return self._probe.slot_leds()
 
     def slot_references(self) -> Int | None:
-        """Return the LED of the reference body that each slot follows, or None without one."""
+        """Return the reference body's LED of each slot, or None without one."""
         return self._reference.tracker.slot_leds() if self._reference is not None else None
 
     def process(self, block: FrameBlock) -> TrackBlock:
-        """Return what the frames of ``block`` say."""
+        """Return the tracked frames of ``block``."""
         if self._reference is None:
             return self._probe.process(block)
         seen = self._reference.process(block)
-        # The reference body stands still and is known longest: its spots are its own.
+        # The stationary reference body has priority on spots.
         probe = self._probe.process(self._reference.tracker.without_claimed(block))
         track = self._reference.relate(probe, seen, self._probe.without_claimed(block))
         self.home = self._reference.home

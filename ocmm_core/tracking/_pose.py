@@ -1,7 +1,6 @@
-"""Spots to pose and tip in plain numpy: the reference of the kernel, and its typed front.
+"""Spots to pose and tip in plain numpy: reference of the kernel, and its typed interface.
 
-`solve_reference` is written for reading and for checking `kernels.solve_frames`; `solve` is what
-the product calls.
+`solve_reference` is for reading and for checking `kernels.solve_frames`; the product calls `solve`.
 """
 
 from __future__ import annotations
@@ -22,16 +21,17 @@ Method = Literal["gauss-newton", "thesis"]
 
 @dataclass(frozen=True, slots=True)
 class PoseBatch:
-    """Pose and tip of n frames; NaN where the status is not 0 (OK)."""
+    """Pose and tip of n frames; NaN if the status is not 0 (OK)."""
 
     status: NDArray[np.uint8]
-    """(n,) uint8: 0 solved, 1 lost (fewer than three LEDs seen by two cameras, LEDs so near to one
+    """(n,) uint8: 0 solved, 1 lost (fewer than three LEDs seen by two cameras, LEDs so close to one
     line that spot noise alone moves the tip by `kernels.MAX_TIP_SIGMA`, or an LED behind a camera
-    that sees it)."""
+    that sees it).
+    """
     tip_world: Float
     """(n, 3), mm."""
     tip_covariance: Float
-    """(n, 3, 3), mm^2, of independent spot noise with the sigma that was given."""
+    """(n, 3, 3), mm^2, for independent spot noise of the given sigma."""
     rotation_world_from_probe: Float
     origin_world: Float
     """`rotation_world_from_probe`, `origin_world`: (n, 3, 3) and (n, 3), mm."""
@@ -49,14 +49,13 @@ def solve(
     Parameters
     ----------
     uv
-        (n, C, L, 2), px by LED number, NaN where not seen.
+        (n, C, L, 2), px by LED number, NaN if unseen.
     sigma_px
         Standard deviation of a spot, px, each axis.
     method
         ``"gauss-newton"``: one step on all reprojection residuals after the rigid fit, which
-        reaches the Cramer-Rao bound; ``"thesis"``: unweighted rigid fit of triangulated
-        targets (thesis 2.4), for comparison. Its covariance is that of the former, and therefore
-        too small for it.
+        reaches the Cramer-Rao bound; ``"thesis"``: unweighted rigid fit of triangulated targets
+        (thesis 2.4), for comparison. Its covariance is that of the former, hence too small.
     """
     return solve_leds(uv, rig, body.leds_probe, body.tip_probe, sigma_px, method)
 
@@ -64,7 +63,7 @@ def solve(
 def solve_leds(
     uv: Float, rig: Rig, leds: Float, point: Float, sigma_px: float, method: Method = "gauss-newton"
 ) -> PoseBatch:
-    """Do the same as `solve` for LEDs (L, 3) and any point (3,) that goes with them, mm."""
+    """Return `solve` for LEDs (L, 3) and any point (3,) fixed to them, mm."""
     outputs = allocate(len(uv))
     steps = 0 if method == "thesis" else 1
     solve_frames(np.ascontiguousarray(uv), rig.packed(), leds, point, sigma_px, steps, *outputs)
@@ -74,7 +73,7 @@ def solve_leds(
 def solve_reference(
     uv: Float, rig: Rig, body: ProbeBody, sigma_px: float, method: Method = "gauss-newton"
 ) -> PoseBatch:
-    """Do the same as `solve`, frame by frame in plain numpy; for tests."""
+    """Return `solve`, frame by frame in plain numpy; for tests."""
     outputs = PoseBatch(*allocate(len(uv)))
     for frame, spots in enumerate(uv):
         _solve_frame(frame, spots, rig, body, sigma_px, method, outputs)
@@ -84,7 +83,7 @@ def solve_reference(
 def triangulate(rig: Rig, spots: Float) -> Float:
     """Return the LED positions (L, 3), mm, world, from spots (C, L, 2), px.
 
-    NaN where fewer than two cameras see the LED. Thesis 2.4.1 with homogeneous rows (errata).
+    NaN if seen by fewer than two cameras. Thesis 2.4.1 with homogeneous rows (errata).
     """
     positions = np.full((spots.shape[1], 3), np.nan)
     for led in range(spots.shape[1]):
@@ -108,10 +107,10 @@ def reprojection(
 ) -> tuple[Float, Float]:
     """Return residuals (m,), px, and their derivative (m, 6) by the pose, spot by spot.
 
-    The LEDs (L, 3), mm, are those of the body that stands at ``rotation`` and ``origin``. The pose
-    moves by a rotation vector (rad, world axes, about the origin of the body) and a translation
-    (mm). Spots are taken camera by camera, LED by LED, u before v. Residuals are
-    formed on the ideal image and brought to pixels by the slope of the distortion.
+    The LEDs (L, 3), mm, are in the body frame at ``rotation`` and ``origin``. The pose increments
+    are a rotation vector (rad, world axes, about the origin of the body) and a translation (mm).
+    Order: camera by camera, LED by LED, u before v. Residuals are formed on the ideal image and
+    scaled to pixels by the derivative of the distortion.
     """
     residuals, rows = [], []
     arms_of_all = leds @ rotation.T
@@ -141,7 +140,7 @@ def tip_jacobian(rotation: Float, body: ProbeBody) -> Float:
 def arm_jacobian(arm_world: Float) -> Float:
     """Return d(point)/d(pose), (..., 3, 6), of points ``arm_world`` (..., 3), mm, from the origin.
 
-    A small turn w moves a point by w x arm, which is -skew(arm) w.
+    A small rotation w moves a point by w x arm, which is -skew(arm) w.
     """
     x, y, z = np.moveaxis(arm_world, -1, 0)
     by_pose = np.zeros((*arm_world.shape[:-1], 3, 6))

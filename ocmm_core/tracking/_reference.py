@@ -1,14 +1,14 @@
-"""The tip relative to a reference body: what a nudged camera frame or a moved table cannot change.
+"""Tip relative to a reference body, independent of moves of camera frame or table.
 
-The reference body stands on the part. Where it stood when the job began is its *home*; the world of
-the job is the frame of the cameras as it was then. Whatever moves cameras against part later, the
-pose of the reference body now takes the tip back to that world:
+The reference body is fixed to the part. Its pose at the start of the job is its *home*; the world
+of the job is the frame of the cameras at that time. After any motion between cameras and part, the
+present pose of the reference body transforms the tip back to that world:
 
     tip_world = T_rig_from_reference(home) . T_rig_from_reference(now)^-1 . tip_rig
 
-Both poses of a frame come from the same exposure, so that nothing lags behind. The trail and the
-live position use a pose that is averaged while the body rests (`_reference_filter`); measured
-points use the poses of their own frames (`simultaneous`).
+Both poses of a frame come from the same exposure, so there is no lag. Trail and live position use a
+pose averaged while the body rests (`_reference_filter`); measured points use the poses of their own
+frames (`simultaneous`).
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ from ocmm_core.tracking._sensitivity import (
 )
 
 _SETTLED = 64
-"""Frames of the averaged pose from which a motion is told to people."""
+"""Frames of the averaged pose from which a motion is reported."""
 _NEAR_MM, _NEAR_RAD = 5.0, 0.01
-"""The covariance of the pose is computed anew where the body has moved further."""
+"""The covariance of the pose is recomputed if the body has moved further."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReferencePoses:
-    """Poses of a reference body to give tips against."""
+    """Poses of a reference body that tips are related to."""
 
     rotation: Float
     origin: Float
@@ -59,14 +59,14 @@ class ReferencePoses:
 
 
 class ReferenceTracker:
-    """Follow a reference body, and give the probe relative to it; used by one thread.
+    """Track a reference body, and relate the probe to it; for one thread.
 
     Parameters
     ----------
     rig, reference, options
-        What to track with.
+        Tracking inputs.
     home
-        Where it stood when the job began; None to take the first place where it rests.
+        Pose at the start of the job; None to use the first place of rest.
     """
 
     def __init__(
@@ -77,12 +77,12 @@ class ReferenceTracker:
         home: ReferenceHome | None = None,
     ) -> None:
         self.tracker = BodyTracker(rig, reference.leds, reference.middle, options)
-        """Follows its LEDs."""
+        """Tracks its LEDs."""
         self.home = home
-        """See above."""
         self.motion: tuple[float, float] | None = None
-        """How far the middle of its LEDs is from home, mm, and how far it is turned, rad; None
-        while that is not known. It waits until the mean of the pose has settled."""
+        """Distance of the middle of its LEDs from home, mm, and rotation, rad; None until the mean
+        of the pose has settled.
+        """
         self._rig = rig
         self._reference = reference
         self._taker = HomeTaker(rig, reference)
@@ -91,13 +91,13 @@ class ReferenceTracker:
 
     @property
     def reason(self) -> str:
-        """Return why nothing can be given relative to the body, in words; empty otherwise."""
+        """Return why relative positions are unavailable, or empty text."""
         if self.tracker.slot_of_led is None:
             return self.tracker.reason
         return self._taker.reason if self.home is None else ""
 
     def process(self, block: FrameBlock) -> ReferenceTrack:
-        """Return what the frames say about the reference body; the probe is still to come."""
+        """Return the track of the reference body; the probe is added later."""
         body = self.tracker.process(block)
         return ReferenceTrack(body, body, self._covariances(body), self.home)
 
@@ -113,7 +113,7 @@ class ReferenceTracker:
         """
         begin = 0
         doubt = seen.body.status == FrameStatus.UNIDENTIFIED
-        # What the probe explains cannot be the reference body: it is not there at all.
+        # Spots explained by the probe are not the reference body: it is not visible.
         seen.body.status[doubt & ~enough_spots(left.uv)] = FrameStatus.LOST
         if self.home is None:
             taken = self._taker.feed(seen.body)
@@ -138,7 +138,7 @@ class ReferenceTracker:
         return float(np.linalg.norm(moved)), float(np.arcsin(min(float(np.linalg.norm(sine)), 1.0)))
 
     def _covariances(self, body: TrackBlock) -> Float:
-        """Return the covariance (n, 6, 6) of every pose, NaN where there is none."""
+        """Return the covariance (n, 6, 6) of every pose, NaN without a pose."""
         covariance = np.full((len(body), 6, 6), np.nan)
         good = np.flatnonzero(body.status == FrameStatus.OK)
         while len(good):
@@ -182,17 +182,17 @@ def related(seen: ReferenceTrack, poses: ReferencePoses, begin: int = 0) -> Trac
     Parameters
     ----------
     seen
-        Probe and reference body as the cameras saw them.
+        Probe and reference body as seen by the cameras.
     poses
-        Where the reference body is taken to be in each frame.
+        Assumed pose of the reference body in each frame.
     begin
-        First frame for which there is a home.
+        First frame with a home.
 
     Returns
     -------
     TrackBlock
-        The covariance of the tip holds the spot noise of both poses; what the cameras' calibration
-        does to both is common to many points (`relative_sensitivity`).
+        The covariance of the tip includes the spot noise of both poses; the effect of the camera
+        calibration is common to many points (`relative_sensitivity`).
     """
     probe, home = seen.probe, seen.home
     lost = seen.body.status != FrameStatus.OK
@@ -218,26 +218,28 @@ def related(seen: ReferenceTrack, poses: ReferencePoses, begin: int = 0) -> Trac
 
 
 def simultaneous(track: TrackBlock) -> TrackBlock:
-    """Return tracked frames, each relative to the pose of the reference body in that very frame."""
+    """Return tracked frames relative to the reference body's pose in the same frame."""
     seen = track.reference
     if seen is None:
         return track
     body = seen.body
     poses = ReferencePoses(body.rotation_world_from_probe, body.origin_world, seen.covariance)
     found = related(seen, poses)
-    # Frames before the home was known stay without a tip.
+    # Frames before the home stay without a tip.
     return replace(found, status=track.status)
 
 
 def motion_to_world(home: ReferenceHome, rotation: Float, origin: Float) -> tuple[Float, Float]:
-    """Return what takes the rig frame now to the world of the job: (n, 3, 3) and (n, 3), mm.
+    """Return the transformation from the present rig frame to the job's world.
+
+    (n, 3, 3) and (n, 3), mm.
 
     Parameters
     ----------
     home
-        Where the reference body stood.
+        Home of the reference body.
     rotation, origin
-        (n, 3, 3) and (n, 3), mm: where it is now, rig frame.
+        (n, 3, 3) and (n, 3), mm: its present pose, rig frame.
     """
     at_home = home.T_rig_from_reference
     turn: Float = at_home.rotation @ rotation.transpose(0, 2, 1)
@@ -254,19 +256,17 @@ def relative_sensitivity(
 ) -> TipSensitivity:
     """Return the tip in the world of the job and its derivatives.
 
-    Three poses of the same cameras go into it: the probe, the reference body now, and the reference
-    body at home. Where the reference body has not moved, whatever is the matter with the cameras
-    moves its two poses alike and cancels; where it has, only the rest of it cancels. So spots of
-    all three are listed, those of the reference body now with the opposite sign.
+    It depends on three poses of the same cameras: probe, reference body now, and at home. If the
+    reference body has not moved, camera errors affect its two poses equally and cancel; otherwise
+    they cancel in part. Spots of all three are listed, those of the reference body now with the
+    opposite sign.
 
     Parameters
     ----------
     spots, reference_spots
         (C, L, 2) and (C, R, 2), px, of the same frames.
     home
-        Where the reference body stood when the job began.
-    rig, body, reference
-        What it was measured with.
+        Home of the reference body.
 
     Raises
     ------
@@ -284,7 +284,7 @@ def relative_sensitivities(
     body: ProbeBody,
     reference: ReferenceBody,
 ) -> tuple[TipSensitivity, ...]:
-    """Do the same as `relative_sensitivity` for n points: (n, C, L, 2) and (n, C, R, 2), px."""
+    """Return `relative_sensitivity` for n points: (n, C, L, 2) and (n, C, R, 2), px."""
     leds = reference.leds.leds_body
     tips = tip_sensitivities(spots, rig, body)
     poses = pose_sensitivities(reference_spots, rig, leds)
@@ -306,7 +306,7 @@ def _relative(
 ) -> TipSensitivity:
     """Return a tip in the world of the job, by the reference body now and then.
 
-    Its LEDs are known by ``leds_sigma @ leds_sigma.T``, and its spots at home by ``spots_sigma``.
+    ``leds_sigma @ leds_sigma.T`` is the covariance of its LEDs, ``spots_sigma`` that of home spots.
     """
     back = RigidTransform(then.rotation, then.origin).compose(
         RigidTransform(now.rotation, now.origin).inverse()

@@ -1,4 +1,4 @@
-"""The reference body: LEDs fixed on the part or its table, and the document that describes it."""
+"""Reference body: LEDs fixed on the part or its table, and its document."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SCHEMA = "ocmm.reference/1"
 
 
 class ReferenceDocument(Document, frozen=True, kw_only=True):
-    """A reference body as it is written down; lengths in mm, reference frame."""
+    """Document of a reference body; lengths in mm, reference frame."""
 
     name: str
     led_sigma: float
@@ -38,10 +38,10 @@ class ReferenceDocument(Document, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class ReferenceBody:
-    """A reference body with labels that cannot be confused."""
+    """A reference body with unambiguous labels."""
 
     leds: LedBody
-    """What is seen of it; its body frame is the reference frame."""
+    """Its body frame is the reference frame."""
     geometry_covariance: Float
     """(3 R, 3 R), mm^2: LED coordinates."""
     text: str
@@ -51,7 +51,6 @@ class ReferenceBody:
 
     @property
     def name(self) -> str:
-        """Return its name."""
         return self.leds.name
 
     @property
@@ -62,7 +61,6 @@ class ReferenceBody:
 
     @property
     def n_leds(self) -> int:
-        """Return the number of LEDs."""
         return self.leds.n_leds
 
     @property
@@ -111,7 +109,7 @@ def load_reference(path: Path | str) -> ReferenceBody:
 
 
 def check_together(probe: ProbeBody, reference: ReferenceBody) -> None:
-    """Refuse a probe and a reference body that cannot be told apart in the same images.
+    """Refuse a probe and a reference body that are confusable in the same images.
 
     Raises
     ------

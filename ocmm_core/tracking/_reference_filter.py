@@ -1,12 +1,11 @@
-"""The pose of a reference body, averaged while it rests and followed at once when it moves.
+"""Pose filter of a reference body: averaged at rest, followed immediately in motion.
 
-A body that stands still needs no new pose in every frame: the mean over half a second has hardly
-any noise. A mean lags behind motion, so three tests watch it in every frame, on the latest frame
-and on exponential means over about 16 and 256 frames, each by chi-square over the six numbers of
-the pose (5 sigma: once in three million frames by chance). Where one fails, the mean begins anew
-with what that test saw: a nudge of ten sigma is followed in the frame in which it happens. What no
-test sees yet is less than a third of the noise of one frame; it concerns the trail and the live
-position only, because measured points use the poses of their own frames.
+The mean over half a second has hardly any noise, but lags behind motion. Three tests monitor it in
+every frame, on the latest frame and on exponential means over about 16 and 256 frames, each by
+chi-square over the six parameters of the pose (5 sigma: once in three million frames by chance). If
+one fails, the mean restarts with the value of that test: a move of ten sigma is followed in the
+same frame. Undetected motion is less than a third of the noise of one frame; it only affects trail
+and live position, because measured points use the poses of their own frames.
 """
 
 from __future__ import annotations
@@ -21,21 +20,21 @@ from ocmm_core.tracking._result import FrameStatus, TrackBlock
 from ocmm_core.tracking.kernels import cholesky, forward, turn
 
 LONGEST = 4096
-"""The mean forgets what is older than so many frames: half a second at 8 kHz."""
+"""Memory of the mean in frames: half a second at 8 kHz."""
 
-# Of the latest frame in each mean. An exponential mean of share a has the noise of a plain one over
-# (2 - a) / a frames: 1, 31 and 511.
+# Share of the latest frame in each mean. An exponential mean of share a has the noise of a plain
+# one over (2 - a) / a frames: 1, 31 and 511.
 _SHARES = np.array([1.0, 1.0 / 16.0, 1.0 / 256.0])
 # The mean (6), an exponential mean (6) for each test, and two counts.
 _SIZE = 6 + 6 * len(_SHARES) + 2
 _FRAMES, _SINCE = _SIZE - 2, _SIZE - 1
-"""Where the state holds frames in the mean and frames since it began."""
+"""Indices of frames in the mean and frames since its start."""
 
 
 class ReferenceFilter:
-    """Average poses of a reference body that rests; used by one thread.
+    """Average poses of a resting reference body; for one thread.
 
-    What comes out does not depend on how the stream is cut into blocks.
+    The result is independent of block boundaries.
     """
 
     def __init__(self) -> None:
@@ -43,7 +42,7 @@ class ReferenceFilter:
         self._rotation, self._origin = np.eye(3), np.zeros(3)
         self._state = np.zeros(_SIZE)
         self.n_frames = 0
-        """How many frames the mean holds after the latest one; 0 where the body is not tracked."""
+        """Frames in the mean after the latest one; 0 if the body is not tracked."""
 
     def feed(self, body: TrackBlock, covariance: Float) -> tuple[Float, Float, Float]:
         """Return rotation (n, 3, 3), origin (n, 3), mm, and covariance (n, 6, 6) of every frame.
@@ -51,12 +50,12 @@ class ReferenceFilter:
         Parameters
         ----------
         covariance
-            (n, 6, 6), of its pose in single frames, for the increments of `pose.reprojection`.
+            (n, 6, 6), of its single-frame pose, for the increments of `pose.reprojection`.
 
         Returns
         -------
         tuple
-            NaN where the body is not tracked; the mean begins anew after that.
+            NaN if the body is not tracked; the mean restarts after that.
         """
         n = len(body)
         rotations, origins, frames = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty(n)
@@ -75,7 +74,7 @@ def _follow(
     limit: float, shares: Float, anchor: Float, place: Float, state: Float,
     rotations: Float, origins: Float, frames: Float,
 ) -> None:  # fmt: skip
-    """Do what the class says; ``anchor``, ``place`` and ``state`` are kept between calls.
+    """Apply the filter; ``anchor``, ``place`` and ``state`` are kept between calls.
 
     The mean is held as increments (6) to the pose ``anchor`` (3, 3), ``place`` (3).
     """
@@ -86,7 +85,7 @@ def _follow(
     work, other = np.empty((3, 3)), np.empty((3, 3))
     for i in range(len(good)):
         if not good[i]:
-            # Not tracked: nothing of before counts, for the body may be moved while it is hidden.
+            # Not tracked: discard history, as the body may be moved while hidden.
             state[:] = 0.0
             rotations[i] = np.nan
             origins[i] = np.nan
@@ -98,7 +97,7 @@ def _follow(
             # (rotation vector, translation), rad and mm, rig axes, as those of the covariance.
             _increments(anchor, place, rotations_in[i], origins_in[i], step)
             for k in range(6):
-                # Now the latest frame less the mean: zero in expectation while the body rests.
+                # Now the latest frame less the mean: zero in expectation at rest.
                 step[k] -= state[k]
             for a in range(6):
                 for b in range(6):
@@ -119,21 +118,21 @@ def _follow(
                 squares = 0.0
                 for k in range(6):
                     squares += scaled[k] * scaled[k]
-                # Variance of an exponential mean that began at zero n frames ago, in that of one
+                # Variance of an exponential mean started at zero n frames ago, relative to one
                 # frame: a^2 times the geometric sum of (1 - a)^(2 i), i < n.
                 spread = share / (2.0 - share) * (1.0 - (1.0 - share) ** (2.0 * since))
-                # 1 / frames is the variance of the mean that was taken off. The first test to fail
-                # wins: the shorter its memory, the fresher what it saw. Written so that NaN fails.
+                # 1 / frames is the variance of the subtracted mean. The first test to fail wins:
+                # the shorter its memory, the more recent its value. Written so that NaN fails.
                 if failed < 0 and not squares <= limit * (spread + 1.0 / state[_FRAMES]):
                     failed = test
-            # The latest frame alone is off: begin anew with it. So too without a usable covariance.
+            # The latest frame alone is off: restart with it. Also without a usable covariance.
             if not sound or failed == 0:
                 _begin(anchor, place, state, rotations_in[i], origins_in[i])
             elif failed > 0:
                 first = 6 + 6 * failed
                 for k in range(6):
-                    # A slow shift: the mean jumps by what the failed test saw, and is worth as many
-                    # frames as that exponential mean averages, but never more than there were.
+                    # A slow shift: the mean jumps by the value of the failed test, with the weight
+                    # of that exponential mean, but at most the present one.
                     state[k] += state[first + k]
                 state[_FRAMES] = min((2.0 - shares[failed]) / shares[failed], since)
                 state[_SINCE] = 0.0
@@ -141,8 +140,8 @@ def _follow(
                     state[k] = 0.0
             else:
                 state[_SINCE] = since
-                # A plain mean up to LONGEST frames; from there on an exponential one with a share
-                # of 1 / LONGEST.
+                # A plain mean up to LONGEST frames, then an exponential one with a share of 1 /
+                # LONGEST.
                 state[_FRAMES] = min(state[_FRAMES] + 1.0, LONGEST)
                 for k in range(6):
                     state[k] += step[k] / state[_FRAMES]
@@ -157,7 +156,7 @@ def _follow(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _begin(anchor: Float, place: Float, state: Float, rotation: Float, origin: Float) -> None:
-    """Begin the mean anew with one pose."""
+    """Restart the mean with one pose."""
     anchor[:] = rotation
     place[:] = origin
     state[:] = 0.0
@@ -166,7 +165,7 @@ def _begin(anchor: Float, place: Float, state: Float, rotation: Float, origin: F
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _increments(anchor: Float, place: Float, rotation: Float, origin: Float, out: Float) -> None:
-    """Write what takes the anchor to a pose near it: a rotation vector and a translation."""
+    """Write the increments from the anchor to a nearby pose: rotation vector, translation."""
     # From the left, so that the rotation vector is along the axes of the rig. Half the skew part is
     # sin(angle) times the axis, less than the vector by a sixth of the cube of the angle: 2e-10 rad
     # for a milliradian.

@@ -1,4 +1,4 @@
-"""The first place of a reference body: what makes the world of a job."""
+"""Home of a reference body, which defines the world of a job."""
 
 from __future__ import annotations
 
@@ -12,28 +12,23 @@ from ocmm_core.tracking._result import INTERRUPTION_NS, FrameStatus, ReferenceHo
 from ocmm_core.tracking._sensitivity import pose_sensitivity
 
 HOME_NS = 250_000_000
-"""The home is the mean over this much bus time."""
+"""Bus time of the averaged home."""
 
 HOME_WANDER_PX = 0.1
-"""The spots may wander no further while the home is taken, beyond what noise explains: 50
-micrometres at one metre."""
+"""Largest wander of the spots while the home is recorded, beyond noise: 50 micrometres at one
+metre.
+"""
 
 _BATCHES = 10
 _SIGMAS = 5.0
 
 
 class HomeTaker:
-    """Take the first place where a reference body rests; used by one thread.
-
-    Parameters
-    ----------
-    rig, reference
-        What is tracked with.
-    """
+    """Records the first place of rest of a reference body; for one thread."""
 
     def __init__(self, rig: Rig, reference: ReferenceBody) -> None:
         self.reason = "its position is being taken"
-        """Why there is no home yet, in words."""
+        """Why there is no home yet."""
         self._rig = rig
         self._reference = reference
         self._spots: list[Float] = []
@@ -41,7 +36,7 @@ class HomeTaker:
         self._seen = np.zeros(0, dtype=np.uint64)
 
     def feed(self, body: TrackBlock) -> tuple[int, ReferenceHome] | None:
-        """Take in frames and return the home, with the index of the first frame after it."""
+        """Add frames and return the home, with the index of the first frame after it."""
         for index in range(len(body)):
             now_ns = int(body.time_ns[index])
             good = body.status[index] == FrameStatus.OK
@@ -53,7 +48,7 @@ class HomeTaker:
             if not good:
                 continue
             self._count += 1
-            # An LED may be dark in some frames: those in which most are seen make the mean.
+            # An LED may be dark in some frames: average those with most LEDs.
             if np.array_equal(body.seen[index], self._seen):
                 self._spots.append(body.uv[index])
             if now_ns - self._began_ns < HOME_NS:
@@ -82,12 +77,6 @@ class HomeTaker:
 
 
 def home_of(spots: Float, n_frames: int, rig: Rig, reference: ReferenceBody) -> ReferenceHome:
-    """Return the home that follows from mean spots (C, R, 2), px.
-
-    Raises
-    ------
-    TrackingError
-        The spots do not determine a pose.
-    """
+    """Return the home from mean spots (C, R, 2), px; TrackingError without a pose."""
     pose = pose_sensitivity(spots, rig, reference.leds.leds_body)
     return ReferenceHome(spots, n_frames, RigidTransform(pose.rotation, pose.origin))

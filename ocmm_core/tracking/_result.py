@@ -1,4 +1,4 @@
-"""What tracking says about every frame."""
+"""Results of tracking for every frame."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from ocmm_core.geometry import Float, Int, RigidTransform
 
 INTERRUPTION_NS = 50_000_000
-"""After a longer pause between two frames nothing of before counts any more, neither which slot
-follows which LED nor where the ball came from: a camera may have been restarted meanwhile."""
+"""Longer pauses between two frames invalidate all history, labels and path of the ball: a camera
+may have been restarted.
+"""
 
 
 class FrameStatus(IntEnum):
@@ -21,23 +22,23 @@ class FrameStatus(IntEnum):
 
     OK = 0
     LOST = 1
-    """Fewer than three targets were seen by two cameras, or they stand nearly in one line."""
+    """Fewer than three targets were seen by two cameras, or they are nearly collinear."""
     UNIDENTIFIED = 2
-    """Targets are seen, but which is which is in doubt."""
+    """Targets are visible, but their labels are ambiguous."""
     DOUBTFUL = 3
     """The spots do not fit the probe body (chi-square), or its orientation rules."""
     REFERENCE_LOST = 4
-    """It is not known where the reference body is, so that nothing can be given relative to it."""
+    """The pose of the reference body is unknown, so no relative position is available."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReferenceHome:
-    """Where the reference body stood when the job began: what makes the world of a job."""
+    """Pose of the reference body at the start of the job, which defines the job's world."""
 
     spots: Float
-    """(C, R, 2), px: mean spots by its LED number, NaN where not seen."""
+    """(C, R, 2), px: mean spots by its LED number, NaN if unseen."""
     n_frames: int
-    """Frames that were averaged."""
+    """Number of averaged frames."""
     T_rig_from_reference: RigidTransform
 
 
@@ -54,7 +55,7 @@ class TrackBlock:
     tip_world: Float
     """(n, 3), mm: ball centre."""
     tip_covariance: Float
-    """(n, 3, 3), mm^2: of the spot noise of one frame only."""
+    """(n, 3, 3), mm^2: due to spot noise of one frame only."""
     rotation_world_from_probe: Float
     """(n, 3, 3)."""
     origin_world: Float
@@ -64,12 +65,13 @@ class TrackBlock:
     dof: Int
     """(n,) int64: its degrees of freedom."""
     seen: NDArray[np.uint64]
-    """(n, C) uint64: bit l says that the camera saw LED l."""
+    """(n, C) uint64: bit l is set if the camera saw LED l."""
     uv: Float
-    """(n, C, L, 2), px: spots ordered by LED number, NaN where not seen."""
+    """(n, C, L, 2), px: spots ordered by LED number, NaN if unseen."""
     reference: ReferenceTrack | None = None
-    """How the reference body was seen; None where none is used. With one, "world" is the frame in
-    which the cameras were calibrated as it stood to the reference when the job began."""
+    """View of the reference body, or None. With one, "world" is the calibration frame of the
+    cameras at their pose relative to the reference at the start of the job.
+    """
 
     def __len__(self) -> int:
         return len(self.counter)
@@ -77,45 +79,47 @@ class TrackBlock:
 
 @dataclass(frozen=True, slots=True)
 class ReferenceTrack:
-    """What the cameras saw, before it was brought into the world of the job.
+    """Tracks as seen by the cameras, before transformation to the job's world.
 
-    "Rig" is the frame of the cameras as they stand now.
+    "Rig" is the present frame of the cameras.
     """
 
     probe: TrackBlock
-    """The probe as if there were no reference: its own status, poses in the rig frame."""
+    """The probe without reference: its own status, poses in the rig frame."""
     body: TrackBlock
-    """The reference body, tracked like a probe whose ball is the middle of its LEDs; its poses are
-    those of single frames."""
+    """The reference body, tracked like a probe with the middle of its LEDs as ball; single-frame
+    poses.
+    """
     covariance: Float
-    """(n, 6, 6): of the pose of the reference body in one frame, for the increments of
-    `pose.reprojection`, rig frame."""
+    """(n, 6, 6): of the reference body's single-frame pose, for the increments of
+    `pose.reprojection`, rig frame.
+    """
     home: ReferenceHome | None
-    """Where it stood when the job began; None before that is known."""
+    """None until determined."""
 
 
 def interruptions(time_ns: Int, before_ns: int) -> list[int]:
-    """Return before which frames the stream was interrupted.
+    """Return the indices of frames preceded by an interruption.
 
     Parameters
     ----------
     time_ns
         (n,), bus time of consecutive frames.
     before_ns
-        Of the last frame before them; 0 where these are the first.
+        Of the last frame before them; 0 if these are the first.
 
     Returns
     -------
     list of int
-        Indices of frames that come later than `INTERRUPTION_NS` after the one before, or not
-        after it at all, because the bus clock was set anew.
+        Frames later than `INTERRUPTION_NS` after the previous one, or not after it at all because
+        the bus clock was reset.
     """
     steps = np.diff(time_ns, prepend=before_ns or time_ns[:1] - 1)
     return np.flatnonzero((steps <= 0) | (steps > INTERRUPTION_NS)).tolist()
 
 
 def in_rig(track: TrackBlock) -> TrackBlock:
-    """Return the probe as the cameras saw it, whatever a reference body says."""
+    """Return the probe as seen by the cameras, without the reference body."""
     return track if track.reference is None else track.reference.probe
 
 
@@ -137,7 +141,6 @@ def join(pieces: Sequence[TrackBlock]) -> TrackBlock:
 
 
 def cut(block: TrackBlock, start: int, stop: int) -> TrackBlock:
-    """Return the frames from ``start`` up to ``stop`` of a block."""
     return pick(block, slice(start, stop))
 
 
@@ -157,4 +160,4 @@ def pick(block: TrackBlock, frames: slice | Int | NDArray[np.bool_]) -> TrackBlo
 
 
 ARRAYS = tuple(item.name for item in fields(TrackBlock) if item.name != "reference")
-"""Names of the fields of a `TrackBlock` that have a row for every frame."""
+"""Fields of a `TrackBlock` with a row for every frame."""

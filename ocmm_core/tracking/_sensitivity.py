@@ -1,9 +1,9 @@
-"""How the tip of one pose answers to every error of what it was computed from.
+"""Derivatives of the tip of a pose by all its inputs.
 
-The pose minimises the reprojection residuals, so to first order a change of the spots, the cameras
-or the LEDs moves it by the pseudo-inverse of the residuals' derivative (implicit function theorem;
-GUM 5.1.2 calls these the sensitivity coefficients). All errors are meant as truth minus belief.
-The numbers come from the compiled `kernels.answer_of_poses`, for all points of a job at once.
+The pose minimises the reprojection residuals, so to first order a change of spots, cameras or LEDs
+moves it by the pseudo-inverse of the residuals' derivative (implicit function theorem; sensitivity
+coefficients in GUM 5.1.2). Errors are truth minus assumed value. Computed by the compiled
+`kernels.answer_of_poses`, for all points of a job at once.
 """
 
 from __future__ import annotations
@@ -41,8 +41,9 @@ class TipSensitivity:
     by_geometry: Float
     """(3, 3 L + 3): in the order of `ProbeBody.geometry_covariance`."""
     by_common: Float = field(default_factory=_nothing)
-    """(3, k), mm: what else moves all points of a job together, one independent standard deviation
-    a column. It is the place of a reference body; (3, 0) without one."""
+    """(3, k), mm: other effects common to all points of a job, one independent standard deviation a
+    column: the home of a reference body; (3, 0) without one.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,16 +66,13 @@ class PoseSensitivity:
 def tip_sensitivity(spots: Float, rig: Rig, body: ProbeBody) -> TipSensitivity:
     """Return the tip of spots (C, L, 2), px by LED number, and its derivatives.
 
-    Raises
-    ------
-    TrackingError
-        The spots do not determine a pose.
+    Raises TrackingError if the spots do not determine a pose.
     """
     return tip_sensitivities(spots[None], rig, body)[0]
 
 
 def tip_sensitivities(spots: Float, rig: Rig, body: ProbeBody) -> tuple[TipSensitivity, ...]:
-    """Do the same as `tip_sensitivity` for n sets of spots (n, C, L, 2), px, all at once."""
+    """Return `tip_sensitivity` for n sets of spots (n, C, L, 2), px."""
     poses = _answers(spots, rig, body.leds_probe)
     arms = poses.rotations @ body.tip_probe
     to_tip = arm_jacobian(arms)
@@ -92,18 +90,15 @@ def tip_sensitivities(spots: Float, rig: Rig, body: ProbeBody) -> tuple[TipSensi
 
 
 def pose_sensitivity(spots: Float, rig: Rig, leds: Float) -> PoseSensitivity:
-    """Return the pose of LEDs (L, 3), mm, body frame, from spots (C, L, 2), px, with derivatives.
+    """Return the pose of LEDs (L, 3), mm, from spots (C, L, 2), px, with derivatives.
 
-    Raises
-    ------
-    TrackingError
-        The spots do not determine a pose.
+    Raises TrackingError if the spots do not determine a pose.
     """
     return pose_sensitivities(spots[None], rig, leds)[0]
 
 
 def pose_sensitivities(spots: Float, rig: Rig, leds: Float) -> tuple[PoseSensitivity, ...]:
-    """Do the same as `pose_sensitivity` for n sets of spots (n, C, L, 2), px, all at once."""
+    """Return `pose_sensitivity` for n sets of spots (n, C, L, 2), px."""
     poses = _answers(spots, rig, leds)
     return tuple(
         PoseSensitivity(
@@ -133,7 +128,7 @@ class _Answers:
 def _answers(spots: Float, rig: Rig, leds: Float) -> _Answers:
     n, shape = len(spots), (len(rig.cameras), len(leds), 2)
     if spots.shape[1:] != shape:
-        # The kernel would read beside the array.
+        # The kernel would read out of bounds.
         raise TrackingError(
             "tracking.shape",
             f"Spots of {' x '.join(map(str, spots.shape[1:]))} numbers do not belong to "
@@ -173,6 +168,6 @@ def _answers(spots: Float, rig: Rig, leds: Float) -> _Answers:
 
 
 def _listed(spots: Float) -> tuple[Int, Float]:
-    """Return camera (m,) and place (m, 2), px, of each spot of (C, L, 2) that was seen."""
+    """Return camera (m,) and place (m, 2), px, of each visible spot of (C, L, 2)."""
     seen = np.isfinite(spots).all(axis=2)
     return np.nonzero(seen)[0].astype(np.int64), spots[seen]

@@ -1,16 +1,16 @@
-"""Whether a ball moved while it was watched, against what the noise of its places allows.
+"""Test whether a ball moved during observation, against its noise.
 
-The places go into batches of time. In each batch and along each principal axis of the noise the
-error has two parts: spot noise, independent from frame to frame, and the trembling of a hand, which
-neighbouring batches share. Against this covariance every motion that a resting ball can make is
-estimated by generalised least squares (a matched filter): an even drift, a slip at every moment,
-and a way out and back. A motion counts
+Places are grouped into batches of time. In each batch and along each principal axis of the noise
+the error has two parts: spot noise, independent between frames, and hand tremor, which neighbouring
+batches share. Against this covariance all motions of a resting ball are estimated by generalised
+least squares (a matched filter): a uniform drift, a slip at every moment, and a move out and back.
+A motion counts
 
-- if it is more than noise and trembling show by chance, wherever one looks for it, and
-- if it may be as long as the limit: its upper bound, in whichever direction, reaches it.
+- if it is significant against noise and tremor, including the search over motions, and
+- if it may be as long as the limit: its upper bound, in any direction, reaches it.
 
-So a motion as long as the limit is found wherever noise lets it be told. Where it does not, the
-ball may have moved all the same: `Stillness.covariance` says how far.
+So a motion as long as the limit is found if noise permits. Otherwise the ball may have moved
+undetected: `Stillness.covariance` bounds it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import numpy as np
 from ocmm_core.geometry import Float, Int
 
 _BATCHES, _LEAST_BATCHES, _LEAST_FRAMES = 25, 5, 8
-"""Ten milliseconds a batch in a quarter of a second; fewer where frames are few."""
+"""Ten milliseconds a batch for a quarter of a second; fewer batches for few frames."""
 
 _TREMOR_HZ = np.linspace(8.0, 12.0, 5)
 """Physiological tremor of a hand (Lakie et al., J. Physiol. 593 (2015) 4411)."""
@@ -34,23 +34,23 @@ instrument it is 0.038 mm in all (Singh and Riviere, IEEE EMBS/BMES 2002); the s
 ball, which only rolls with the grip, by the ratio of its radius to the length of the probe."""
 
 _WANDER_MM = 0.001
-"""Standard deviation per axis of what a ball that is held still wanders in a window."""
+"""Standard deviation per axis of the wander of a ball held still during a window."""
 
 _CHANCE_CHI2 = 14.0
-"""Of three degrees of freedom: a ball at rest drifts by more than this in 0.3 % of windows."""
+"""Three degrees of freedom: exceeded by drift of a resting ball in 0.3 % of windows."""
 
 _MANY = 6.0
-"""What a slip must have beyond that: it is looked for at many moments."""
+"""Additional threshold of a slip, which is searched at many moments."""
 
 _TREMOR_SIGMAS = 4.0
-"""Of the scatter that noise alone leaves: beyond them a hand trembles for certain."""
+"""In units of the scatter of noise alone: tremor is certain beyond."""
 
 _BOUND_SIGMAS = 2.4
-"""One-sided, 99 %: a motion is longer than its upper bound in one case of 100."""
+"""One-sided, 99 %: a motion exceeds its upper bound in one case of 100."""
 
 
 class MotionKind(Enum):
-    """How a ball moved; the words of messages."""
+    """Kind of motion, as in messages."""
 
     DRIFTED = "drifted"
     SLIPPED = "slipped"
@@ -72,23 +72,23 @@ _DIRECTIONS = _sphere(200)
 
 @dataclass(frozen=True, slots=True)
 class BallMotion:
-    """A motion that is more than noise and more than the limit."""
+    """A significant motion longer than the limit."""
 
     kind: MotionKind
-    """How."""
     size_mm: float
-    """From one end to the other; of trembling the amplitude, to either side."""
+    """Peak to peak; amplitude to either side for tremor."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stillness:
-    """What is known of the motion of a ball."""
+    """Result of the stillness test."""
 
     motion: BallMotion | None
-    """None where the ball rested as far as noise lets it be told."""
+    """None if at rest within the noise."""
     covariance: Float
-    """(3, 3), mm^2: how far the mean may lie from where the ball was, for a motion that was not
-    found. With a drift that is where it was at the beginning; with a slip, where it lay longer."""
+    """(3, 3), mm^2: possible distance of the mean from the ball's place due to an undetected
+    motion. The place is that at the start for a drift, and the one occupied longer for a slip.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +98,7 @@ class _Batches:
     times: Float
     """(m,), from 0 to 1."""
     span_s: float
-    """How long that is."""
+    """Duration."""
     places: Float
     """(m, 3), mm."""
     variances: Float
@@ -109,13 +109,13 @@ class _Batches:
 
 @dataclass(frozen=True, slots=True)
 class _Shapes:
-    """Motions that are looked for; k of them, as rows of their course over the batches."""
+    """Searched motions; k of them, as rows of their course over the batches."""
 
     kinds: list[MotionKind]
     courses: Float
     """(k, m), for a size of 1."""
     shares: Float
-    """(k,): how far the mean then lies from where the ball was."""
+    """(k,): resulting distance of the mean from the ball's place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +126,7 @@ class _Fits:
     variances: Float
 
     def score(self, own_mm: float = 0.0) -> Float:
-        """Return how much better each motion fits than rest (k,), less what chance is granted.
+        """Return the improvement of each motion over rest (k,), less the chance allowance.
 
         In units of chi-square of three degrees of freedom; ``own_mm`` is a standard deviation per
         axis that counts as rest.
@@ -137,16 +137,16 @@ class _Fits:
 
 
 def wildness(times_s: Float, places: Float, covariances: Float) -> Float:
-    """Return how far each place lies from its neighbours, (n,), in standard deviations.
+    """Return the distance of each place from its neighbours, (n,), in standard deviations.
 
-    The centre is the median of a batch, and a line between batches: a ball that moves is not wild.
-    Parameters as of `judge_stillness`.
+    The centre is the median of a batch, interpolated linearly, so that motion is no outlier.
+    Parameters as `judge_stillness`.
     """
     labels = _labels(times_s)
     numbers = np.unique(labels)
     at = np.array([times_s[labels == number].mean() for number in numbers])
     medians = np.array([np.median(places[labels == number], axis=0) for number in numbers])
-    # The line between two batches also leads to the frames beyond their middles, at both ends.
+    # The line between two batches also extends beyond their middles at both ends.
     left = np.clip(np.searchsorted(at, times_s) - 1, 0, len(at) - 2)
     share = ((times_s - at[left]) / (at[left + 1] - at[left]))[:, None]
     centre = (1.0 - share) * medians[left] + share * medians[left + 1]
@@ -167,10 +167,10 @@ def judge_stillness(
     places
         (n, 3), mm.
     covariances
-        (n, 3, 3), mm^2: of independent noise in each. What the places show more from one to the
-        next is believed, less is not.
+        (n, 3, 3), mm^2: independent noise of each. Increased if consecutive places scatter more,
+        never decreased.
     limit_mm
-        A motion of this length is one.
+        Shortest length that counts as motion.
     """
     batches = _batch(times_s, places, covariances)
     shapes = _shapes(batches.times)
@@ -198,7 +198,7 @@ def _labels(times_s: Float) -> Int:
 def _batch(times_s: Float, places: Float, covariances: Float) -> _Batches:
     values, axes = np.linalg.eigh(covariances.mean(axis=0))
     along = (places - places.mean(axis=0)) @ axes
-    # From one frame to the next a hand hardly moves: what is seen there is noise.
+    # Between consecutive frames hand motion is negligible: the differences are noise.
     seen = 0.5 * np.mean(np.diff(along, axis=0) ** 2, axis=0)
     values = np.maximum(values, seen)
     labels = _labels(times_s)
@@ -225,7 +225,7 @@ def _shapes(times: Float) -> _Shapes:
 
 
 def _fit(batches: _Batches, shapes: _Shapes, tremor: Float) -> _Fits:
-    """Estimate every motion by itself, beside an unknown place; ``tremor`` (3,), mm^2."""
+    """Estimate every motion alone, with an unknown place; ``tremor`` (3,), mm^2."""
     apart_s = batches.span_s * (batches.times[:, None] - batches.times)
     shared = np.cos(2.0 * np.pi * _TREMOR_HZ[:, None, None] * apart_s).mean(axis=0)
     sizes, variances = np.empty((2, len(shapes.courses), 3))
@@ -245,7 +245,7 @@ def _fit(batches: _Batches, shapes: _Shapes, tremor: Float) -> _Fits:
 
 
 def _rest(batches: _Batches, shapes: _Shapes, fits: _Fits) -> Float:
-    """Return what the best motion leaves, (m, 3), mm."""
+    """Return the residuals of the best motion, (m, 3), mm."""
     best = int(np.argmax(fits.score()))
     rest = batches.places - shapes.courses[best][:, None] * fits.sizes[best]
     weights = 1.0 / batches.variances
@@ -254,7 +254,7 @@ def _rest(batches: _Batches, shapes: _Shapes, fits: _Fits) -> Float:
 
 
 def _found(shapes: _Shapes, fits: _Fits, limit_mm: float) -> BallMotion | None:
-    """Return the clearest of the motions that count."""
+    """Return the most significant motion that counts."""
     score = fits.score(_WANDER_MM)
     longest = np.max(
         np.abs(fits.sizes @ _DIRECTIONS.T)
@@ -265,8 +265,8 @@ def _found(shapes: _Shapes, fits: _Fits, limit_mm: float) -> BallMotion | None:
     if not np.any(counts):
         return None
     clearest = int(np.argmax(np.where(counts, fits.score(), -np.inf)))
-    # Noise makes a length too great: said is what is clear, from the direction in which the motion
-    # is longest to that in which it is clearest.
+    # Noise increases a length: report the significant part, in the direction between the longest
+    # and the most significant one.
     size, variance = fits.sizes[clearest], fits.variances[clearest] + _WANDER_MM**2
     towards = size / variance ** np.linspace(0.0, 1.0, 5)[:, None]
     towards /= np.linalg.norm(towards, axis=1, keepdims=True)

@@ -1,9 +1,9 @@
-"""Strobe codes: an LED tells its number by the frames in which it is dark.
+"""Strobe codes: an LED is identified by the frames in which it is dark.
 
-The cameras count exposures together, and the LEDs keep time with them. In every period of that
-counter each LED is dark for one frame, its own; in all others it shines. So a slot that was watched
-for two periods names its LED, or is no LED of this body: a lamp never is dark, and what another
-thing hides is dark in other frames. A frame in which one LED is dark is measured with the rest.
+The cameras count exposures together, synchronised with the LEDs. In every period of that counter
+each LED is dark for one frame, its own. So a slot observed for two periods identifies its LED, or
+belongs to no LED of this body: a lamp is never off, and an occluded LED is off in other frames. A
+frame with one dark LED is measured with the rest.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ MAX_PERIOD = 64
 """Frames; two of them must pass before an LED is named."""
 
 PERIODS = 2
-"""Watched before a slot is named; in one, what hid the LED for a frame might look like the code."""
+"""Observed before a slot is labelled; in one, an occlusion of a frame might look like the code."""
 
 NOT_NAMED = -2
-"""A slot that is not known to follow an LED of this body."""
+"""A slot without an identified LED of this body."""
 
 
 class StrobeEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The code of a body in its document: in which frame of the period each LED is dark."""
+    """The code of a body in its document: the frame of the period in which each LED is dark."""
 
     period: int
     dark: list[int]
@@ -40,13 +40,12 @@ class StrobeCode:
     """The code of a body."""
 
     period: int
-    """Frames."""
     dark: Int
     """(L,): remainder of the exposure counter by the period at which the LED is dark."""
 
 
 def strobe_code(path: Path, entry: StrobeEntry | None, n_leds: int) -> StrobeCode | None:
-    """Return the code of a document, or None where it has none.
+    """Return the code of a document, or None.
 
     Raises
     ------
@@ -73,37 +72,37 @@ def strobe_code(path: Path, entry: StrobeEntry | None, n_leds: int) -> StrobeCod
 
 
 def is_lit(code: StrobeCode, counter: Int) -> NDArray[np.bool_]:
-    """Return which LEDs shine in frames (n,) of the exposure counter, (n, L)."""
+    """Return the lit LEDs in frames (n,) of the exposure counter, (n, L)."""
     lit: NDArray[np.bool_] = counter[:, None] % code.period != code.dark
     return lit
 
 
 def dark_bits(code: StrobeCode, counter: Int) -> NDArray[np.uint64]:
-    """Return which LEDs are dark in frames (n,) of the exposure counter: (n,), bit l for LED l."""
+    """Return the dark LEDs in frames (n,) of the exposure counter: (n,), bit l for LED l."""
     weights = np.uint64(1) << np.arange(len(code.dark), dtype=np.uint64)
     bits: NDArray[np.uint64] = ~is_lit(code, counter) @ weights
     return bits
 
 
 def frames_needed(code: StrobeCode) -> int:
-    """Return how many consecutive frames `decode` looks at."""
+    """Return the number of consecutive frames needed by `decode`."""
     return PERIODS * code.period
 
 
 def decode(code: StrobeCode, counter: Int, there: NDArray[np.bool_]) -> Int | None:
-    """Return the LED that each slot follows, (C, S), `NOT_NAMED` where that cannot be said.
+    """Return the LED of each slot, (C, S), `NOT_NAMED` if unidentified.
 
     Parameters
     ----------
     counter
         (n,), exposure counter of the last frames.
     there
-        (n, C, S): which slots held a spot.
+        (n, C, S): whether slots held a spot.
 
     Returns
     -------
     ndarray or None
-        None where the frames are too few, or some between them are missing.
+        None for too few frames, or gaps between them.
     """
     need = frames_needed(code)
     counter, there = counter[-need:], there[-need:]
@@ -116,13 +115,7 @@ def decode(code: StrobeCode, counter: Int, there: NDArray[np.bool_]) -> Int | No
 
 
 class StrobeReader:
-    """Read the code from consecutive frames; used by one thread.
-
-    Parameters
-    ----------
-    code
-        What the LEDs do.
-    """
+    """Read the code from consecutive frames; for one thread."""
 
     def __init__(self, code: StrobeCode) -> None:
         self._code = code
@@ -130,14 +123,14 @@ class StrobeReader:
         self._there: NDArray[np.bool_] | None = None
 
     def gaps(self, counter: Int) -> list[int]:
-        """Return before which frames others are missing, as indices of ``counter`` (n,)."""
+        """Return the indices of ``counter`` (n,) preceded by a gap."""
         before = self._counter[-1:] if len(self._counter) else counter[:1] - 1
         return np.flatnonzero(np.diff(counter, prepend=before) != 1).tolist()
 
     def decode(self, counter: Int, there: NDArray[np.bool_]) -> Int | None:
-        """Return what `decode` says after frames that follow those of `remember`.
+        """Return the result of `decode` for frames that follow those of `remember`.
 
-        None also where an LED is dark in the last frame, if there are frames in which none is.
+        Also None if an LED is dark in the last frame, unless every frame has a dark one.
         """
         dark = ~is_lit(self._code, counter[-1:]).all()
         if dark and self._code.period > len(self._code.dark):
@@ -148,7 +141,7 @@ class StrobeReader:
         return decode(self._code, counter, there)
 
     def remember(self, counter: Int, there: NDArray[np.bool_]) -> None:
-        """Keep as many of the last frames as are needed."""
+        """Keep the last frames needed for decoding."""
         need = frames_needed(self._code)
         if self._there is not None and len(counter) < need:
             counter = np.concatenate([self._counter, counter])

@@ -5,7 +5,7 @@ In: a unit as another program writes it, or a line of text. Out: its size in mm,
 `find_unit` returns a `MeasureUnit` or None; `named_unit` refuses an unknown unit, `agreed_unit`
 also a name that contradicts its factor. `unit_statement` finds "unit: mm" in a comment or title:
 prose is never a unit, and a statement without a `MeasureUnit` is to be refused. `heading_unit`
-splits "X [mm]".
+splits "X [mm]". `scaled` converts: decimal numbers are multiplied, and rounded once.
 
 Read `_unit` (table and grammar of names), `_statements` (places in text). It knows no files.
 A table of our own and not pint: pint reads "points" and "M" as units and "mil" as an angle, does
@@ -20,12 +20,19 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.units._statements import UnitStatement, heading_unit, unit_statement
-    from ocmm_core.units._unit import Dimension, MeasureUnit, agreed_unit, find_unit, named_unit
+    from ocmm_core.units._unit import (
+        Dimension,
+        MeasureUnit,
+        agreed_unit,
+        find_unit,
+        named_unit,
+        scaled,
+    )
 else:
     __getattr__ = door(
         __name__,
         _statements="UnitStatement heading_unit unit_statement",
-        _unit="Dimension MeasureUnit agreed_unit find_unit named_unit",
+        _unit="Dimension MeasureUnit agreed_unit find_unit named_unit scaled",
     )
 
 __all__ = [
@@ -36,5 +43,6 @@ __all__ = [
     "find_unit",
     "heading_unit",
     "named_unit",
+    "scaled",
     "unit_statement",
 ]

@@ -15,12 +15,15 @@ class UnitStatement:
     text: str
     unit: MeasureUnit | None
     """None if it is unknown or the statement names several."""
+    is_mention: bool = False
+    """A unit is named outside a statement: it counts only without other evidence."""
 
 
 _LABEL = re.compile(
     r"\b(?:length|coordinate|measuring|measurement|linear|\w{0,8})?[ _-]?"
     r"(units?|uom|einheit(?:en)?|\w{0,12}einheit(?:en)?|unités?|unidad(?:es)?|unità|unidades?|"
-    r"eenhe(?:id|den)|enhet(?:er)?|jednostk[ai])\b"
+    r"eenhe(?:id|den)|enhet(?:er)?|jednostk[ai]|"
+    r"единиц[аы](?:\s+измерения)?|单位|單位|単位|단위)(?:\b|(?=\s*[:=]))"
     r"(?:\s*(?:of|for)\s+(?:all\s+)?(?:lengths?|measure(?:ments?)?|coordinates|values))?"
     r"(?P<mark>(?:\s*[:=/,]|\s+(?:are|is|in|sind|ist|son|sont|all)\b)*)\s*(?P<rest>.*)",
     re.IGNORECASE,
@@ -49,6 +52,14 @@ _SYSTEM = re.compile(r"\b(?P<unit>\S+)\s+(?:units?|einheiten)\s*[.)]?$", re.IGNO
 _SYSTEMS = frozenset(
     re.findall(r"\S+", "metric imperial english si us customary metrisch metrische")
 )
+_MENTION = re.compile(
+    r"(?<![\w\d])(?<!\d )(?<!\d-)(?P<unit>inch(?:es)?|zoll|pouces?|pulgadas?|pollic[ei]|feet|foot|"
+    r"microns?|mikron|mils|thou|yards?|imperial|дюйм\w*|英寸|インチ|인치)(?!\w)",
+    re.IGNORECASE,
+)
+"""Units other than mm, whose words have no other meaning; "2 inch stem" is a property."""
+_WIDE = {0xFEE0 + ord(sign): sign for sign in ":=()[]/"}
+"""Full-width signs of East Asian texts."""
 _PARTS = re.compile(r"[,;()\[\]|]+|\s+(?:and|und|or|oder)\s+")
 _CODES = {"g20": "inch", "g70": "inch", "g21": "mm", "g71": "mm"}
 """Words of NC programs that choose the unit."""
@@ -74,10 +85,19 @@ _AMBIGUOUS_BEHIND = frozenset(re.findall(r"\S+", "m M a A n"))
 
 
 def unit_statement(line: str) -> UnitStatement | None:
-    """Return the unit of length that a comment or title states; None if it states none."""
-    text = line.strip().strip("#%!;/*$ \t").strip()
+    """Return the unit of length that a comment or title states; None if it states none.
+
+    A unit that is only mentioned, such as "All dimensions INCH", is a statement without a unit.
+    """
+    text = line.translate(_WIDE).strip().strip("#%!;/*$ \t").strip()
     if not text:
         return None
+    found = _statement(text)
+    mention = None if found is not None else _MENTION.search(text)
+    return found if mention is None else UnitStatement(text, None, is_mention=True)
+
+
+def _statement(text: str) -> UnitStatement | None:
     code = _CODES.get(text.lower())
     bare = find_unit(code or _without_brackets(text))
     if bare is not None:
@@ -90,6 +110,11 @@ def unit_statement(line: str) -> UnitStatement | None:
     contents = _CONTENTS.search(text)
     if contents is not None:
         return _of_contents(contents)
+    behind = _BRACKETS.match(text)
+    if behind is not None and len(behind["unit"]) > 1:
+        unit = find_unit(behind["unit"], "length")
+        if unit is not None and behind["unit"].lower() not in ("in", "mi"):
+            return UnitStatement(behind["unit"], unit)
     system = _SYSTEM.search(text)
     if system is not None and (
         (unit := find_unit(system["unit"], "length")) or system["unit"].lower() in _SYSTEMS

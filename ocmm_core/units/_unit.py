@@ -6,6 +6,8 @@ import math
 import re
 import unicodedata
 from dataclasses import dataclass
+from decimal import Context, Decimal
+from pathlib import Path
 from typing import Literal, TypeAlias
 
 from ocmm_core.errors import InputError
@@ -22,13 +24,14 @@ _MARKS = str.maketrans(
 _SI_OF: dict[Dimension, float] = {"length": 1e-3, "angle": math.radians(1.0), "temperature": 1.0}
 _BASE: dict[Dimension, str] = {"length": "mm", "angle": "degrees", "temperature": "kelvin"}
 _EXAMPLES: dict[Dimension, str] = {
-    "length": "mm, cm, m, µm, inch, mil or ft",
-    "angle": "deg, rad, gon, arcmin or arcsec",
-    "temperature": "°C, K or °F",
+    "length": "mm, cm, m, µm, inch, mil, ft",
+    "angle": "deg, rad, gon, arcmin, arcsec",
+    "temperature": "°C, K, °F",
 }
 
 _PREFIXES = (
-    ("kilo", "k", 1e3), ("deci dezi", "d", 1e-1), ("centi zenti", "c", 1e-2),
+    ("kilo", "k", 1e3), ("hecto hekto", "h", 1e2), ("deca deka", "da", 1e1),
+    ("deci dezi", "d", 1e-1), ("centi zenti", "c", 1e-2),
     ("milli mili", "m", 1e-3), ("micro mikro", "µ", 1e-6), ("micro mikro", "u", 1e-6),
     ("nano", "n", 1e-9),
 )  # fmt: skip
@@ -38,6 +41,23 @@ _MULTIPLE = re.compile(
     r"(?P<times>\d{1,9}(?:[.,]\d{1,9})?(?:e[+-]?\d{1,2})?))\s*[*x×·]?\s*(?P<unit>[^\s*x×·/^].*)",
     re.IGNORECASE,
 )
+
+
+_EXACT = Context(prec=60)
+
+
+def scaled(value: float, factor: float) -> float:
+    """Return the product of two decimal numbers, rounded once: 1.5 inch is 38.1 mm.
+
+    Parameters
+    ----------
+    value, factor
+        Their shortest notations are multiplied: of 1.5 and 25.4, not of their nearest binary
+        numbers.
+    """
+    if factor == 1.0 or not math.isfinite(value):
+        return value
+    return float(_EXACT.multiply(Decimal(repr(float(value))), Decimal(repr(float(factor)))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +83,8 @@ def _lengths() -> dict[str, MeasureUnit]:
         (
             "inch",
             "in inch inches zoll pouce pouces pulgada pulgadas pollice pollici polegada polegadas "
-            "duim tum \" '' internationalinch",
+            "duim tum \" '' internationalinch "
+            "英寸 吋 インチ 인치 дюйм дюймы дюймах",
             25.4,
         ),
         (
@@ -88,10 +109,15 @@ def _lengths() -> dict[str, MeasureUnit]:
         ("µin", "microinch microinches uin", 25.4e-6),
         ("µm", "µ micron microns mikron", 1e-3),
         ("Å", "angstrom angstroms å", 1e-7),
+        ("mm", "毫米 公厘 ミリ ミリメートル 밀리미터 мм миллиметр миллиметры миллиметрах", 1.0),
+        ("cm", "厘米 センチメートル см", 10.0),
+        ("µm", "微米 ミクロン マイクロメートル мкм", 1e-3),
+        ("m", "米 メートル м метр метры метрах", 1e3),
     ]
-    for words, symbol, scale in _PREFIXES:
+    for words, sign, scale in _PREFIXES:
         names = " ".join(word + base for word in words.split() for base in _METRES.split())
-        sizes.append(("µm" if symbol == "u" else f"{symbol}m", f"{symbol}m {names}", 1e3 * scale))
+        symbol = "µm" if sign == "u" else f"{sign}m"
+        sizes.append((symbol, f"{sign}m {names}", scaled(1e3, scale)))
     return _table(sizes, "length")
 
 
@@ -99,8 +125,8 @@ def _table(sizes: list[tuple[str, str, float]], of: Dimension) -> dict[str, Meas
     found: dict[str, MeasureUnit] = {}
     for symbol, names, factor in sizes:
         unit = MeasureUnit(symbol, of, factor)
-        for name in (_key(symbol), *names.split()):
-            found[name] = unit
+        for name in (symbol, *names.split()):
+            found[_key(name)] = unit
     return found
 
 
@@ -168,7 +194,7 @@ def find_unit(text: str, dimension: Dimension | None = None) -> MeasureUnit | No
     if unit is None or unit.dimension == "temperature" or _MULTIPLE.fullmatch(multiple["unit"]):
         return None
     if multiple["power"]:
-        scale = 10.0 ** int(multiple["power"])
+        scale = float(f"1e{multiple['power']}")
     elif multiple["part"]:
         scale = 1.0 / max(int(multiple["part"]), 1)
     else:
@@ -176,16 +202,18 @@ def find_unit(text: str, dimension: Dimension | None = None) -> MeasureUnit | No
     if not 0.0 < scale < math.inf:
         return None
     symbol = unit.symbol if scale == 1.0 else plain
-    return MeasureUnit(symbol, unit.dimension, scale * unit.factor)
+    return MeasureUnit(symbol, unit.dimension, scaled(scale, unit.factor))
 
 
-def named_unit(text: str, dimension: Dimension, where: str) -> MeasureUnit:
+def named_unit(
+    text: str, dimension: Dimension, path: Path | str = "", line: int = 0
+) -> MeasureUnit:
     """Return the unit that ``text`` names.
 
     Parameters
     ----------
-    where
-        Start of the sentence of an error: file, and line or item.
+    path, line
+        Place of the name, for the sentence of an error; empty and 0 if a user typed it.
 
     Raises
     ------
@@ -194,10 +222,12 @@ def named_unit(text: str, dimension: Dimension, where: str) -> MeasureUnit:
     """
     unit = find_unit(text, dimension)
     if unit is None:
+        kind, name, examples = dimension, text[:_LONGEST], _EXAMPLES[dimension]
         raise InputError(
             "unit.unknown",
-            f"{where}: {text[:_LONGEST]!r} is not a known unit of {dimension}.",
-            f"Use {_EXAMPLES[dimension]}.",
+            f"{f'{path}, line {line}: ' if line else f'{path}: ' if path else ''}"
+            f"{name!r} is not a known unit of {kind}.",
+            f"Use one of {examples}.",
         )
     return unit
 

@@ -1,12 +1,12 @@
-"""Acceptance tests in the window: choose, measure, verdict; artefacts, interim checks and studies.
+"""Acceptance tests in the window: choice, measurement, verdict, artefacts and studies.
 
 In: `composition.AcceptanceBench`, guided tests of `acceptance`. Out: pages for Maintain, sheets,
-and the running test with the rail and the keys of a wizard.
+and the running test with rail and keys of a wizard.
 
-Read `_desk` (choose or resume, then run), `_start_page` with `_start_parts`, `_measure_page` with
-`_touch_picture`, and `_verdict_page`; `_tests_page` (the page of Maintain), `_artefact_sheet` with
-`_artefact_form`, `_study_sheet` with `_study_parts` and `_study_work`.
-Plans, limits and verdicts are those of the core. It must not know the inspector's screens.
+Start with `_desk` (choose or resume, then run), `_start_page` with `_start_parts`, `_measure_page`
+with `_touch_picture`, and `_verdict_page`; then `_tests_page` (the page of Maintain),
+`_artefact_sheet` with `_artefact_form`, `_study_sheet` with `_study_parts` and `_study_work`.
+Plans, limits and verdicts are those of the core. It must not import the inspector's screens.
 """
 
 from __future__ import annotations

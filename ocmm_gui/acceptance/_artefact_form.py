@@ -1,4 +1,4 @@
-"""The fields of an artefact, as they are typed or read from a certificate."""
+"""Form of an artefact, typed or read from a certificate."""
 
 from __future__ import annotations
 
@@ -32,8 +32,6 @@ _IN_COLUMN = 8
 
 
 class ArtefactForm(QWidget):
-    """Fields in two columns."""
-
     def __init__(self) -> None:
         super().__init__()
         self.setAccessibleName(tr("Artefact"))
@@ -58,7 +56,7 @@ class ArtefactForm(QWidget):
             grid.addWidget(field, row, 2 * column + 1)
 
     def texts(self) -> dict[str, str]:
-        """Return what stands in the fields; what was read and then changed counts as typed."""
+        """Return the field texts; changed certificate data counts as typed."""
         found = {key: field.text().strip() for key, field in self.fields.items()}
         found["kind"] = ARTEFACT_KINDS[self.kind.currentIndex()]
         same = bool(self._read) and all(found[key] == self._read.get(key) for key in _CERTIFIED)
@@ -67,7 +65,7 @@ class ArtefactForm(QWidget):
         return found
 
     def show_read(self, fields: Mapping[str, str]) -> None:
-        """Fill in what a certificate states."""
+        """Fill in the data of a certificate."""
         self._read = dict(fields)
         for key, field in self.fields.items():
             if key in fields:
@@ -77,7 +75,7 @@ class ArtefactForm(QWidget):
         self.fields["id" if not self.fields["id"].text() else "due_utc"].setFocus()
 
     def show_entry(self, entry: ArtefactEntry) -> None:
-        """Fill in what the register holds, for a newer certificate."""
+        """Fill in a register entry, for a newer certificate."""
         self._read = {}
         for key, field in self.fields.items():
             value = getattr(entry, key, "")
@@ -89,7 +87,6 @@ class ArtefactForm(QWidget):
         self.kind.setCurrentIndex(ARTEFACT_KINDS.index(entry.kind))
 
     def clear(self) -> None:
-        """Empty all fields."""
         self._read = {}
         for field in self.fields.values():
             field.clear()

@@ -1,4 +1,4 @@
-"""The register of artefacts: what there is, until when it holds, and what it is refused for."""
+"""Artefact register: entries, expiry, and reasons for refusal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ocmm_core.acceptance import ArtefactEntry, typed_entry
 from ocmm_core.composition import AcceptanceBench
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
-from ocmm_core.export.certificate import artefact_fields, read_dcc, trusted_laboratories
+from ocmm_core.export.certificate import artefact_fields, read_dcc, trusted_signers
 from ocmm_core.failure import contained
 from ocmm_core.seals import KeyFolder
 from ocmm_gui.acceptance._artefact_form import ArtefactForm
@@ -39,7 +39,7 @@ from ocmm_gui.work import Teller, Worker, WorkSheet
 
 T = TypeVar("T")
 _Register = tuple[tuple[ArtefactEntry, ...], dict[str, tuple[tuple[str, str], ...]]]
-"""Entries, and for each the procedures with why it is refused."""
+"""Entries, and for each the refusing procedures with reasons."""
 
 _KEYS = (
     ActionInfo("new", later("New"), later("Empty the fields"), ("F6",)),
@@ -71,22 +71,12 @@ class _Reading:
 
     def __call__(self, tell: Teller) -> dict[str, str]:
         tell(later("Reading the certificate"), 0.3)
-        dcc = read_dcc(read_bytes(self.path), trusted_laboratories(KeyFolder().folder))
+        dcc = read_dcc(read_bytes(self.path), trusted_signers(KeyFolder()))
         return artefact_fields(dcc, self.kind, quantity=self.quantity)
 
 
 class ArtefactSheet(WorkSheet):
-    """A table above, the fields of a new or renewed artefact below.
-
-    Parameters
-    ----------
-    bench
-        Has the register, and says what an artefact is refused for.
-    who
-        Gives the name for the register.
-    clock
-        The time of day, with its zone.
-    """
+    """A table above, the fields of a new or renewed artefact below."""
 
     def __init__(
         self,
@@ -99,7 +89,7 @@ class ArtefactSheet(WorkSheet):
         self._theme = THEMES[DEFAULT_THEME]
         self._entries: tuple[ArtefactEntry, ...] = ()
         self._refused: dict[str, tuple[tuple[str, str], ...]] = {}
-        # Every line of the register is read with its hash, and calibrations with their findings.
+        # Reading verifies all hashes, and calibrations with their findings.
         self._register = Worker("ocmm-artefacts", self)
         self._asked = 0
         self._doing = 0
@@ -138,21 +128,21 @@ class ArtefactSheet(WorkSheet):
         )
 
     def open(self) -> None:
-        """Show what is in the register now."""
+        """Show the current register."""
         self._read_register()
         self.table.setFocus()
 
     def close_work(self) -> None:
-        """Give up what is read; call it before the window goes."""
+        """Stop reading; call before the window closes."""
         super().close_work()
         self._register.close(0.0)
 
     def is_reading(self) -> bool:
-        """Return whether the register is read or written; for tests."""
+        """Return whether the register is being read or written; for tests."""
         return self._doing > 0
 
     def read(self, path: Path) -> None:
-        """Fill in what a certificate states; the window stays free."""
+        """Fill in the data of a certificate, without blocking."""
         texts = self.form.texts()
         if texts["kind"] not in ("bar", "sphere"):
             self.failed.emit(
@@ -166,7 +156,7 @@ class ArtefactSheet(WorkSheet):
         self._begin(tr("Reading the certificate"), _Reading(path, kind, texts["quantity"]))
 
     def store(self) -> None:
-        """Add what is filled in; an id that is there takes the newer certificate."""
+        """Add the entry; an existing id gets the newer certificate."""
         entry = self.attempt(lambda: typed_entry(self.form.texts()))
         if entry is None:
             return
@@ -186,7 +176,7 @@ class ArtefactSheet(WorkSheet):
             self.told.emit(
                 tr("Stored: {id}, due {due}.").format(id=entry.id, due=day_words(entry.due_utc))
             )
-            # What was typed meanwhile is another artefact.
+            # Text typed meanwhile belongs to another artefact.
             if self.form.texts()["id"].strip() == entry.id:
                 self.form.clear()
             self.open()
@@ -194,14 +184,13 @@ class ArtefactSheet(WorkSheet):
         self._do(add, done, "The register")
 
     def edit(self) -> None:
-        """Fill in the selected artefact."""
         entry = self._selected()
         if entry is not None:
             self.form.show_entry(entry)
             self.form.fields["certificate"].setFocus()
 
     def ask_to_remove(self) -> None:
-        """Ask before the selected artefact is taken out."""
+        """Ask before removing the selected artefact."""
         entry = self._selected()
         if entry is not None:
             self.sure.ask(tr("Remove {id} from the register?").format(id=entry.id))
@@ -212,7 +201,7 @@ class ArtefactSheet(WorkSheet):
         self._show_reasons()
 
     def _do(self, call: Callable[[], T], done: Callable[[T], None], reading: str) -> None:
-        """Carry out something with the register beside the window; what fails is told."""
+        """Access the register in the background; report errors."""
         self._doing += 1
 
         def finish(answer: T) -> None:
@@ -237,7 +226,7 @@ class ArtefactSheet(WorkSheet):
             return entries, {one.id: self._bench.refused_for(one, now) for one in entries}
 
         def done(found: _Register) -> None:
-            # Asked again meanwhile: a later answer comes.
+            # Requested again meanwhile: a later answer follows.
             if asked == self._asked:
                 self._entries, self._refused = found
                 self._show_register()

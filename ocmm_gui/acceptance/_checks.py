@@ -1,4 +1,4 @@
-"""Judged values of an acceptance test as the checks that a chart of errors shows."""
+"""Judged values of an acceptance test as checks for an error chart."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ocmm_core.calibration.records import Check
 
 
 def checks_of(values: Sequence[JudgedValue]) -> tuple[Check, ...]:
-    """Return values as checks; a chart groups them by what stands before the comma."""
+    """Return values as checks; a chart groups them by the text before the comma."""
     return tuple(
         Check(
             name=f"{one.position}, {one.quantity} {one.name}", measured_mm=one.error_mm,

@@ -1,4 +1,4 @@
-"""Acceptance tests as one view of the window: choose or go on, then the running test."""
+"""View of the window with acceptance tests: choose or resume, then run."""
 
 from __future__ import annotations
 
@@ -41,7 +41,6 @@ from ocmm_gui.wizards.parts import (
 from ocmm_gui.work import Worker
 
 INTERIM = "INTERIM"
-"""Id of the procedure of the interim check."""
 _USUAL_C = 20.0
 _TEXTS = WizardTexts(
     title=later("Acceptance test"),
@@ -56,18 +55,12 @@ class AcceptanceDesk(GuidedStack):
 
     Parameters
     ----------
-    bench
-        What can be tested, and where it is kept.
     tap
-        Frames of the station; nothing is measured while somebody watches.
-    who
-        Gives the name that is proposed.
-    clock
-        The time of day, with its zone.
+        Station frames; measuring is suspended while a watcher is attached.
     """
 
     paper_wanted = Signal(object)
-    """Emits the `Path` of the record of which a certificate is wanted."""
+    """Emits the `Path` of the record for a certificate."""
     _hand_failed = Signal(object)
 
     def __init__(
@@ -82,7 +75,7 @@ class AcceptanceDesk(GuidedStack):
         self.bench = bench
         self._tap, self._who, self._clock = tap, who, clock
         self.procedures: tuple[ProcedureOffer, ...] = ()
-        # Every session is read with its hashes, and the disk may be slow.
+        # Reading verifies all hashes, and the disk may be slow.
         self._lists = Worker("ocmm-tests-open", self)
         self._asked = self._chosen = 0
         self._making = False
@@ -95,7 +88,7 @@ class AcceptanceDesk(GuidedStack):
         self._hand_failed.connect(self.failed, Qt.ConnectionType.QueuedConnection)
 
     def open(self, first: str = "") -> None:
-        """Show what can be tested; ``first`` is the id of the procedure that is proposed."""
+        """Show the procedures; ``first`` is the id of the proposed one."""
         self.close_runner()
         self.setCurrentWidget(self.start)
         now = self._clock()
@@ -105,7 +98,7 @@ class AcceptanceDesk(GuidedStack):
         self.start.show_waiting()
 
         def done(found: tuple[ProcedureOffer, ...]) -> None:
-            # Opened again meanwhile: a later answer comes.
+            # Opened again meanwhile: a later answer follows.
             if asked == self._asked:
                 self.procedures = found
                 self.start.ask(found, self._proposals(), first)
@@ -126,12 +119,12 @@ class AcceptanceDesk(GuidedStack):
         return proposals
 
     def _tell_failure(self, error: Exception, reading: str) -> None:
-        """Show on the first page why something could not be read."""
+        """Show on the start page why something could not be read."""
         told = contained(error, reading, "Nothing was changed.")
         self.start.show_trouble(said(f"{told.what} {told.remedy}"))
 
     def _read_unfinished(self, now: datetime, asked: int) -> None:
-        """Read the tests that can go on, and show them when they come."""
+        """Read and show the unfinished tests."""
 
         def done(found: tuple[OpenTest, ...]) -> None:
             if asked == self._asked:
@@ -145,12 +138,12 @@ class AcceptanceDesk(GuidedStack):
         self._lists.do(lambda: self.bench.unfinished(now), done, failed)
 
     def leave(self) -> None:
-        """End what runs, or is being made ready, and give the window back."""
+        """Stop the test, or its preparation, and leave; it can be resumed."""
         self._asked += 1
         super().leave()
 
     def close_work(self) -> None:
-        """End what runs and read no more lists; call it before the window goes."""
+        """Stop the test and reading; call before the window closes."""
         self.close_runner()
         self._lists.close(0.0)
 
@@ -167,7 +160,7 @@ class AcceptanceDesk(GuidedStack):
         self.start.show_reading(limits_text(offer))
 
         def read() -> tuple[ArtefactOffer, ...]:
-            # Who walks down the list wants the last one alone.
+            # Only the last selection counts.
             if chosen != self._chosen:
                 return ()
             return self.bench.offers(offer, now, _USUAL_C if warm is None else warm)
@@ -187,7 +180,7 @@ class AcceptanceDesk(GuidedStack):
         self._make(self._wanted_test)
 
     def _wanted_test(self) -> Callable[[], AcceptanceProcedure]:
-        """Return what begins the test that is filled in."""
+        """Return the function that starts the filled-in test."""
         start = self.start
         if not 0 <= start.row() < len(self.procedures):
             raise InputError("acceptance.none", "No procedure chosen.", "Choose one.")
@@ -219,9 +212,9 @@ class AcceptanceDesk(GuidedStack):
         self._make(wanted)
 
     def _make(self, wanted: Callable[[], Callable[[], AcceptanceProcedure]]) -> None:
-        """Make a test ready beside the window: records, spots and documents are read for it."""
+        """Prepare a test in the background: it reads records, spots and documents."""
         if self._making:
-            # Pressed twice: one test is enough.
+            # Pressed twice: one test suffices.
             return
         try:
             make = wanted()
@@ -236,7 +229,7 @@ class AcceptanceDesk(GuidedStack):
         def done(procedure: AcceptanceProcedure) -> None:
             self._making = False
             self.start.show_starting("")
-            # Who left meanwhile finds it among those that can go on.
+            # After leaving, it is among the unfinished tests.
             if asked == self._asked and self.currentWidget() is self.start:
                 self._run(procedure)
 
@@ -256,19 +249,19 @@ class AcceptanceDesk(GuidedStack):
             driver, _TEXTS, self._pages(procedure),
             {"repeat": lambda: driver.do(procedure.retest)},
         )  # fmt: skip
-        # What is repeated here is what the procedure allows, which is a line in one of them only.
+        # The procedure defines what is repeated; only one repeats a line.
         runner.actions_by_key["repeat"].setText(tr("Retest"))
         runner.buttons["repeat"].setText(tr("Retest\n[N]"))
         self._show_runner(runner, driver, procedure.base.torn)
 
     def _tap_of(self, procedure: AcceptanceProcedure) -> Tap:
-        """Return where the frames come from: the station, or the hand at the virtual rig."""
+        """Return the frame source: the station, or the hand at the virtual rig."""
         hand = self.bench.hand(procedure, self._hand_failed.emit)
         if hand is None:
             return self._tap
 
         def tap(watcher: Callable[[FrameBlock], None] | None) -> None:
-            # The operator of the virtual rig measures nothing meanwhile.
+            # The virtual rig's operator is idle meanwhile.
             self._tap(None if watcher is None else _look_away)
             hand(watcher)
 
@@ -293,7 +286,6 @@ class AcceptanceDesk(GuidedStack):
 
 
 def _planned(seen: Seen) -> Planned:
-    """Return what will be measured: all positions, and what of the advice was not followed."""
     view = seen.view_as(GuidedAcceptanceView)
     words = tr("%n positions", "1 position", len(view.test.positions))
     return Planned(position_contents(view.test), words, view.notes)

@@ -1,4 +1,4 @@
-"""The page on which a test is measured: where to, how far, and the last errors with their MPE."""
+"""Measuring page of a test: target, progress, and the last errors with their MPE."""
 
 from __future__ import annotations
 
@@ -36,29 +36,23 @@ _CHART_PX = 150
 
 
 class TakesTemperature(Protocol):
-    """The procedure that notes the temperature of the room."""
+    """A procedure that logs the room temperature."""
 
-    def set_temperature(self, celsius: float, now: datetime) -> None:
-        """Note it now."""
-        ...
+    def set_temperature(self, celsius: float, now: datetime) -> None: ...
 
 
 class MeasurePage(CollectPage):
-    """Picture of the volume and of the artefact, progress, last errors, room temperature.
+    """Picture of volume and artefact, progress, last errors, room temperature.
 
     Parameters
     ----------
-    rig
-        What is seen.
     away
         (3,), unit: from the cameras to the volume.
-    procedure
-        Notes the temperature.
     """
 
     keys = ("back", "automatic", "take", "next")
     misread = Signal(str)
-    """Emits a temperature that is no number, as it was typed."""
+    """Emits an invalid temperature as typed."""
 
     def __init__(self, rig: Rig, away: Float, procedure: TakesTemperature) -> None:
         super().__init__(rig, tr("Points taken"))
@@ -84,7 +78,7 @@ class MeasurePage(CollectPage):
         self._lay_out()
 
     def show_seen(self, seen: Seen) -> None:
-        """Show where to go, how far it is, and what came out."""
+        """Show target, progress and results."""
         super().show_seen(seen)
         view = seen.view_as(GuidedAcceptanceView)
         if not self.temperature.hasFocus():
@@ -152,7 +146,7 @@ class MeasurePage(CollectPage):
         self._give_keys_back()
 
     def _give_keys_back(self) -> None:
-        """Let the keys take points again."""
+        """Return the focus to the page, so that keys take points."""
         parent = self.parentWidget()
         if parent is not None:
             parent.setFocus()

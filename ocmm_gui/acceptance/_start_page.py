@@ -1,4 +1,4 @@
-"""Before a test: which procedure, with which artefact, by whom, or which test goes on."""
+"""Start of a test: procedure, artefact, person, or an unfinished test."""
 
 from __future__ import annotations
 
@@ -62,13 +62,11 @@ class AcceptanceStart(QWidget):
     """Procedures on the left; artefacts, conditions and unfinished tests on the right."""
 
     chosen = Signal(int)
-    """Emits the row of the procedure that is chosen: its artefacts are wanted."""
+    """Emits the row of the selected procedure, to list its artefacts."""
     begun = Signal()
-    """The chosen test is to begin."""
     resumed = Signal(object)
-    """Emits the `Path` of the session that goes on."""
+    """Emits the `Path` of the session to resume."""
     left = Signal()
-    """Back to Maintain."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -112,9 +110,9 @@ class AcceptanceStart(QWidget):
     def ask(
         self, procedures: Sequence[ProcedureOffer], proposals: dict[str, str], first: str = ""
     ) -> None:
-        """Show what can be done; ``first`` is the id of the procedure that is proposed.
+        """Show the procedures; ``first`` is the id of the proposed one.
 
-        Unfinished tests are still being read: `show_unfinished`.
+        `show_unfinished` follows once the unfinished tests are read.
         """
         self.table.blockSignals(True)
         self.table.setRowCount(len(procedures))
@@ -150,7 +148,7 @@ class AcceptanceStart(QWidget):
         self.table.setFocus()
 
     def show_unfinished(self, open_tests: Sequence[OpenTest]) -> None:
-        """Show the tests that can go on, once they are read; the keyboard stays where it is."""
+        """Show the unfinished tests; the focus stays."""
         self._open = tuple(open_tests)
         self.unfinished.clear()
         for test in self._open:
@@ -169,7 +167,7 @@ class AcceptanceStart(QWidget):
         self._show_open()
 
     def show_waiting(self) -> None:
-        """Show that the procedures are still being read; nothing can start."""
+        """Show that the procedures are being read; nothing can start."""
         self.table.blockSignals(True)
         self.table.setRowCount(0)
         self.table.blockSignals(False)
@@ -177,7 +175,7 @@ class AcceptanceStart(QWidget):
         self.show_reading(tr("Reading the procedures"))
 
     def show_reading(self, limits: str) -> None:
-        """Show that the artefacts of the chosen procedure are still being read."""
+        """Show that the artefacts of the selected procedure are being read."""
         self._offers = ()
         self.limits.setText(limits)
         self.artefacts.blockSignals(True)
@@ -187,7 +185,7 @@ class AcceptanceStart(QWidget):
         self.begin_button.setEnabled(False)
 
     def show_artefacts(self, offers: Sequence[ArtefactOffer], limits: str) -> None:
-        """Show the artefacts of the chosen procedure; refused ones say why."""
+        """Show the artefacts of the selected procedure, with reasons for refused ones."""
         self.begin_button.setEnabled(True)
         self._offers = tuple(offers)
         self.limits.setText(limits)
@@ -206,25 +204,24 @@ class AcceptanceStart(QWidget):
         self._show_artefact()
 
     def artefact(self) -> ArtefactOffer | None:
-        """Return the chosen artefact; None where none is."""
+        """Return the selected artefact, or None."""
         row = self.artefacts.currentRow()
         return self._offers[row] if 0 <= row < len(self._offers) else None
 
     def row(self) -> int:
-        """Return which procedure is chosen."""
         return self.table.currentRow()
 
     def value(self, key: str) -> str:
-        """Return what is filled in."""
+        """Return the text of a field."""
         return self.fields[key].text().strip()
 
     def chosen_condition(self) -> str:
-        """Return the state of the machine, as a record says it."""
+        """Return the condition of the machine in record form."""
         return _CONDITIONS[self.condition.currentIndex()][1]
 
     def show_starting(self, text: str) -> None:
-        """Show that a test is being made ready; an empty text says that it is not any more."""
-        # The list keeps the keyboard: Escape leaves at any moment.
+        """Show that a test is being prepared; empty text ends it."""
+        # The list keeps the focus, so that Escape always works.
         self.begin_button.setEnabled(not text)
         if text:
             self.resume_button.setEnabled(False)
@@ -234,7 +231,7 @@ class AcceptanceStart(QWidget):
             self._show_open()
 
     def show_trouble(self, text: str) -> None:
-        """Show why a test could not begin or go on; an empty text takes it away."""
+        """Show why a test could not be started or resumed; empty text hides it."""
         self.trouble.setText(text)
         self.trouble.setVisible(bool(text))
         self._paint()
@@ -299,7 +296,7 @@ class AcceptanceStart(QWidget):
             field = self._field(key, label, tip)
             form.addWidget(caption_of(tr(label), field), row, 0)
             form.addWidget(field, row, 1)
-        # Both in one row: few read them off, and the list of artefacts needs the room.
+        # In one row: rarely used, and the list of artefacts needs the room.
         air = QHBoxLayout()
         air.setSpacing(8)
         (first, named, first_tip), (second, other, second_tip) = _AIR

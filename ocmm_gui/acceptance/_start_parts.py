@@ -1,4 +1,4 @@
-"""What the page before a test is made of: lists, captions, buttons, and words of the core."""
+"""Parts of the start page: lists, captions, buttons, and terms of the core."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ KIND_WORDS = {
     "part": later("part"), "plate": later("plate"), "dumbbell": later("dumbbell"),
     "cone": later("cone"),
 }  # fmt: skip
-"""Kinds of artefacts, and roles in a test, as the core calls them."""
+"""Displayed kinds of artefacts and roles in a test."""
 
 
 def kind_word(kind: str) -> str:
-    """Return what an artefact is, in the words of the window."""
+    """Return the displayed kind of an artefact."""
     return tr(KIND_WORDS[kind]) if kind in KIND_WORDS else kind
 
 
@@ -41,7 +41,7 @@ def choice_list(name: str) -> QListWidget:
 
 
 def add_line(where: QListWidget, text: str) -> None:
-    """Add a line, which is its own tool tip where it is cut."""
+    """Add a line, with a tool tip in case it is cut."""
     item = QListWidgetItem(text, where)
     item.setToolTip(literal(text))
     item.setSizeHint(QSize(100, ROW_PX))

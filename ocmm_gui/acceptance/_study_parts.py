@@ -1,4 +1,4 @@
-"""What the sheet of gauge studies is made of: its keys, fields, columns, and typed numbers."""
+"""Parts of the gauge study sheet: keys, fields, columns, and typed numbers."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def row_words(one: CharacteristicStudy) -> tuple[str, ...]:
 
 
 def whole_number(key: str, text: str) -> int:
-    """Return a whole number that was typed into a field; InputError where it is none."""
+    """Return a typed integer; raise InputError if invalid."""
     if not text.isascii() or not text.isdigit():
         raise InputError(
             "msa.number", f"'{key}' is {text!r}, which is no whole number.", "Type a number."
@@ -78,7 +78,7 @@ def whole_number(key: str, text: str) -> int:
 
 
 def length_mm(key: str, text: str) -> float:
-    """Return a length that was typed into a field, mm; InputError where it is none."""
+    """Return a typed length, mm; raise InputError if invalid."""
     try:
         length = float(plain_number(text))
     except ValueError:
@@ -92,7 +92,7 @@ def length_mm(key: str, text: str) -> float:
 
 
 def fields_of_study(fields: dict[str, FormField]) -> QGridLayout:
-    """Return the form of a new study, and put its fields by key into ``fields``."""
+    """Return the form of a new study, and add its fields to ``fields`` by key."""
     form = QGridLayout()
     form.setHorizontalSpacing(10)
     for index, (key, label, tip, proposal) in enumerate(FIELDS):

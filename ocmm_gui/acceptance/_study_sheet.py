@@ -1,4 +1,4 @@
-"""Measurement system analysis: a drawn, blind plan, how far it is, and what came out."""
+"""Measurement system analysis: random blind plan, progress, and results."""
 
 from __future__ import annotations
 
@@ -46,10 +46,8 @@ class StudySheet(WorkSheet):
 
     Parameters
     ----------
-    folder
-        Gives the folder of the jobs that is proposed.
     probes, calibrations
-        Where records are kept; None for that of this user.
+        Record folders; None for this user's.
     """
 
     def __init__(
@@ -106,11 +104,10 @@ class StudySheet(WorkSheet):
         self.say(tr("Draw a plan (F6) or open one (F7). The codes are the serial numbers of jobs."))
 
     def open(self) -> None:
-        """Give the table the keyboard."""
         self.table.setFocus()
 
     def draw(self, path: Path) -> None:
-        """Draw a plan and store it in a new file."""
+        """Draw a random plan and store it in a new file."""
 
         def drawn() -> StudyPlan:
             count = whole_number("parts", self._text("parts"))
@@ -138,19 +135,18 @@ class StudySheet(WorkSheet):
             self._use(plan)
 
     def use_jobs(self, folder: Path) -> None:
-        """Say where the jobs are, and look how far the study is."""
+        """Set the job folder, and read the progress."""
         self._jobs = folder
         if self._plan is not None:
             self.look()
 
     def look(self) -> None:
-        """Show how far the study is."""
         plan = self._required()
         if plan is not None:
             self._begin(tr("Reading the jobs"), Looking(plan, self._folder()))
 
     def analyse(self) -> None:
-        """Compute the studies of all characteristics; the window stays free."""
+        """Compute the studies of all characteristics, without blocking."""
         plan = self._required()
         if plan is not None:
             self._begin(tr("Analysing"), Analysing(plan, self._folder(), *self._records))
@@ -185,7 +181,7 @@ class StudySheet(WorkSheet):
         self.show_answer(answer)
 
     def show_answer(self, answer: object) -> None:
-        """Show how far a study is, what came out of it, or a type-1 study."""
+        """Show progress, results, or a type-1 study."""
         if isinstance(answer, StudyProgress):
             self._show_progress(answer)
         elif isinstance(answer, StudyReport):

@@ -1,4 +1,4 @@
-"""What a study computes, in a process of its own: from jobs on disk to components and verdicts."""
+"""Computation of a study in a separate process, from jobs on disk to verdicts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from ocmm_gui.work import Teller
 
 @dataclass(frozen=True, slots=True)
 class StudyProgress:
-    """How far a study is, and what is measured next; None where all is measured."""
+    """Progress of a study, and the next measurement; None if complete."""
 
     measured: int
     following: StudyRun | None
@@ -31,13 +31,13 @@ class StudyProgress:
 
 @dataclass(frozen=True, slots=True)
 class Looking:
-    """Look which measurements of a study there are."""
+    """Read the existing measurements of a study."""
 
     plan: StudyPlan
     jobs: Path
 
     def __call__(self, tell: Teller) -> StudyProgress:
-        """Return how far it is; nothing is computed of it, so nobody sees a value."""
+        """Return the progress without computing results, to keep the study blind."""
         tell(later("Reading the jobs"), 0.2)
         parts = parts_of_batch(self.jobs, self.plan.name) if self.jobs.is_dir() else ()
         left = open_runs(self.plan, {one.serial for one in parts})
@@ -46,8 +46,6 @@ class Looking:
 
 @dataclass(frozen=True, slots=True)
 class Analysing:
-    """Compute the studies of all characteristics."""
-
     plan: StudyPlan
     jobs: Path
     probes: Path | None
@@ -63,7 +61,7 @@ class Analysing:
 
 @dataclass(frozen=True, slots=True)
 class TypeOne:
-    """A type-1 study with the values that it is of."""
+    """A type-1 study with its values."""
 
     study: Type1Study
     values: Float
@@ -79,14 +77,14 @@ class AnalysingOne:
 
     jobs: Path
     name: str
-    """Of the characteristic; empty for the first one of the plan."""
+    """Characteristic; empty for the first one of the plan."""
     reference: float
     """Certified value, mm."""
     probes: Path | None
     calibrations: Path | None
 
     def __call__(self, tell: Teller) -> TypeOne:
-        """Return the study; raise InputError where there is none."""
+        """Return the study; raise InputError without data."""
         found = compare_folder(self.jobs, tell, probes=self.probes, calibrations=self.calibrations)
         known = [one for one in found.trends if one.name == self.name or not self.name]
         if not known:

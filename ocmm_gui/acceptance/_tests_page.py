@@ -1,4 +1,4 @@
-"""The page of Maintain: tests that were made, open tests, and the chart of interim checks."""
+"""Page of Maintain: finished and open tests, and the chart of interim checks."""
 
 from __future__ import annotations
 
@@ -38,15 +38,7 @@ _COLUMNS = (
 
 
 class TestsPage(QWidget):
-    """Acceptance tests of this station.
-
-    Parameters
-    ----------
-    bench
-        Where they are kept.
-    clock
-        The time of day, with its zone.
-    """
+    """Acceptance tests of this station."""
 
     __test__ = False
 
@@ -56,7 +48,7 @@ class TestsPage(QWidget):
         super().__init__()
         self._bench, self._clock = bench, clock
         self._shown: tuple[FinishedTest, ...] = ()
-        # Records and sessions are read with their hashes, and the disk may be slow.
+        # Reading verifies all hashes, and the disk may be slow.
         self._lists = Worker("ocmm-tests-made", self)
         self.about = sentence_label(tr("About the tests"), 15)
         self.table = NumberTable(
@@ -77,21 +69,21 @@ class TestsPage(QWidget):
         layout.addWidget(panel(below), 2)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Read anew what was made since."""
+        """Read new tests."""
         self.read()
         super().showEvent(event)
 
     def read(self) -> None:
-        """Read the records of the folder and the chart of the last check; show them when they come.
+        """Read and show the records and the chart of the last check.
 
-        What was shown stays until then.
+        The previous display stays until then.
         """
         self.about.setText(tr("Reading the tests"))
         now = self._clock()
         self._lists.do(lambda: self._bench.made(now), self._show, self._show_failure)
 
     def close_work(self) -> None:
-        """Read no more; call it before the window goes."""
+        """Stop reading; call before the window closes."""
         self._lists.close(0.0)
 
     def _show(self, made: TestsMade) -> None:
@@ -112,7 +104,7 @@ class TestsPage(QWidget):
         self.about.setText(said(f"{told.what} {told.remedy}"))
 
     def selected(self) -> Path | None:
-        """Return the record that is selected; None where there is none."""
+        """Return the selected record, or None."""
         row = self.table.currentRow()
         return self._shown[row].file if 0 <= row < len(self._shown) else None
 

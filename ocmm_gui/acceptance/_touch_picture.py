@@ -1,4 +1,4 @@
-"""Where an artefact is touched, or where it stands: pictures of a planned position."""
+"""Pictures of a planned position: touch points or artefact pose."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from ocmm_gui.wizards.parts import BarPlace, Contents, bars
 
 _UP = np.array([0.0, 0.0, 1.0])
 _TILT = np.radians(25.0)
-"""The eye looks down on the sphere a little, so that its pole is seen."""
+"""The view is tilted, so that the sphere's pole is visible."""
 
 
 class TouchPicture(Painted):
-    """A sphere as the cameras see it, with the places where it is touched; the next stands out.
+    """A sphere as seen by the cameras, with its touch points; the next one is highlighted.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class TouchPicture(Painted):
         self._next, self._title = 0, ""
 
     def show_normals(self, normals: Float, following: int, title: str) -> None:
-        """Show directions of touch (n, 3), and how many of them were taken."""
+        """Show touch directions (n, 3), and the number already recorded."""
         self._normals, self._next, self._title = normals, following, title
         self.setAccessibleDescription(
             tr("{title}: point {next} of {count}").format(
@@ -98,7 +98,7 @@ def planned_places(view: AcceptanceView) -> tuple[BarPlace, ...]:
         ends = points[[0, -1]]
         length = float(np.linalg.norm(ends[1] - ends[0])) or 1.0
         shares = tuple(float(np.linalg.norm(point - ends[0])) / length for point in points)
-        # Repeats are taken one after the other: the marks begin anew.
+        # Repeats are sequential: the marks start again.
         per = len(points)
         taken = done if done == per * one.repeats else done % per
         nests = per if done < per * one.repeats else done
@@ -107,7 +107,7 @@ def planned_places(view: AcceptanceView) -> tuple[BarPlace, ...]:
 
 
 def position_contents(view: AcceptanceView) -> Contents:
-    """Return the picture of a test in the volume: bars as lines, everything else as places."""
+    """Return the picture of a test in the volume: bars as lines, others as places."""
     lines = [one for one in view.positions if one.role == "bar"]
     current = view.current if view.current >= 0 else None
     if lines and len(lines) == len(view.positions):

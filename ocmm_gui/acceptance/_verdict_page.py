@@ -1,4 +1,4 @@
-"""The verdict of a test: a word, what it means, every error against its limit, the papers."""
+"""Verdict of a test: word, meaning, errors against limits, certificate and record."""
 
 from __future__ import annotations
 
@@ -49,11 +49,11 @@ _COLUMNS = (
 
 
 class AcceptanceVerdictPage(StepPage):
-    """Passed or not, by how much, by what rule; then certificate and record."""
+    """Pass or fail, margin, decision rule; then certificate and record."""
 
     keys = ("back", "repeat", "calculate", "keep", "accept", "plot1", "plot2", "plot3")
     paper_wanted = Signal(object)
-    """Emits the `Path` of the record of which a certificate is wanted."""
+    """Emits the `Path` of the record for a certificate."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,12 +1,12 @@
-"""Between the measuring station and Qt: state by signals, live values by a timer.
+"""Bridge from the measuring station to Qt: state by signals, live values by a timer.
 
 In: a station with its threads. Out: signals on the window's thread, and commands to the station.
 
-Read `_bridge` (signals, timer; it joins the services) and `_evaluator` (the job evaluated on a
-thread of its own, no more often than somebody can look). What the window asks for goes through the
-queue in `_commands`, by ``job``, ``choice`` and ``results`` (`_job_commands`), ``jobs``
-(`_bridge`) and ``maintenance``; what is only read is read from ``bridge.station`` itself.
-Nothing long runs on the window's thread. It must not know a single screen.
+Start with `_bridge` (signals, timer, services) and `_evaluator` (rate-limited evaluation of the job
+on its own thread). Commands of the window go through the queue in `_commands`, by ``job``,
+``choice`` and ``results`` (`_job_commands`), ``jobs`` (`_bridge`) and ``maintenance``; read-only
+values come from ``bridge.station``.
+Nothing lengthy runs on the window's thread. It must not import screens.
 """
 
 from __future__ import annotations

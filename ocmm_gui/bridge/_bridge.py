@@ -1,11 +1,9 @@
-"""Between the measuring station and Qt: state by signals, live values by a timer.
+"""Bridge from the measuring station to Qt: state by signals, live values by a timer.
 
-The station emits on its reconstruction thread. A Qt signal with a queued connection carries each
-event to the window's thread; frames never travel this way, the timer pulls the latest snapshot.
+The station emits on its reconstruction thread. Queued Qt connections carry each event to the
+window's thread; frames never travel this way, the timer pulls the latest snapshot.
 
-What a maintenance technician asks of the station in the window.
-
-Another job, asked for in the window.
+Includes the commands for job changes and maintenance.
 """
 
 from __future__ import annotations
@@ -33,30 +31,22 @@ _CAN_BE_READ = ("job.locked", "job.not_sealed", "job.not_writable")
 
 
 class JobChangeCommands(QObject):
-    """Begin another job, or go on with one.
-
-    Parameters
-    ----------
-    station
-        Measures it.
-    queue
-        Carries the commands out.
-    """
+    """Start another job, or resume one."""
 
     job_left = Signal(str)
-    """Emits what became of a job that another one was begun before it was finished."""
+    """Emits the fate of an unfinished job when another one starts."""
     only_to_look = Signal(Path)
-    """Emits a job that cannot be gone on with: another program measures it, or it is not sealed
-    here. It can be looked at."""
+    """Emits a job that cannot be resumed (measured by another program, or not sealed here), only
+    viewed."""
     job_begun = Signal()
-    """Another job is measured now; its first `job_changed` follows when it is evaluated."""
+    """Another job has started; its first `job_changed` follows its evaluation."""
 
     def __init__(self, station: MeasuringStation, queue: CommandQueue, parent: QObject) -> None:
         super().__init__(parent)
         self._jobs, self._job, self._queue = station.jobs, station.job, queue
 
     def next_part(self, header: JobHeader) -> None:
-        """Go on with a new job for another part; `job_begun` tells when it is there."""
+        """Start a job for another part; emits `job_begun`."""
 
         def begin() -> str:
             self._jobs.next_part(header)
@@ -65,13 +55,13 @@ class JobChangeCommands(QObject):
         self._begin(begin)
 
     def change_plan(self, path: Path, header: JobHeader) -> None:
-        """Begin a job by the plan of a file; `job_begun` tells when it is there."""
+        """Start a job with the plan of a file; emits `job_begun`."""
         self._begin(lambda: self._jobs.change_plan(path, header))
 
     def go_on(self, path: Path) -> None:
-        """Go on with a job that was left open; `job_begun` tells when it is there.
+        """Resume an open job; emits `job_begun`.
 
-        Where nothing can be added to it, `only_to_look` is emitted beside the error.
+        If it is read-only, emits `only_to_look` in addition to the error.
         """
 
         def go_on() -> str:
@@ -85,7 +75,7 @@ class JobChangeCommands(QObject):
         self._begin(go_on)
 
     def is_beginning(self) -> bool:
-        """Return whether another job is being begun."""
+        """Return whether another job is being started."""
         return self._queue.begins
 
     def _begin(self, call: Callable[[], str]) -> None:
@@ -96,8 +86,8 @@ class JobChangeCommands(QObject):
 
         def begin() -> str:
             words = call()
-            # Evaluated before it is told: what is on the screen until then is of the job before.
-            # Why it cannot be, the station tells.
+            # Evaluate first: until then the screen shows the previous job. The station reports
+            # errors.
             with contextlib.suppress(OcmmError):
                 self._job.view()
             return words
@@ -106,24 +96,16 @@ class JobChangeCommands(QObject):
 
 
 class MaintenanceCommands(QObject):
-    """Carry out maintenance on threads that may wait.
-
-    Parameters
-    ----------
-    station
-        Is looked after.
-    queue
-        Carries the commands out.
-    """
+    """Run maintenance commands on threads that may wait."""
 
     bus_text_saved = Signal(object)
-    """Emits the `Path` that the report of the bus was written to."""
+    """Emits the `Path` of the written bus report."""
     cameras_written = Signal()
     """The cameras store the intrinsics of the calibration."""
     failed = Signal(object)
     """Emits the `OcmmError` of writing to the cameras."""
 
-    # One signal each for the thread change; the public ones are emitted on the window's thread.
+    # Private signals change the thread; public ones are emitted on the window's thread.
     _written_elsewhere = Signal()
     _failed_elsewhere = Signal(object)
 
@@ -142,22 +124,22 @@ class MaintenanceCommands(QObject):
         )
 
     def mount_tip(self, tip: str) -> None:
-        """Say that a tip, maybe the same one again, was screwed on."""
+        """Record that a tip was mounted, possibly the same one."""
         self._queue.do(lambda: self._maintenance.mount_tip(tip))
 
     def look_at_probe_records(self) -> None:
-        """Let the station take in what a wizard has stored about the probe."""
+        """Make the station reload the probe records after a wizard."""
         self._queue.do(self._maintenance.probe_records_changed)
 
     def write_to_cameras(self) -> None:
-        """Store the intrinsics of the calibration in the cameras, in a thread of its own."""
+        """Store the intrinsics of the calibration in the cameras, in a separate thread."""
         if self._queue.closed or (self._writing is not None and self._writing.is_alive()):
             return
         self._writing = threading.Thread(target=self._write, name="ocmm-write-cameras")
         self._writing.start()
 
     def join(self, limit_s: float) -> None:
-        """Wait until nothing is written any more; the end of the bus ends it."""
+        """Wait until writing ends; the end of the bus ends it."""
         if self._writing is not None:
             self._writing.join(limit_s)
 
@@ -171,46 +153,38 @@ class MaintenanceCommands(QObject):
 
 
 LIVE_MS = 31
-"""Between two pulls of the live values: a little less than a thirtieth of a second."""
+"""Pull interval of live values: slightly less than 1/30 s."""
 
 CLOSE_LIMIT_S = 1.5
-"""How long the station may take to stop; the window closes within two seconds in any case."""
+"""Time limit for stopping the station; the window always closes within two seconds."""
 
 _LEAST_S = 0.1
 
 LONG_S = 0.5
-"""An evaluation that takes longer is shown."""
+"""Longer evaluations are indicated."""
 
 _log = logging.getLogger(__name__)
 
 
 class StationBridge(QObject):
-    """Deliver what the station says on the window's thread, and join the commands to it.
+    """Deliver station events on the window's thread, and provide its commands.
 
-    Parameters
-    ----------
-    station
-        Owned from now on: `close` stops it.
+    Owns the station: `close` stops it.
     """
 
     live_changed = Signal(object)
-    """Emits a `LiveView` every `LIVE_MS`."""
     job_changed = Signal(object)
-    """Emits a `JobView` after every change of the job."""
     point_taken = Signal(object)
-    """Emits the `MeasuredPoint` that was accepted."""
     point_refused = Signal(object)
-    """Emits the `Refusal` of a touch."""
     coach_changed = Signal(object)
-    """Emits the `CoachView` that stands beside the readout, when it looks otherwise."""
+    """Emits the `CoachView` next to the readout when it changes."""
     plan_changed = Signal()
-    """Another plan is measured now; emitted before the first `job_changed` of it."""
+    """Another plan is in use; emitted before its first `job_changed`."""
     evaluating = Signal(bool)
     """Emits whether the job has been evaluated for longer than `LONG_S`."""
     failed = Signal(object)
-    """Emits the `OcmmError` of a command."""
 
-    # One signal each for the thread change; the public ones are emitted on the window's thread.
+    # Private signals change the thread; public ones are emitted on the window's thread.
     _changed_elsewhere = Signal(object)
     _taken_elsewhere = Signal(object)
     _refused_elsewhere = Signal(object)
@@ -220,21 +194,16 @@ class StationBridge(QObject):
     def __init__(self, station: MeasuringStation, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.station = station
-        """The station behind the bridge."""
         self._plan, self._evaluates = station.job.plan, False
         self.shown = ShownJob(station.job.view())
-        """The job as it was shown last."""
         self._queue = CommandQueue(station, self.shown, self.failed.emit, self)
         self.job = JobCommands(self._queue, self.shown)
-        """What the keys ask of the job."""
         self.choice = ChoiceCommands(self._queue, self.shown)
-        """Which feature is chosen, and which of its points count."""
+        """Selection of features, and deletion of points."""
         self.results = ResultCommands(station, self._queue)
-        """Results: computed again, accepted, or as a report."""
+        """Results: recompute, accept, report."""
         self.jobs = JobChangeCommands(station, self._queue, self)
-        """Another job."""
         self.maintenance = MaintenanceCommands(station, self._queue, self)
-        """Tip, cameras and bus."""
         self.maintenance.failed.connect(self.failed)
         queued = Qt.ConnectionType.QueuedConnection
         self._changed_elsewhere.connect(self._show_job, queued)
@@ -242,11 +211,11 @@ class StationBridge(QObject):
         self._refused_elsewhere.connect(self.point_refused, queued)
         self._failed_elsewhere.connect(self.failed, queued)
         self._coach_elsewhere.connect(self.coach_changed, queued)
-        # Fits and uncertainties cost neither the window its time nor the thread that tracks.
+        # Fits and uncertainties must delay neither the window nor the tracking thread.
         self._evaluator = Evaluator(
             station.job.view, self._changed_elsewhere.emit, self._on_not_evaluated
         )
-        # Before any listener that may fail: what comes after that one is not told.
+        # Before listeners that may fail: later ones would not be called.
         station.events.changed.connect(self._evaluator.wake, priority=1)
         station.events.point_taken.connect(self._on_taken, priority=1)
         station.events.point_refused.connect(self._on_refused, priority=1)
@@ -262,7 +231,7 @@ class StationBridge(QObject):
         self._evaluator.start()
         self.station.coach.start()
         if self._queue.begins:
-            # The first touch is meant for the job that is being begun.
+            # The first touch belongs to the job being started.
             self._queue.ask(
                 self.station.start, lambda _none: self._evaluator.wake(), self.failed.emit
             )
@@ -272,14 +241,14 @@ class StationBridge(QObject):
             except OcmmError as error:
                 self.failed.emit(error)
             else:
-                # With the start the job knows with what it is measured.
+                # The job's instruments are known from the start on.
                 self._evaluator.wake()
         self._timer.start()
         self._pull_live()
         self._show_job(self.shown.job)
 
     def close(self) -> bool:
-        """Stop the station within `CLOSE_LIMIT_S` and say whether it stopped; idempotent."""
+        """Stop the station within `CLOSE_LIMIT_S`; return whether it stopped; idempotent."""
         if self._queue.closed:
             return True
         self._queue.closed = True
@@ -291,7 +260,7 @@ class StationBridge(QObject):
         self.station.coach.changed.disconnect(self._on_coach)
         until = time.monotonic() + CLOSE_LIMIT_S
         self.station.request_stop()
-        # What was asked for before is still done: the file is open until `close` of the station.
+        # Earlier commands are still executed: the file is open until `close` of the station.
         self._queue.close(until)
         self._evaluator.close(until - time.monotonic())
         stopped = self.station.join(max(until - time.monotonic(), _LEAST_S))
@@ -319,7 +288,7 @@ class StationBridge(QObject):
         self.job_changed.emit(job)
 
     def _on_not_evaluated(self, error: Exception) -> None:
-        # On the thread of the evaluator; the station tells why.
+        # On the evaluator's thread; the station reports the reason.
         self.station.faults.fail(error, "The evaluation")
         fault = self.station.faults.measuring
         if fault is not None:

@@ -1,4 +1,4 @@
-"""Commands of the window, carried out one after the other on threads that may wait for the job."""
+"""Commands of the window, executed sequentially on threads that may wait for the job."""
 
 from __future__ import annotations
 
@@ -21,53 +21,45 @@ _log = logging.getLogger(__name__)
 
 
 class ShownJob:
-    """What the window shows of the job, which may be older than the job is."""
+    """Job as displayed, possibly outdated."""
 
     def __init__(self, job: JobView) -> None:
         self.job = job
-        """The job as it was shown last."""
         self.selected = ""
-        """Feature that was selected since; keys come faster than the job is evaluated."""
+        """Feature selected since; keys are faster than the evaluation."""
 
 
 def _done(_answer: None = None) -> None:
-    """Do nothing more: what came of it is told by the station."""
+    """Do nothing: the station reports the result."""
 
 
 class CommandQueue:
-    """Give commands to the station.
+    """Send commands to the station.
 
     Parameters
     ----------
-    station
-        Carries them out.
-    shown
-        Forgets what was selected where a command fails.
     failed
-        Told of errors, on the thread of the window.
-    parent
-        Owns the threads.
+        Called with errors, on the window's thread.
     """
 
     def __init__(
         self, station: MeasuringStation, shown: ShownJob, failed: Failed, parent: QObject
     ) -> None:
         self._station, self._shown, self._failed = station, shown, failed
-        # Whoever changes a job waits for its lock, which an evaluation may hold for seconds. A
-        # touch waits for nobody: it is meant for the place where the ball is now.
+        # Job changes wait for a lock that an evaluation may hold for seconds. A touch must not
+        # wait: it refers to the current ball position.
         self._commands, self._takes = Worker("ocmm-commands", parent), Worker("ocmm-take", parent)
         self.begins = False
-        """Another job is being begun: there is none that a command could mean."""
+        """Another job is being started: commands would have no target."""
         self.closed = False
-        """Nothing is asked of the station any more."""
+        """No more commands are accepted."""
 
     def take(self) -> None:
-        """Take a point now."""
         if not self.closed:
             self._takes.do(self._station.job.take, _done, self._failed)
 
     def do(self, call: Callable[[], None], done: Callable[[], None] = _done) -> None:
-        """Give a command, carried out after those before; an error goes out by signal."""
+        """Queue a command; errors are emitted by signal."""
 
         def failed(error: Exception) -> None:
             self._shown.selected = ""
@@ -79,16 +71,16 @@ class CommandQueue:
     def change(
         self, verb: Callable[[InspectionSession], object], done: Callable[[], None] = _done
     ) -> None:
-        """Let the session do something, as `do`."""
+        """Queue a session command, as `do`."""
         self.do(lambda: self._station.job.change(verb), done)
 
     def ask(self, call: Callable[[], _T], done: Callable[[_T], None], failed: Failed) -> None:
-        """Ask for something that is found out after the commands before."""
+        """Query a value after the queued commands."""
         if not self.closed:
             self._commands.do(call, done, failed)
 
     def begin(self, call: Callable[[], str], done: Callable[[str], None]) -> None:
-        """Begin another job; ``done`` is told what became of the one before."""
+        """Start another job; ``done`` receives the fate of the previous one."""
 
         def begun(words: str) -> None:
             self.begins = False
@@ -103,7 +95,7 @@ class CommandQueue:
             self._commands.do(call, begun, failed)
 
     def close(self, until: float) -> None:
-        """End after what was asked for before, or at a time of `time.monotonic`."""
+        """Finish the queued commands until a time of `time.monotonic`."""
         for worker in (self._takes, self._commands):
             if not worker.close(until - time.monotonic()):
                 _log.error("The last request to the station may not have been carried out.")

@@ -1,4 +1,4 @@
-"""The job evaluated in a thread of its own, and no more often than somebody can look."""
+"""Evaluation of the job in its own thread, at a limited rate."""
 
 from __future__ import annotations
 
@@ -9,20 +9,16 @@ from collections.abc import Callable
 from ocmm_core.inspection.evaluation import JobView
 
 _PAUSE_S = 0.04
-"""Between two evaluations: whoever waits for the job meanwhile gets his turn."""
+"""Pause between evaluations, so that others get the job's lock."""
 
 
 class Evaluator:
-    """Evaluate the job after its changes; several changes at once make one evaluation.
+    """Evaluate the job after changes; simultaneous changes cause one evaluation.
 
     Parameters
     ----------
-    evaluate
-        Gives the job as it stands.
-    tell
-        Gets it, on this thread.
     failed
-        Gets what was raised instead: what was told before is not true any more.
+        Receives an exception instead: the previous view is no longer valid.
     """
 
     def __init__(
@@ -37,7 +33,7 @@ class Evaluator:
         self._thread = threading.Thread(target=self._run, name="ocmm-evaluation", daemon=True)
 
     def start(self) -> None:
-        """Begin to wait for changes."""
+        """Start waiting for changes."""
         if not self._thread.is_alive() and not self._stop.is_set():
             self._thread.start()
 
@@ -46,12 +42,12 @@ class Evaluator:
         self._changed.set()
 
     def busy_s(self) -> float:
-        """Return for how long the job has been evaluated by now, s; zero while it is not."""
+        """Return the duration of the current evaluation, s; zero if idle."""
         since = self._since
         return 0.0 if since is None else time.monotonic() - since
 
     def close(self, limit_s: float) -> None:
-        """End, after what is being evaluated or after so long; idempotent."""
+        """Stop after the current evaluation or the limit; idempotent."""
         self._stop.set()
         self._changed.set()
         if self._thread.is_alive():
@@ -67,7 +63,7 @@ class Evaluator:
             try:
                 self._tell(self._evaluate())
             except Exception as error:
-                # Without a word the window would go on showing what it showed.
+                # Otherwise the window would keep its outdated display.
                 if not self._stop.is_set():
                     self._failed(error)
             finally:

@@ -1,12 +1,12 @@
-"""Plots with axes: one frame for all, and what is drawn in it.
+"""Plots with axes: a common frame and its contents.
 
 In: arrays and results of the core. Out: painted widgets in the colours of the theme.
 
-Read `_plot` (the frame of all plots), then by subject: `_tolerance_bar` and `_trend_chart`
+Start with `_plot` (frame of all plots), then by subject: `_tolerance_bar` and `_trend_chart`
 (results), `_residual_plots`, `_space_plot`, `_error_chart` and `_history_charts` (cameras),
 `_interim_plot` (checks), `_study_plots` (gauge studies), `_pivot_plots`, `_sphere_map`,
 `_trail_plot` and `_design_plots` (probe), `_bus_charts`, `_bars`.
-It must not know sheets, wizards or the station: a chart is given what it draws.
+It must not import sheets, wizards or the station: charts receive their data.
 """
 
 from __future__ import annotations

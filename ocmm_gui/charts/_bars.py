@@ -1,4 +1,4 @@
-"""Several things that must each reach a mark, as bars below each other."""
+"""Stacked bars of quantities that must each reach a target."""
 
 from __future__ import annotations
 
@@ -17,32 +17,22 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One bar."""
-
     name: str
     value: str
-    """`name`, `value`: What it is and how much of it there is, with unit and aim."""
+    """`name`, `value`: caption, and value with unit and target."""
     share: float
-    """Of the aim, 1 where it is reached."""
+    """Relative to the target, 1 if reached."""
 
 
 class Bars(Painted):
-    """Bars with names and values.
-
-    Parameters
-    ----------
-    name
-        What they say together.
-    rows
-        How many there are at most.
-    """
+    """Bars with names and values."""
 
     def __init__(self, name: str, rows: int) -> None:
         super().__init__(name, (240, round(_ROW_PX * rows)), (160, round(_LEAST_PX * rows)))
         self._rows: tuple[Row, ...] = ()
 
     def show_rows(self, rows: Sequence[Row]) -> None:
-        """Show bars, the first one at the top."""
+        """Show bars from top to bottom."""
         if tuple(rows) != self._rows:
             self._rows = tuple(rows)
             self.setAccessibleDescription(", ".join(f"{row.name} {row.value}" for row in rows))
@@ -58,7 +48,7 @@ class Bars(Painted):
         high = min(self.height() / max(len(self._rows), 1), _ROW_PX)
         for index, row in enumerate(self._rows):
             whole = QRectF(0.5, index * high + 1.0, self.width() - 1.0, high - 3.0)
-            # Where there is no room for a bar below the words it is behind them.
+            # Without room for a bar below the text it is behind it.
             bar, text = QRectF(whole), whole.adjusted(4.0, 0.0, -4.0, 0.0)
             if high >= _ROOMY_PX:
                 bar.setTop(whole.bottom() - _BAR_PX)

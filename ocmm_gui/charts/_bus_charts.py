@@ -1,4 +1,4 @@
-"""Charts of the bus: how late, how long, and how the clocks ran in the last minutes."""
+"""Charts of the bus: lateness, round trip, and clocks of the last minutes."""
 
 from __future__ import annotations
 
@@ -20,31 +20,25 @@ _FOOT_PX = 16.0
 _SCALE_PX = 50.0
 """Left of a trend: the ends of its scale."""
 _DENSE = 0.5
-"""Points a pixel from which on a curve is drawn thin."""
+"""Points per pixel above which a curve is drawn thin."""
 _THIN_FROM = 4.0
-"""Points a column of pixels from which on a curve is thinned: each column keeps up to four."""
+"""Points per pixel column above which a curve is thinned: each column keeps up to four."""
 _WIDE_PX = 26.0
-"""A class this wide has room for the word of its edge."""
+"""A class this wide has room for its edge label."""
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _CENTRE = Qt.AlignmentFlag.AlignCenter
 
 
 class Chart(Plot):
-    """One of several small plots side by side.
-
-    Parameters
-    ----------
-    title
-        What is shown, with its unit.
-    """
+    """One of several small plots side by side."""
 
     def __init__(self, title: str) -> None:
         super().__init__(title, SMALL_HEAD, (210, 110), (120, 44))
 
 
 class HistogramChart(Chart):
-    """How often a time was how long; heights are logarithmic, or rare ones would not be seen."""
+    """Histogram of a time; heights are logarithmic so that rare values are visible."""
 
     def __init__(self, title: str) -> None:
         super().__init__(title)
@@ -52,7 +46,7 @@ class HistogramChart(Chart):
         self._limit_us = 0.0
 
     def show_histogram(self, histogram: Histogram, limit_us: float) -> None:
-        """Show a histogram; bars beyond ``limit_us`` stand out."""
+        """Show a histogram; bars beyond ``limit_us`` are highlighted."""
         if (histogram, limit_us) == (self._histogram, self._limit_us):
             return
         self._histogram, self._limit_us = histogram, limit_us
@@ -66,7 +60,7 @@ class HistogramChart(Chart):
         self._say(f"{inside} {worst}".strip())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint a bar for each class with its count above and its upper edge below."""
+        """Paint a bar per class with its count above and its upper edge below."""
         histogram = self._histogram
         painter = QPainter(self)
         self._paint_head(painter, lines=2)
@@ -82,7 +76,7 @@ class HistogramChart(Chart):
         for index, value in enumerate(histogram.counts):
             edge = histogram.edges_us[index] if index < count - 1 else float("inf")
             late = edge > self._limit_us
-            # A class with a single value must be seen: the scale begins a decade below it.
+            # Single values must be visible: the scale starts a decade below.
             tall = high * (1.0 + log10(value)) / decades if value else 0.0
             bar = QRectF((index + 0.12) * pitch, floor - tall, 0.76 * pitch, tall)
             painter.fillRect(bar, QColor(theme.warn if late else theme.accent))
@@ -91,7 +85,7 @@ class HistogramChart(Chart):
             _draw_if_fits(painter, above, _short(value), pitch)
             painter.setPen(QColor(theme.muted))
             below = QRectF((index - 0.5) * pitch, floor + 1.0, 2.0 * pitch, _FOOT_PX - 1.0)
-            # Narrow classes: every other edge has a word, and the room of two.
+            # Narrow classes: every other edge has a label.
             wide = pitch >= _WIDE_PX
             if wide or index % 2:
                 _draw_if_fits(painter, below, _edge_word(edge), pitch if wide else 2.0 * pitch)
@@ -101,12 +95,10 @@ class HistogramChart(Chart):
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """One curve of a trend."""
-
     name: str
-    """Empty where there is only one."""
+    """Empty for a single curve."""
     values: tuple[float | None, ...]
-    """One for each time; None where nothing is known."""
+    """One per time; None if unknown."""
 
 
 class RecentChart(Chart):
@@ -114,14 +106,8 @@ class RecentChart(Chart):
 
     Parameters
     ----------
-    title
-        What is shown, with its unit.
     reach
-        The scale covers at least so much to both sides of its middle.
-    span_s
-        Time from the left to the right edge, s.
-    form
-        Format of the latest values.
+        Minimum half range of the scale.
     """
 
     def __init__(self, title: str, reach: float, span_s: float, form: str) -> None:
@@ -135,7 +121,7 @@ class RecentChart(Chart):
     def show_curves(self, times: Sequence[float], curves: Sequence[Curve]) -> None:
         """Show curves over times, s, oldest first; the right edge is the last time.
 
-        The word is the latest value; of several curves, that which is farthest from zero.
+        The word is the latest value; of several curves, the one farthest from zero.
         """
         self._times, self._curves = tuple(times), tuple(curves)
         latest = [
@@ -171,7 +157,7 @@ class RecentChart(Chart):
         painter.setClipRect(box)
         styles = (Qt.PenStyle.SolidLine, Qt.PenStyle.DashLine, Qt.PenStyle.DotLine)
         colours = (theme.accent, theme.text, theme.good, theme.warn)
-        # Broad smooth strokes of crowded curves cost a hundred times more and show no more
+        # Antialiased strokes of dense curves cost a hundred times more and look the same
         # (benchmarks/charts.py).
         dense = len(self._times) > _DENSE * box.width()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, not dense)
@@ -182,7 +168,7 @@ class RecentChart(Chart):
             painter.drawPath(self._path(curve, box, middle, 1.15 * reach))
 
     def _path(self, curve: Curve, box: QRectF, middle: float, reach: float) -> QPainterPath:
-        """Return the curve in pixels; it is broken where nothing is known."""
+        """Return the curve in pixels, broken at unknown values."""
         times, values = np.array(self._times), np.array(curve.values, dtype=np.float64)
         x = box.right() - box.width() * (times[-1] - times) / self._span_s
         y = box.center().y() - 0.5 * box.height() * (values - middle) / reach
@@ -194,9 +180,8 @@ class RecentChart(Chart):
 def thinned(x: Float, y: Float) -> tuple[Float, Float]:
     """Return the points (m,) of a curve (n,) that a screen can show, px.
 
-    Of the points that fall into one column of pixels the first, the lowest, the highest and the
-    last are kept, in their order: what stands out by one value alone stays in the picture. Unknown
-    values stay, so that the curve is broken where it was.
+    Each pixel column keeps its first, lowest, highest and last point, in order, so single outliers
+    stay visible. Unknown values are kept as breaks.
     """
     if len(x) < _THIN_FROM * (x[-1] - x[0] + 1.0):
         return x, y
@@ -224,7 +209,7 @@ def _edge_word(edge_us: float) -> str:
 
 
 def _short(count: int) -> str:
-    """Return a count in at most five signs, nothing for zero."""
+    """Return a count in at most five characters, empty for zero."""
     for limit, divisor, unit in ((10_000, 1, ""), (10_000_000, 1000, "k")):
         if count < limit:
             return f"{count / divisor:.0f}{unit}" if count else ""

@@ -1,4 +1,4 @@
-"""Plots of the probe's design: maps of the tip's uncertainty, and how the probe bends."""
+"""Plots of the probe's design: maps of the tip uncertainty, and probe bending."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class MapPlot(Plot):
         self._limits = (0.0, 1.0)
 
     def show_map(self, found: TipMap, limits: tuple[float, float]) -> None:
-        """Show a map on a scale that it shares with others."""
+        """Show a map on a scale shared with others."""
         self._map, self._limits = found, limits
         known = found.space_um[np.isfinite(found.space_um)]
         span = tr("{least:.1f} to {most:.1f} µm")
@@ -95,14 +95,14 @@ class MapPlot(Plot):
 
 
 class BendingPlot(Plot):
-    """How the level probe sags, and how it gives way to 1 N on its ball."""
+    """Sag of the level probe, and its deflection by 1 N on the ball."""
 
     def __init__(self) -> None:
         super().__init__(tr("Bending"))
         self._found: Mechanics | None = None
 
     def show_mechanics(self, found: Mechanics | None) -> None:
-        """Show the lines of a design; None shows that there is none."""
+        """Show the lines of a design; None for an unknown design."""
         self._found = found
         self._say(tr("design not known") if found is None else tr("marks: LEDs; dashed: hand"))
 

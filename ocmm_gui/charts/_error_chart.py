@@ -15,13 +15,7 @@ _SCALE_PX = 58.0
 
 
 class ErrorChart(Plot):
-    """Errors with their uncertainty between the limits, check by check.
-
-    Parameters
-    ----------
-    whole_names
-        Names of checks are wrapped instead of being cut.
-    """
+    """Errors with their uncertainty between the limits, per check."""
 
     def __init__(self, *, whole_names: bool = False) -> None:
         super().__init__(tr("Errors, µm"))
@@ -31,7 +25,7 @@ class ErrorChart(Plot):
         self._largest = 0
 
     def show_checks(self, checks: Sequence[Check], largest: int) -> None:
-        """Show all checks; the one that is nearest to its limit is named."""
+        """Show all checks; name the one nearest to its limit."""
         self._checks, self._largest = tuple(checks), largest
         worst = checks[largest]
         self._say(
@@ -99,7 +93,7 @@ class ErrorChart(Plot):
         self._paint_groups(painter, box, pitch)
 
     def _paint_groups(self, painter: QPainter, box: QRectF, pitch: float) -> None:
-        """Paint where one line or sphere ends and what it is called, as far as there is room."""
+        """Paint boundaries and names of lines or spheres, as space permits."""
         painter.setFont(text_font(13))
         begin = 0
         names = [group_of(one.name) for one in self._checks]
@@ -119,7 +113,7 @@ class ErrorChart(Plot):
                 painter.drawText(place.adjusted(3.0, 0.0, -3.0, 0.0), wrapped, names[begin])
                 begin = index
                 continue
-            # The end of a name says more than its beginning: "space diagonal 2".
+            # Ends of names are more specific than their starts: "space diagonal 2".
             text = names[begin]
             while painter.fontMetrics().horizontalAdvance(text) > place.width() and text:
                 text = text.partition(" ")[2]
@@ -128,5 +122,5 @@ class ErrorChart(Plot):
 
 
 def group_of(name: str) -> str:
-    """Return the line or the sphere that a check belongs to: what stands before the comma."""
+    """Return the line or sphere of a check: the text before the comma."""
     return name.partition(",")[0]

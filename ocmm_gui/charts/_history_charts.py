@@ -1,4 +1,4 @@
-"""Charts of the years: what each calibration found, with its uncertainty."""
+"""Long-term charts: results of each calibration with uncertainty."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _FOOT_PX = 16.0
 _SCALE_PX = 54.0
 _MARK_PX = 3.5
 _COVERAGE = 2.0
-"""Bars are drawn to twice the standard uncertainty."""
+"""Bars show twice the standard uncertainty."""
 
 
 class HistoryChart(Chart):
@@ -26,18 +26,14 @@ class HistoryChart(Chart):
 
     Parameters
     ----------
-    title
-        What is shown, with its unit.
     factor
         From the unit of the course to that of the title.
     reach
-        The scale covers at least so much to both sides of its middle, in the unit of the title.
+        Minimum half range of the scale, in the unit of the title.
     changes
-        Show every sample as the difference to the first one of its course.
+        Show differences to the first sample of each course.
     limit
-        Draw lines at plus and minus this value and keep zero in the middle; zero draws none.
-    form
-        Format of values.
+        Draw lines at plus and minus this value and centre on zero; zero draws none.
     """
 
     def __init__(
@@ -59,7 +55,7 @@ class HistoryChart(Chart):
         self._courses: tuple[Course, ...] = ()
 
     def show_courses(self, courses: Sequence[Course]) -> None:
-        """Show courses; the word is the latest value of the one that is farthest from zero."""
+        """Show courses; the word is the latest value farthest from zero."""
         self._courses = tuple(course for course in courses if course.samples)
         latest = [(self._value(course, course.samples[-1]), course) for course in self._courses]
         word = ""
@@ -70,7 +66,7 @@ class HistoryChart(Chart):
         self._say(word or "–")
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the scale, the limits, the days, and every course in a colour and a shape."""
+        """Paint the scale, limits, days, and every course in a colour and a shape."""
         painter = self._painter()
         self._paint_head(painter)
         box = QRectF(

@@ -1,4 +1,4 @@
-"""Interim checks over time: the error of each, where it usually lies, and the hard limit."""
+"""Interim checks over time: errors, centre, and the hard limit."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SIGMAS = 3.0
 
 
 class InterimPlot(Plot):
-    """One dot a check: round where it is good, square where it is not."""
+    """One dot per check: round if good, otherwise square."""
 
     def __init__(self) -> None:
         super().__init__(tr("Interim checks, error in µm"))

@@ -1,4 +1,4 @@
-"""What a pivot calibration leaves over: the tip of every frame, and the spots on the sensors."""
+"""Residuals of a pivot calibration: the tip of every frame, and sensor spots."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class TipCourse(Plot):
-    """Where each single frame puts the tip, axis by axis; frames that were left out are marked."""
+    """Tip position of each frame by axis; omitted frames are marked."""
 
     def __init__(self) -> None:
         super().__init__(tr("Tip of every frame, µm"))
@@ -33,7 +33,7 @@ class TipCourse(Plot):
         self._borders: tuple[int, ...] = ()
 
     def show_sweeps(self, sweeps: Sequence[PivotCalibration]) -> None:
-        """Show sweeps one after the other, each less where its ball rested."""
+        """Show consecutive sweeps, each relative to its ball centre."""
         self._off_um = np.concatenate([1e3 * (one.tips_world - one.centre_world) for one in sweeps])
         self._used = np.concatenate([one.used for one in sweeps])
         self._borders = tuple(np.cumsum([len(one.used) for one in sweeps])[:-1].tolist())
@@ -48,7 +48,7 @@ class TipCourse(Plot):
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint one strip for each axis."""
+        """Paint one strip per axis."""
         painter = self._painter()
         box = self._paint_head(painter).adjusted(_SCALE_PX, 2.0, -2.0, -24.0)
         if not len(self._used):
@@ -97,13 +97,7 @@ class TipCourse(Plot):
 
 
 class SpotResiduals(QWidget):
-    """Residuals of the spots: arrows on the sensors above their histogram.
-
-    Parameters
-    ----------
-    rig
-        Whose cameras they are.
-    """
+    """Spot residuals: arrows on the sensors above their histogram."""
 
     def __init__(self, rig: Rig) -> None:
         super().__init__()
@@ -118,14 +112,14 @@ class SpotResiduals(QWidget):
         layout.addWidget(self.histogram, 2)
 
     def show_sweep(self, found: PivotCalibration) -> None:
-        """Show what the sweep that calibrates leaves over."""
+        """Show the residuals of the calibrating sweep."""
         residuals = residuals_of(self._rig, found)
         self.sensors.show_residuals(residuals)
         self.histogram.show_residuals(residuals)
 
 
 def residuals_of(rig: Rig, found: PivotCalibration) -> tuple[CameraResiduals, ...]:
-    """Return the residuals of a sweep with the places of their spots, camera by camera."""
+    """Return the residuals of a sweep with spot positions, by camera."""
     paths = led_paths(found)
     shown = []
     for index, camera in enumerate(rig.cameras):

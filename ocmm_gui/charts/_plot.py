@@ -1,4 +1,4 @@
-"""The frame of all plots with a title, and arrows with their scale."""
+"""Frame of all plots with a title, and arrows with their scale."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ocmm_gui.kit import Painted, digit_font, fitted, text_font
 
 HEAD_PX, SMALL_HEAD_PX, LEGEND_PX = 24.0, 18.0, 24.0
 ARROW_SHARE = 0.07
-"""An arrow of the RMS is so long, as a part of the picture's shorter side."""
+"""Length of an RMS arrow, relative to the picture's shorter side."""
 _BARB = 0.3
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
@@ -21,35 +21,25 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 @dataclass(frozen=True, slots=True)
 class Head:
-    """How the line above a plot looks: its title at the left, a word at its right."""
+    """Format of the line above a plot: title at the left, a word at its right."""
 
     height_px: float
     text_px: int
-    """Size of the letters."""
     loud_word: bool
-    """The word stands out and not the title."""
+    """Emphasise the word instead of the title."""
     gap_px: float
-    """Between title and word."""
     tuck_px: float
-    """How far a second line is drawn up to the first."""
+    """Upward shift of a second line."""
 
 
 LARGE_HEAD = Head(HEAD_PX, 15, loud_word=False, gap_px=14.0, tuck_px=4.0)
-"""Of a plot that is looked at by itself: the title says what it is."""
+"""Of a single plot: the title identifies it."""
 SMALL_HEAD = Head(SMALL_HEAD_PX, 13, loud_word=True, gap_px=10.0, tuck_px=0.0)
-"""Of one of many side by side: the word is what one looks for."""
+"""Of one of many side by side: the word matters."""
 
 
 class Plot(Painted):
-    """A title, a word at its right, and something painted below.
-
-    Parameters
-    ----------
-    name
-        What is shown, also for screen readers.
-    head
-        How the line with title and word looks.
-    """
+    """A title, a word at its right, and a painted area below."""
 
     def __init__(
         self,
@@ -64,7 +54,7 @@ class Plot(Painted):
         self._word = ""
 
     def word(self) -> str:
-        """Return what stands at the right of the title."""
+        """Return the word at the right of the title."""
         return self._word
 
     def _say(self, word: str) -> None:
@@ -73,7 +63,7 @@ class Plot(Painted):
         self.update()
 
     def _paint_head(self, painter: QPainter, *, lines: int = 1) -> QRectF:
-        """Paint title and word, on one line or two, and return what is left below them."""
+        """Paint title and word, on one line or two, and return the area below."""
         look, theme = self._head, self._theme
         head = QRectF(0.0, 0.0, self.width(), look.height_px)
         loud, soft = QColor(theme.text), QColor(theme.muted)
@@ -93,7 +83,7 @@ class Plot(Painted):
         return QRectF(self.rect()).adjusted(0.0, place.bottom() + 2.0, 0.0, 0.0)
 
     def _paint_legend(self, painter: QPainter, box: QRectF, pixels: float, text: str) -> None:
-        """Paint an arrow of a length with its meaning, at the lower left of a box."""
+        """Paint an arrow with its meaning, at the lower left of a box."""
         y = box.bottom() - 0.5 * LEGEND_PX
         painter.setPen(QPen(QColor(self._theme.text), 2.0))
         start = QPointF(box.left() + 6.0, y)
@@ -104,12 +94,12 @@ class Plot(Painted):
 
 
 def rms_of(values: Float) -> float:
-    """Return the root mean square, zero of nothing."""
+    """Return the root mean square, zero if empty."""
     return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
 
 
 def scale_arrows(rms: float, pixels: float) -> tuple[float, float]:
-    """Return a round value near ``rms`` and how long its arrow is, px, if ``rms`` is ``pixels``."""
+    """Return a round value near ``rms`` and its arrow length, px, if ``rms`` is ``pixels``."""
     if not rms > 0.0:
         return 0.0, 0.0
     decade = 10.0 ** np.floor(np.log10(rms))

@@ -1,4 +1,4 @@
-"""What a calibration leaves over on the sensors: arrows, and a histogram."""
+"""Residuals of a calibration on the sensors: arrows, and a histogram."""
 
 from __future__ import annotations
 
@@ -16,19 +16,13 @@ from ocmm_gui.charts._plot import ARROW_SHARE, LEGEND_PX, Plot, arrow_lines, rms
 from ocmm_gui.kit import digit_font, localised, tr
 
 _MOST_ARROWS, _CELLS = 300, 18
-"""More arrows hide each other: then one stands for each cell of a side of so many."""
+"""More arrows overlap: then one per cell of a grid with this many cells per side."""
 
 _BINS = 41
 
 
 class SensorArrows(Plot):
-    """Residuals of one camera as arrows on its sensor; what was left out is marked.
-
-    Parameters
-    ----------
-    camera
-        Whose sensor it is.
-    """
+    """Residuals of one camera as arrows on its sensor; omitted ones are marked."""
 
     def __init__(self, camera: CameraModel) -> None:
         super().__init__(tr("Camera {name}").format(name=camera.name))
@@ -38,7 +32,6 @@ class SensorArrows(Plot):
         self._arrows: Float = np.empty((0, 2))
 
     def show_residuals(self, residuals: CameraResiduals) -> None:
-        """Show the residuals of this camera."""
         self._residuals = residuals
         used = residuals.residuals_px[residuals.used]
         left_out = int(np.count_nonzero(~residuals.used))
@@ -88,14 +81,6 @@ class SensorArrows(Plot):
 
 
 class AllSensors(QWidget):
-    """The arrows of all cameras side by side.
-
-    Parameters
-    ----------
-    rig
-        Whose cameras they are.
-    """
-
     def __init__(self, rig: Rig) -> None:
         super().__init__()
         self.setAccessibleName(tr("Residuals on the sensors"))
@@ -107,13 +92,12 @@ class AllSensors(QWidget):
             layout.addWidget(plot, index // 2, index % 2)
 
     def show_residuals(self, residuals: Sequence[CameraResiduals]) -> None:
-        """Show the residuals of every camera, in the order of the rig."""
         for plot, of_camera in zip(self.plots, residuals, strict=True):
             plot.show_residuals(of_camera)
 
 
 class ResidualHistogram(Plot):
-    """How often a residual was how large, beside the normal distribution of the same width."""
+    """Histogram of the residuals, with the normal distribution of the same width."""
 
     def __init__(self) -> None:
         super().__init__(tr("Residuals, px"))
@@ -174,7 +158,7 @@ class ResidualHistogram(Plot):
 
 
 def _cell_means(uv: Float, residuals: Float, size: tuple[float, float]) -> tuple[Float, Float]:
-    """Return mean places and residuals of the cells of a sensor, px; empty cells are left out."""
+    """Return mean places and residuals of a sensor's non-empty cells, px."""
     cell = np.clip((uv / np.array(size) * _CELLS).astype(np.int64), 0, _CELLS - 1)
     _, index = np.unique(cell @ np.array([1, _CELLS]), return_inverse=True)
     count = np.bincount(index)[:, None]

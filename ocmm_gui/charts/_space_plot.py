@@ -1,4 +1,4 @@
-"""Vectors at points in space: errors of points, and what a new calibration moves."""
+"""Vectors at points in space: point errors, and changes by a new calibration."""
 
 from __future__ import annotations
 
@@ -17,15 +17,7 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop
 
 
 class SpaceArrows(Plot):
-    """Vectors at points in space, seen from the front and from above, both at one scale.
-
-    Parameters
-    ----------
-    name
-        What the vectors are.
-    rig
-        Says what is in front and what is above.
-    """
+    """Vectors in space, from the front and from above, at one scale."""
 
     def __init__(self, name: str, rig: Rig) -> None:
         super().__init__(name)
@@ -38,7 +30,7 @@ class SpaceArrows(Plot):
         self._vectors: Points3 = np.empty((0, 3))
 
     def show_vectors(self, places_world: Points3, vectors_world: Points3, absent: str) -> None:
-        """Show vectors, mm, at places, mm; ``absent`` is said where there are none."""
+        """Show vectors, mm, at places, mm; ``absent`` is shown if there are none."""
         self._places, self._vectors = places_world, vectors_world
         if not len(places_world):
             self._say(absent)

@@ -1,4 +1,4 @@
-"""The sphere of directions as a map: where something was already, and where it is still missing."""
+"""Map of the sphere of directions: reached and missing ones."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from ocmm_gui.views import upright
 _RING = np.radians(15.0)
 _WIDE = np.radians(60.0)
 _LABELS = np.radians(22.5)
-"""Where the rings have their numbers: to the right, and down by so much."""
+"""Position of the ring numbers: to the right, and down by this angle."""
 
 _FOOT_PX = 24.0
 _LEAST_REACH = np.radians(35.0)
 _NEAR = np.radians(4.0)
-"""What is nearer to the mark than this needs no arrow."""
+"""Minimum distance from the mark for an arrow."""
 
 _NOTHING: Points3 = np.empty((0, 3))
 _NOWHERE: Float = np.full(3, np.nan)
@@ -29,34 +29,27 @@ _NOWHERE: Float = np.full(3, np.nan)
 
 @dataclass(frozen=True, slots=True)
 class Mapped:
-    """What a map shows; all directions are unit vectors in the world frame."""
+    """Contents of a map; unit vectors in the world frame."""
 
     middle: Float = field(default_factory=_NOWHERE.copy)
-    """(3,): about which it is drawn; NaN leaves it empty."""
+    """(3,): centre of the map; NaN leaves it empty."""
     done: Points3 = field(default_factory=_NOTHING.copy)
     open: Points3 = field(default_factory=_NOTHING.copy)
     """`done`, `open`: (n, 3): wanted and reached, wanted and not reached."""
     extra: Points3 = field(default_factory=_NOTHING.copy)
     """(n, 3): reached and not wanted."""
     aim: Float = field(default_factory=_NOWHERE.copy)
-    """(3,): the one of ``open`` that should come next; NaN: that which is nearest to ``now``."""
+    """(3,): next one of ``open``; NaN: the one nearest to ``now``."""
     now: Float = field(default_factory=_NOWHERE.copy)
-    """(3,): where it is now; NaN while not known."""
+    """(3,): current direction; NaN while unknown."""
     spacing: float = float(np.radians(8.0))
     """rad: between neighbours."""
 
 
 class SphereMap(Painted):
-    """Directions about a middle, as if seen from above; the cameras are below the lower edge.
+    """Directions about a centre, seen from above; the cameras are below the lower edge.
 
-    The distance from the middle is the angle to it, so that nothing near the rim is squeezed.
-
-    Parameters
-    ----------
-    name
-        What the directions are.
-    rig
-        Says where the cameras are.
+    The distance from the centre is the angle (azimuthal equidistant).
     """
 
     def __init__(self, name: str, rig: Rig) -> None:
@@ -67,7 +60,6 @@ class SphereMap(Painted):
         self._mapped = Mapped()
 
     def show_map(self, mapped: Mapped) -> None:
-        """Show directions."""
         self._mapped = mapped
         total = len(mapped.done) + len(mapped.open)
         self.setAccessibleDescription(
@@ -78,7 +70,7 @@ class SphereMap(Painted):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the sphere, its rings, all directions and the mark of now."""
+        """Paint the sphere, its rings, all directions and the current mark."""
         painter = self._painter()
         frame, theme, shown = self._paint_panel(painter), self._theme, self._mapped
         box = frame.adjusted(8.0, 8.0, -8.0, -_FOOT_PX)
@@ -133,7 +125,7 @@ class SphereMap(Painted):
             painter.drawText(centre + QPointF(at * aside, at * below), f"{np.degrees(ring):.0f}°")
 
     def _paint_now(self, painter: QPainter, centre: QPointF, scale: float, dot: float) -> None:
-        """Paint where it is, and an arrow to where it should go."""
+        """Paint the current direction, and an arrow to the next."""
         theme, shown = self._theme, self._mapped
         aim = shown.aim
         has_now = bool(np.isfinite(shown.now).all())
@@ -159,7 +151,7 @@ class SphereMap(Painted):
         painter.drawEllipse(place, 3.0, 3.0)
 
     def _reach(self) -> float:
-        """Return the angle from the middle to the rim, rad."""
+        """Return the angle from the centre to the rim, rad."""
         shown = self._mapped
         wanted = np.concatenate([shown.done, shown.open])
         if not len(wanted) or not np.isfinite(shown.middle).all():
@@ -172,13 +164,13 @@ class SphereMap(Painted):
         middle = self._mapped.middle
         toward = self._seat - (self._seat @ middle) * middle
         if float(np.linalg.norm(toward)) < 0.3:
-            # The map looks along the axis of the cameras: then up is up.
+            # Along the cameras' axis: up on the map is up.
             toward = (self._up @ middle) * middle - self._up
         down = unit(toward)
         right = np.cross(middle, down)
         angle = np.arccos(np.clip(directions @ middle, -1.0, 1.0))
         flat = np.stack([directions @ right, directions @ down], axis=1)
         length = np.maximum(np.linalg.norm(flat, axis=1), 1e-12)
-        # What lies beyond the rim stands at it.
+        # Directions beyond the rim are shown at it.
         places: Float = flat * (np.minimum(angle, self._reach()) / length)[:, None]
         return places

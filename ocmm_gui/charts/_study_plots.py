@@ -15,13 +15,13 @@ from ocmm_gui.kit import digit_font, localised, text_font, tr
 
 _SCALE_PX, _FOOT_PX = 84.0, 24.0
 _GOOD, _CONDITIONAL = 10.0, 30.0
-"""Per cent of the study or the tolerance, AIAG: good below the one, not above the other."""
+"""Per cent of study or tolerance (AIAG): good below the first, bad above the second."""
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
 class ComponentsPlot(Plot):
-    """Repeatability, reproducibility, their sum and the parts, per cent of the whole study."""
+    """Repeatability, reproducibility, their sum and the parts, per cent of the study."""
 
     def __init__(self) -> None:
         super().__init__(tr("Components, % of study"))
@@ -51,7 +51,7 @@ class ComponentsPlot(Plot):
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint a bar for each, with the lines of 10 and 30 per cent."""
+        """Paint a bar each, with lines at 10 and 30 per cent."""
         painter = self._painter()
         box = self._paint_head(painter).adjusted(150.0, 8.0, -150.0, -_FOOT_PX)
         theme = self._theme
@@ -81,7 +81,7 @@ class ComponentsPlot(Plot):
 
 
 class OperatorsPlot(Plot):
-    """Every value less the mean of its part, operator by operator, with their means."""
+    """Values minus the mean of their part, by operator, with means."""
 
     def __init__(self) -> None:
         super().__init__(tr("Value less part mean, µm"))
@@ -100,7 +100,7 @@ class OperatorsPlot(Plot):
         self._say(tr("largest difference of operators {um:.1f} µm").format(um=float(np.ptp(means))))
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint a column of dots for each operator, and the mean of each as a line."""
+        """Paint a column of dots per operator, with its mean as a line."""
         painter = self._painter()
         box = self._paint_head(painter).adjusted(_SCALE_PX, 4.0, -8.0, -_FOOT_PX)
         theme, values = self._theme, self._values
@@ -128,7 +128,7 @@ class OperatorsPlot(Plot):
 
 
 class RunPlot(Plot):
-    """One part measured again and again: deviation from its reference, with 10 % of tolerance."""
+    """Repeated measurements of one part: deviation from its reference, with 10 % of tolerance."""
 
     def __init__(self) -> None:
         super().__init__(tr("Deviation, µm"))
@@ -147,7 +147,7 @@ class RunPlot(Plot):
         )  # fmt: skip
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the values in their order between the lines of a tenth of the tolerance."""
+        """Paint the values in order between the lines of a tenth of the tolerance."""
         painter = self._painter()
         box = self._paint_head(painter).adjusted(_SCALE_PX, 4.0, -8.0, -_FOOT_PX)
         theme, values = self._theme, self._values

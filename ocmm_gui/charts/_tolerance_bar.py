@@ -1,4 +1,4 @@
-"""The tolerance bar: where a deviation stands between its limits, with its uncertainty."""
+"""Tolerance bar: a deviation between its limits, with its uncertainty."""
 
 from __future__ import annotations
 
@@ -12,39 +12,38 @@ from ocmm_core.tolerances.kinds import spec_of
 from ocmm_gui.kit import Painted, digit_font, named_quantity, quantity, said_word, tr
 
 _MARGIN_SHARE = 0.4
-"""Room on either side of the limits, in widths of the tolerance."""
+"""Margin beyond each limit, in widths of the tolerance."""
 
 
 @dataclass(frozen=True, slots=True)
 class BarScale:
-    """What deviation stands where on the bar; mm."""
+    """Scale of the bar; mm."""
 
     low: float
     high: float
-    """`low`, `high`: Deviation at the ends."""
+    """`low`, `high`: deviation at the ends."""
     lower: float
     upper: float
-    """`lower`, `upper`: The limits."""
     guard: float
     """Width of the zone inside each limit in which conformity is not proven (ISO 14253-1)."""
     one_sided: bool
-    """The lower limit is a bound that no value can pass, such as zero for a form deviation."""
+    """The lower limit is a natural bound, such as zero for a form deviation."""
 
     @property
     def proven(self) -> tuple[float, float]:
-        """Return the ends of the zone where conformity is proven; crossed if there is none."""
+        """Return the ends of the zone of proven conformity; crossed if empty."""
         return self.lower + (0.0 if self.one_sided else self.guard), self.upper - self.guard
 
     def place(self, deviation: float) -> float:
-        """Return where a deviation stands, 0 (left end) to 1; beyond the ends it stays there."""
+        """Return the relative place of a deviation, 0 (left end) to 1, clamped."""
         share = (deviation - self.low) / (self.high - self.low)
         return min(max(share, 0.0), 1.0)
 
 
 def make_scale(result: CharacteristicResult) -> BarScale:
-    """Return the scale for one characteristic.
+    """Return the scale of a characteristic.
 
-    It has a guard band of one U where the rule of the result has one.
+    It has a guard band of one U if the decision rule requires it.
     """
     width = max(result.upper - result.lower, 1e-6)
     guarded = result.rule.partition("/")[0] != "simple"
@@ -61,13 +60,7 @@ def make_scale(result: CharacteristicResult) -> BarScale:
 
 
 class ToleranceBar(Painted):
-    """Bar with red, amber and green fields, limits in digits and a marker with ±U.
-
-    Parameters
-    ----------
-    digits_share
-        Type of the limits over the height of all.
-    """
+    """Bar with red, amber and green fields, limits in digits and a marker with ±U."""
 
     def __init__(self, *, digits_share: float = 0.3) -> None:
         super().__init__(tr("Tolerance bar"), (240, 56), (160, 44))
@@ -170,7 +163,7 @@ class ToleranceBar(Painted):
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(colour)
         if not scale.low <= result.deviation <= scale.high:
-            # Off the scale: an arrow that points outwards, for the true place cannot be shown.
+            # Off the scale: an outward arrow.
             turn = 1.0 if result.deviation > scale.high else -1.0
             high = 0.5 * bar.height()
             painter.drawPolygon(

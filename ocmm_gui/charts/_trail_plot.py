@@ -1,4 +1,4 @@
-"""The paths of the LEDs about the ball, in space."""
+"""Paths of the LEDs about the ball, in space."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ocmm_gui.scene import Dots, Item, Lines, Tag, paint_scene
 from ocmm_gui.views import seen_from, upright
 
 _MOST_POSES = 1200
-"""More cannot be told apart."""
+"""More are indistinguishable."""
 
 _TURN_PER_PX, _TURN_PER_KEY = 0.008, np.radians(10.0)
 _KEYS = {
@@ -30,23 +30,15 @@ _KEYS = {
 
 @dataclass(frozen=True, slots=True)
 class Trail:
-    """One sweep."""
-
     name: str
     paths_world: Float
-    """(n, L, 3), mm; NaN for frames that were left out."""
+    """(n, L, 3), mm; NaN for omitted frames."""
     centre_world: Float
     """(3,), mm: the ball."""
 
 
 class TrailPlot(Plot):
-    """Every LED on its sphere; drag, or the arrow keys, turn the picture.
-
-    Parameters
-    ----------
-    rig
-        Says from where it is seen at first.
-    """
+    """Every LED on its sphere; drag or arrow keys turn the picture."""
 
     def __init__(self, rig: Rig) -> None:
         super().__init__(tr("Paths of the LEDs about the ball"))
@@ -83,7 +75,7 @@ class TrailPlot(Plot):
             pieces = np.stack([trail.paths_world[:-1], trail.paths_world[1:]], axis=2)
             pieces = pieces.reshape(-1, 2, 3)
             items.append(Lines(pieces[np.isfinite(pieces).all(axis=(1, 2))], colour, 1.0))
-            # Spokes from the ball to the LEDs of one pose tell what turned about what.
+            # Spokes from the ball to the LEDs of one pose show the rotation.
             whole = trail.paths_world[np.isfinite(trail.paths_world).all(axis=(1, 2))]
             if len(whole):
                 leds = whole[len(whole) // 2]

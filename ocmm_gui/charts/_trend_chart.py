@@ -27,7 +27,7 @@ class TrendChart(Painted):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint tolerance, limits, and one dot a part."""
+        """Paint tolerance, limits, and one dot per part."""
         painter = self._painter()
         frame = self._paint_panel(painter)
         trend = self._trend
@@ -69,7 +69,7 @@ class TrendChart(Painted):
         for name, value, style in levels:
             painter.setPen(QPen(QColor(self._theme.text), 1.4, style))
             painter.drawLine(QPointF(box.left(), y(value)), QPointF(box.right(), y(value)))
-            # Two words on one another can be read by nobody.
+            # Avoid overlapping labels.
             if all(abs(y(value) - other) > 15.0 for other in taken):
                 taken.append(y(value))
                 place = QRectF(box.left() - _SCALE_PX + 6.0, y(value) - 9.0, _SCALE_PX - 12.0, 18.0)
@@ -103,7 +103,7 @@ class TrendChart(Painted):
             marks.append((place, counted in warned))
             before = place
         painter.setPen(QPen(QColor(self._theme.text), min(1.6, 0.4 * size)))
-        # Those that ask for attention last: nothing hides them.
+        # Noteworthy dots last: on top.
         for place, odd in sorted(marks, key=lambda one: one[1]):
             painter.setBrush(QColor(self._theme.bad if odd else self._theme.accent))
             if odd:

@@ -1,11 +1,11 @@
-"""Help in trouble: the coach beside the readout, What to do if, and the support bundle.
+"""Help: coach next to the readout, What to do if, and the support bundle.
 
-In: what the coach says, refusals, the sentences of the core, a support site. Out: a picture of the
-probe with an arrow, a page that is searched, a page that shows what is packed.
+In: the coach's state, refusals, the sentences of the core, a support site. Out: a picture of the
+probe with an arrow, a searchable page, a preview of the support bundle.
 
-Read `_coach_panel` with `_probe_painter`; `_what_to_do` with its table `_symptoms`;
-`_support_sheet`. The window decides nothing: hints and remedies are those of `ocmm_core.coach`,
-what is packed that of `ocmm_core.support`. It must not know operator, Maintain or wizards.
+Start with `_coach_panel` and `_probe_painter`; `_what_to_do` with its table `_symptoms`;
+`_support_sheet`. Hints and remedies come from `ocmm_core.coach`, bundle contents from
+`ocmm_core.support`. It must not import operator, Maintain or wizards.
 """
 
 from __future__ import annotations

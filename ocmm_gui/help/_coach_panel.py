@@ -1,4 +1,4 @@
-"""The coach beside the readout: the ellipse of the ball, a turn that betters it, or a remedy."""
+"""Coach next to the readout: uncertainty ellipse of the ball, helpful turn, or remedy."""
 
 from __future__ import annotations
 
@@ -22,27 +22,21 @@ from ocmm_gui.kit import (
 )
 
 REFUSED_MS = 4000
-"""So long a refused touch stays on the screen."""
+"""Display time of a refused touch."""
 _LINE_PX = 15
 _LEAST_PX = 14
-"""What is to be done is no smaller: where it would be, it takes the place of the picture."""
+"""Minimum size of the remedy; smaller ones replace the picture."""
 _GREATEST_PX = 24
 _HARD_BLANK = "\u00a0"
 _LOW, _PICTURE_SHARE, _WORDS_SHARE = 1.1, 0.5, 0.4
-"""Lower than so many widths it has its words beside the picture, elsewhere below it."""
+"""Below this many widths of height the text is next to the picture, otherwise below it."""
 
 
 class CoachPanel(Painted):
-    """Ellipse and U while all is well; the probe with an arrow where a turn would help.
-
-    Parameters
-    ----------
-    far
-        It is looked at from three metres: no words that would be too small, they stand elsewhere.
-    """
+    """Ellipse and U in good order; the probe with an arrow if a turn would help."""
 
     refusal_over = Signal()
-    """A refusal has been shown for its while."""
+    """The display time of a refusal is over."""
 
     def __init__(self, *, far: bool = False) -> None:
         super().__init__(tr("Coach"), (160, 150), (130, 90))
@@ -55,18 +49,17 @@ class CoachPanel(Painted):
         self._end.timeout.connect(self._on_end)
 
     def show_coach(self, view: CoachView) -> None:
-        """Show what the coach says now."""
         self._view = view
         self._tell()
 
     def show_refusal(self, refusal: Refusal) -> None:
-        """Show the probe as it was when a touch was refused, for a while."""
+        """Show the probe at a refused touch, for a while."""
         self._refusal = refusal
         self._end.start()
         self._tell()
 
     def forget_refusal(self) -> None:
-        """Show what the coach says again."""
+        """Show the coach's current state again."""
         self._refusal = None
         self._end.stop()
         self._tell()
@@ -76,22 +69,22 @@ class CoachPanel(Painted):
         self.refusal_over.emit()
 
     def shows_probe(self) -> bool:
-        """Return whether the probe is shown, and not the ellipse."""
+        """Return whether the probe is shown instead of the ellipse."""
         view = self._view
         trouble = bool(view.remedy) or self._refusal is not None
         return view.picture is not None and (trouble or view.hint is not None)
 
     def is_trouble(self) -> bool:
-        """Return whether it shows why there is no number or no point."""
+        """Return whether it shows why there is no number or point."""
         return self.shows_probe() and self._view.hint is None
 
     def hint(self) -> str:
-        """Return the hint as a sentence; empty where none is shown."""
+        """Return the hint as a sentence; empty if none is shown."""
         hint = self._view.hint
         return "" if hint is None else f"{hint_words(hint)}."
 
     def words(self) -> str:
-        """Return what it says; a hint, a remedy, or how large U is."""
+        """Return the text: a hint, a remedy, or U."""
         view = self._view
         if view.remedy:
             return said(view.remedy)
@@ -122,7 +115,7 @@ class CoachPanel(Painted):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the picture and, near the screen, the words beside or below it."""
+        """Paint the picture and, at the desk, the text next to or below it."""
         painter = self._painter()
         frame = self._paint_panel(painter).adjusted(6, 4, -6, -4)
         view = self._view
@@ -145,7 +138,7 @@ class CoachPanel(Painted):
             if self._far:
                 place = QRectF(frame)
                 place.setTop(frame.bottom() - 1.7 * high)
-                # On the smallest screens it would be words that nobody can read.
+                # Illegible on the smallest screens.
                 if place.height() >= _LINE_PX:
                     self._paint_where(painter, place, 40)
                     frame = frame.adjusted(0.0, 0.0, 0.0, -place.height())
@@ -154,7 +147,7 @@ class CoachPanel(Painted):
             paint_probe(painter, view.picture, frame, self._theme)
             if view.ellipsoid is not None:
                 side = 0.32 * min(frame.width(), frame.height())
-                # The ball is below the LEDs; the corner that it leaves free is the other one.
+                # The ball is below the LEDs; use the opposite corner.
                 right = bool(view.picture.leds[:, 0].mean() >= 0.0)
                 x = frame.right() - side if right else frame.left()
                 corner = QRectF(x, frame.bottom() - side, side, side)
@@ -165,13 +158,13 @@ class CoachPanel(Painted):
             paint_ellipse(painter, view.ellipsoid, frame, self._theme)
 
     def _is_urgent(self) -> bool:
-        """Return whether there is something to be done."""
+        """Return whether an action is required."""
         return bool(self._view.remedy) or self._view.hint is not None
 
     def _lines(self, words: str) -> str:
         if self._view.hint is None:
             return words
-        # The numbers stay together, below what is to be done.
+        # Keep the numbers together, below the action.
         turns, _, numbers = words.partition(": ")
         return f"{turns}\n{numbers.replace(' ', _HARD_BLANK)}"
 
@@ -196,7 +189,7 @@ class CoachPanel(Painted):
     def _paint_line(
         self, painter: QPainter, frame: QRectF, text: str, colour: str, high: float = _LINE_PX
     ) -> QRectF:
-        """Paint a line at the bottom and return what is left above it."""
+        """Paint a line at the bottom and return the area above it."""
         box = QRectF(frame.left(), frame.bottom() - high, frame.width(), high)
         painter.setPen(QColor(colour))
         painter.setFont(fitted(text_font(10), text, box.width(), box.height(), 64))
@@ -205,7 +198,7 @@ class CoachPanel(Painted):
 
 
 def hint_words(hint: Hint) -> str:
-    """Return a hint as it is shown: what to do, and what it is good for."""
+    """Return a hint with its action and benefit."""
     turns = ", ".join(said(turn.words) for turn in hint.turns)
     return tr("{turns}: U {now} → {then} µm").format(
         turns=turns, now=_um(hint.now_mm), then=_um(hint.then_mm)

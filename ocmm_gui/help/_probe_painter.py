@@ -1,4 +1,4 @@
-"""The probe as the inspector sees it, the ellipse of its ball, and the arrow of a turn."""
+"""Painting of the probe in the inspector's view, its ball ellipse, and turn arrows."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from ocmm_core.geometry import Float
 from ocmm_gui.kit import Theme
 
 _ROOM = 0.76
-"""Of the box that the probe takes; the rest is for the arrow."""
+"""Share of the box for the probe; the rest is for the arrow."""
 _STEPS_UM = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)
 _FULL = 16 * 360
 
 
 def paint_probe(painter: QPainter, picture: ProbePicture, box: QRectF, theme: Theme) -> None:
-    """Paint the probe into a box: LEDs with a sector for each camera, filled where it sees it."""
+    """Paint the probe: LEDs with a sector per camera, filled if visible."""
     points = np.vstack([picture.leds, picture.outline, picture.foot, [[0.0, 0.0]]])
     low, high = points.min(axis=0), points.max(axis=0)
     size = np.maximum(high - low, 1e-6)
@@ -56,7 +56,7 @@ def paint_probe(painter: QPainter, picture: ProbePicture, box: QRectF, theme: Th
 def _paint_led(
     painter: QPainter, place: QPointF, radius: float, seen: list[bool], theme: Theme
 ) -> None:
-    """Paint a disc with a sector for each camera, from left to right as they stand."""
+    """Paint a disc with a sector per camera, in their order from left to right."""
     disc = QRectF(place.x() - radius, place.y() - radius, 2.0 * radius, 2.0 * radius)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(QColor(theme.panel))
@@ -65,7 +65,7 @@ def _paint_led(
     painter.setBrush(QColor(theme.good))
     for number, sees in enumerate(seen):
         if sees:
-            # From the top anticlockwise: the first camera has the left half.
+            # Counter-clockwise from the top: the first camera has the left half.
             painter.drawPie(disc, _FULL // 4 + number * share, share)
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.setPen(QPen(QColor(theme.good if all(seen) else theme.bad), max(1.5, 0.25 * radius)))
@@ -83,7 +83,7 @@ def _paint_turn(
     left = turn.way in (Way.TURN_LEFT, Way.LEAN_LEFT)
     side = -1.0 if left else 1.0
     if turn.way in (Way.TURN_LEFT, Way.TURN_RIGHT):
-        # The far half of a ring about the probe: there the LEDs go to that side.
+        # The far half of a ring about the probe: there the LEDs move to that side.
         wide, high = 0.42 * box.width(), 0.2 * box.height()
         middle = QPointF(top.x(), 0.6 * top.y() + 0.4 * ball.y())
         turns = np.radians(np.linspace(25.0, 155.0, 25))
@@ -125,13 +125,13 @@ def _paint_arrow(painter: QPainter, line: list[QPointF], thick: float, theme: Th
 
 
 def scale_um(ellipsoid: Ellipsoid) -> int:
-    """Return the length of the scale beside an ellipse, um: the whole U, in round numbers."""
+    """Return the scale length next to an ellipse, um: the whole U, rounded up."""
     wanted = 1e3 * float(ellipsoid.outline_mm[0])
     return next((step for step in _STEPS_UM if step >= wanted), _STEPS_UM[-1])
 
 
 def paint_ellipse(painter: QPainter, ellipsoid: Ellipsoid, box: QRectF, theme: Theme) -> None:
-    """Paint what is seen of the ellipsoid into a box, with rings of the scale and half of it."""
+    """Paint the ellipsoid's outline with rings of the full and half scale."""
     middle, scale = box.center(), scale_um(ellipsoid)
     radius = 0.46 * min(box.width(), box.height())
     painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -145,7 +145,7 @@ def paint_ellipse(painter: QPainter, ellipsoid: Ellipsoid, box: QRectF, theme: T
     longer, shorter, angle = ellipsoid.outline_mm
     painter.save()
     painter.translate(middle)
-    # The screen counts downwards.
+    # Screen coordinates point down.
     painter.rotate(-math.degrees(float(angle)))
     fill = QColor(theme.accent)
     fill.setAlphaF(0.35)

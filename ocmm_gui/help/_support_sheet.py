@@ -1,4 +1,4 @@
-"""The support bundle: what would be packed, all of it to be read, and only then the file."""
+"""Support bundle: contents preview before writing the file."""
 
 from __future__ import annotations
 
@@ -50,19 +50,11 @@ _KEYS = (
 )
 _CLOSE_S = 1.0
 _SHOWN = 200_000
-"""Characters of a preview; the end of a longer file is in the bundle, too, and the list says it."""
+"""Characters of a preview; longer files are complete in the bundle, as the list states."""
 
 
 class SupportSheet(Sheet):
-    """Parts with a tick each, their files, and what is in the selected file.
-
-    Parameters
-    ----------
-    site
-        Gives where things are taken from, as it is now.
-    folder
-        Gives where files go unless somebody says otherwise.
-    """
+    """Parts with check boxes, their files, and the selected file's content."""
 
     def __init__(self, site: Callable[[], SupportSite], folder: Callable[[], Path]) -> None:
         super().__init__(tr("Support bundle"), _KEYS)
@@ -124,12 +116,12 @@ class SupportSheet(Sheet):
         )
 
     def open(self) -> None:
-        """Gather everything, and give the list the keyboard."""
+        """Collect everything, and focus the list."""
         self.files.setFocus()
         self.gather()
 
     def gather(self) -> None:
-        """Gather everything anew, beside the window."""
+        """Collect everything again, in the background."""
         self._draft = None
         self.files.clear()
         self.text.clear()
@@ -141,20 +133,20 @@ class SupportSheet(Sheet):
         )
 
     def is_ready(self) -> bool:
-        """Return whether everything is gathered; for tests."""
+        """Return whether collecting has finished; for tests."""
         return self._draft is not None
 
     def close_work(self) -> None:
-        """End what is gathered before the window goes."""
+        """Stop collecting before the window closes."""
         self._worker.close(_CLOSE_S)
 
     def left_out(self) -> tuple[str, ...]:
-        """Return the parts that are left out."""
+        """Return the excluded parts."""
         return tuple(name for name, box in self.parts.items() if not box.isChecked())
 
     def _on_draft(self, draft: BundleDraft) -> None:
         if draft.masked is not self.mask_names.isChecked():
-            # It was asked for before the tick was changed; the next one is under way.
+            # Outdated: requested before the check box changed.
             return
         self._draft = draft
         self.keys["write"].setEnabled(True)

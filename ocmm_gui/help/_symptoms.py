@@ -1,4 +1,4 @@
-"""What to do if: symptoms in the words of an inspector, and what to do about each."""
+"""What to do if: symptoms in the inspector's words, and remedies."""
 
 from __future__ import annotations
 
@@ -9,14 +9,10 @@ from ocmm_gui.kit import later
 
 @dataclass(frozen=True, slots=True)
 class Symptom:
-    """A line of the page."""
-
     sign: str
-    """What is seen."""
     steps: str
-    """What to do, in this order."""
     codes: tuple[str, ...] = ()
-    """Beginnings of the codes of errors and refusals that belong to it."""
+    """Prefixes of related error and refusal codes."""
 
 
 SYMPTOMS = (
@@ -144,4 +140,4 @@ SYMPTOMS = (
         ("doctor.",),
     ),
 )  # fmt: skip
-"""In the order of how often they are met."""
+"""By frequency."""

@@ -1,4 +1,4 @@
-"""What to do if: a page that is searched by symptom or by the code of an error."""
+"""What to do if: a page searchable by symptom or error code."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _LARGEST = 16 << 20
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """A line that was found: what is seen, what to do, and the codes of it."""
+    """A search result: symptom, remedy, and codes."""
 
     sign: str
     steps: str
@@ -32,7 +32,7 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What the core says with a code: a sentence, and whether it says what to do."""
+    """Sentence of the core with a code, and whether it is a remedy."""
 
     sentence: str
     is_remedy: bool
@@ -45,12 +45,12 @@ class _Catalogue(msgspec.Struct, frozen=True):
 
 @cache
 def told_by_code() -> dict[str, tuple[Told, ...]]:
-    """Return what the core says with each code, in the order of the codes and of the file."""
+    """Return the core's sentences by code, in the order of codes and file."""
     try:
         content = resource("i18n", "core.json").read_bytes()[:_LARGEST]
         found = msgspec.json.decode(content, type=_Catalogue)
     except (OSError, msgspec.MsgspecError, OcmmError):
-        # The page has its symptoms without it.
+        # The page still has its symptoms.
         return {}
     by_code: dict[str, list[Told]] = {}
     for sentence, codes in found.sentences.items():
@@ -60,9 +60,9 @@ def told_by_code() -> dict[str, tuple[Told, ...]]:
 
 
 def answers(wanted: str) -> tuple[Answer, ...]:
-    """Return the lines for what somebody typed: symptoms first, then what the core says.
+    """Return the lines for a query: symptoms first, then the core's sentences.
 
-    Every word must be in the line, whatever its case; a code finds what it begins.
+    All words must occur, ignoring case; codes match as prefixes.
     """
     words = wanted.casefold().split()
     found = [
@@ -93,7 +93,7 @@ def _begins(word: str, codes: tuple[str, ...]) -> bool:
 
 
 def _blank(sentence: str) -> str:
-    """Return a sentence with dots where names and numbers are filled in."""
+    """Return a sentence with dots for names and numbers."""
     text, depth = "", 0
     for letter in sentence:
         if letter == "{":
@@ -107,8 +107,6 @@ def _blank(sentence: str) -> str:
 
 
 class _AnswerTable(DataTable):
-    """Sign, remedy and code of what was found."""
-
     def __init__(self) -> None:
         super().__init__(
             tr("Symptoms and remedies"),
@@ -121,7 +119,6 @@ class _AnswerTable(DataTable):
         self._found: tuple[Answer, ...] = ()
 
     def show_answers(self, found: tuple[Answer, ...]) -> None:
-        """Show what was found, and nothing else."""
         self._found = found
         self.setRowCount(len(found))
         for row, one in enumerate(found):
@@ -135,13 +132,7 @@ class _AnswerTable(DataTable):
 
 
 class WhatToDoSheet(Sheet):
-    """A field and a table; what is typed narrows the table.
-
-    Parameters
-    ----------
-    support
-        Opens the page of the support bundle.
-    """
+    """A search field and a table."""
 
     def __init__(self, support: Callable[[], None]) -> None:
         super().__init__(tr("What to do if"), _KEYS)
@@ -154,7 +145,7 @@ class WhatToDoSheet(Sheet):
         head.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         head.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
         head.setSectionResizeMode(2, QHeaderView.ResizeMode.ResizeToContents)
-        # A bar at the side takes from the columns, and a row may need another line then.
+        # A scroll bar narrows the columns, and rows may need another line.
         head.sectionResized.connect(
             lambda _column, _before, _now: QTimer.singleShot(
                 0, self.table, self.table.resizeRowsToContents
@@ -167,12 +158,12 @@ class WhatToDoSheet(Sheet):
         self.search("")
 
     def open(self, wanted: str = "") -> None:
-        """Give the field the keyboard, with what is looked for."""
+        """Focus the field, with a query."""
         self.field.setText(wanted)
         self.field.setFocus()
 
     def search(self, wanted: str) -> None:
-        """Show what fits."""
+        """Show the matching lines."""
         found = answers(wanted)
         self.table.show_answers(found)
         self.say(tr("%n lines", "1 line", len(found)) if found else tr("Nothing found. Type less."))

@@ -1,16 +1,14 @@
-"""Where one begins: the Start page, the settings, files, and the search for an action.
+"""Start page, settings, files, and action search.
 
-In: settings of the core, jobs and plans that lie about. Out: what is to be opened, and changed
+In: settings of the core, existing jobs and plans. Out: the file or errand to open, and changed
 settings.
 
-Read `_start_page` (what can be begun) in `_start_window` (before there is a station), with
-`_plan_list`; `_settings_page` with `_setting_row`, one a setting, and
-`_template_preview` (the first page of a report, drawn in another process);
-`_key_list` (keys of the window, to be changed); `_sounds_page` (each sound, to be heard);
-`_file_browser` (files, beside the measuring);
-`_find_action` (type what you want).
-It loads no numerical library by itself: what needs one is asked for in a thread, behind the page.
-It must not know a running station.
+Start with `_start_page` (choices) in `_start_window` (before there is a station), with
+`_plan_list`; then `_settings_page` with `_setting_row` (one per setting) and `_template_preview`
+(first report page, drawn in another process); `_key_list` (keys); `_sounds_page` (playable sounds);
+`_file_browser`; `_find_action`.
+It imports no numerical library itself: such work runs in a background thread.
+It must not import a running station.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Files and folders, looked for in the window: measuring goes on beside it.
+"""Non-modal file browser in the window.
 
-Recent places stand at the left, the files of the folder at the right. Nothing is saved by it, so
-the documents that are shipped can be looked for, too.
+Recent places at the left, files of the folder at the right. Read-only, so shipped documents can
+also be browsed.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _ROW_PX = 40
 
 
 class Wanted(Enum):
-    """What is looked for: the ends of its names."""
+    """File types, by suffix."""
 
     ANY = ()
     FOLDER = ("/",)
@@ -52,7 +52,7 @@ class Wanted(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Listing:
-    """What is in a folder by name, and whether there is more than is shown."""
+    """Contents of a folder by name, and whether there is more than shown."""
 
     folder: Path
     folders: tuple[Path, ...] = ()
@@ -65,9 +65,7 @@ class FileBrowser(QWidget):
     """Choose a file or a folder by keys, mouse or finger, or type its path."""
 
     chosen = Signal(object)
-    """Emits the `Path`."""
     left = Signal()
-    """Nothing was chosen."""
 
     def __init__(self, recent: RecentPlaces | None = None) -> None:
         super().__init__()
@@ -109,7 +107,7 @@ class FileBrowser(QWidget):
             one.itemClicked.connect(self._on_clicked)
 
     def ask(self, title: str, wanted: Wanted, at: Path | None = None) -> None:
-        """Begin to look, at a file or folder, or where something was opened last."""
+        """Start browsing at a file or folder, or at the last used place."""
         self._wanted = wanted
         self.title.setText(title)
         self.take.setVisible(wanted is Wanted.FOLDER)
@@ -123,7 +121,7 @@ class FileBrowser(QWidget):
         self.files.setFocus()
 
     def close_work(self) -> None:
-        """Read no more folders."""
+        """Stop reading folders."""
         self._worker.close(0.0)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -187,7 +185,7 @@ class FileBrowser(QWidget):
 
 
 def listing(folder: Path, wanted: Wanted) -> Listing:
-    """Return what is to be shown of a folder; a fault is in it, nothing is raised."""
+    """Return the visible contents of a folder; errors are part of it, not raised."""
     folders, files = [], []
     more = False
     try:
@@ -207,7 +205,7 @@ def listing(folder: Path, wanted: Wanted) -> Listing:
 
 
 def _drives() -> tuple[Path, ...]:
-    """Return where memory sticks appear."""
+    """Return the mount points of removable media."""
     found: list[Path] = []
     for root in (Path("/media"), Path("/run/media")):
         try:

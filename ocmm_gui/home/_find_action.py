@@ -1,4 +1,4 @@
-"""Type what you want: a search over every action of the window; Return does the first one."""
+"""Search over all actions of the window; Return runs the first one."""
 
 from __future__ import annotations
 
@@ -16,20 +16,15 @@ _SHARE, _TOP_PX = 0.7, 48
 
 
 class FindAction(QFrame):
-    """A field and what fits to it, best first; it lies over the page, which goes on.
+    """A field with matching actions, best first, over the active page.
 
-    What cannot be done now is left out, but for what another page does: that is shown then.
-
-    Parameters
-    ----------
-    over
-        What it lies over.
+    Disabled actions are omitted unless another page provides them, which is then shown.
     """
 
     closed = Signal()
-    """The search is over; an action may have been done."""
+    """The search is over; an action may have been run."""
     other_wanted = Signal(str)
-    """Emits the key of an action that is done on another page."""
+    """Emits the key of an action of another page."""
 
     def __init__(self, over: QWidget) -> None:
         super().__init__(over)
@@ -61,7 +56,7 @@ class FindAction(QFrame):
     def ask(
         self, actions: Mapping[str, QAction], others: Mapping[str, QAction] | None = None
     ) -> None:
-        """Open the search over what can be done now, and behind it over what another page does."""
+        """Open the search over enabled actions, followed by those of other pages."""
         now = {key: action for key, action in actions.items() if action.isEnabled()}
         elsewhere = {key: one for key, one in (others or {}).items() if key not in now}
         self._actions, self._others = now | elsewhere, frozenset(elsewhere)
@@ -77,7 +72,7 @@ class FindAction(QFrame):
         self.field.setFocus()
 
     def close_search(self) -> None:
-        """Close without doing anything."""
+        """Close without running an action."""
         self.hide()
         self.closed.emit()
 
@@ -114,9 +109,9 @@ class FindAction(QFrame):
 
 
 def fitting(text: str, actions: Mapping[str, QAction]) -> tuple[str, ...]:
-    """Return the keys of the actions that have every word that was typed, best first.
+    """Return the keys of the actions with all typed words, best first.
 
-    A name that begins with it comes before one that has it, and that before an explanation.
+    Prefix matches of the name first, then other matches in it, then those in explanations.
     """
     words = text.lower().split()
     ranked = []
@@ -133,8 +128,6 @@ def fitting(text: str, actions: Mapping[str, QAction]) -> tuple[str, ...]:
 
 
 class _Field(OwnKeysField):
-    """The field passes Up and Down to the list."""
-
     moved = Signal(int)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

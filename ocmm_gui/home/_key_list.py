@@ -1,4 +1,4 @@
-"""All keys of the window, each to be changed by pressing another one."""
+"""List of all keys of the window, changeable."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ _BARE = (
     Qt.Key.Key_CapsLock, Qt.Key.Key_NumLock, Qt.Key.Key_unknown,
 )  # fmt: skip
 _KEPT = ("Esc", "Tab", "Shift+Tab", "Shift+Backtab", "Backtab")
-"""Keys by which every page is left and walked through."""
+"""Reserved navigation keys."""
 
 
 class KeyList(QWidget):
-    """Choose an action, press Change, and press the new key; a key that is taken is refused."""
+    """Select an action, press Change, and press the new key; keys in use are refused."""
 
     changed = Signal(object)
-    """Emits all keys that differ from those shipped, by action."""
+    """Emits all non-default keys, by action."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -75,7 +75,6 @@ class KeyList(QWidget):
         self.show_keys({})
 
     def show_keys(self, changed: Mapping[str, tuple[str, ...]]) -> None:
-        """Show the keys that hold."""
         self._changed = dict(changed)
         row = max(self.list.currentRow(), 0)
         self.list.clear()
@@ -88,11 +87,10 @@ class KeyList(QWidget):
         self.list.setCurrentRow(min(row, self.list.count() - 1))
 
     def select(self, key: str) -> None:
-        """Choose an action."""
         self.list.setCurrentRow([info.key for info in ACTIONS].index(key))
 
     def take(self, shortcut: str) -> None:
-        """Give the chosen action a key, or say why it cannot have it."""
+        """Assign a key to the selected action, or show why not."""
         info = self._chosen()
         other = conflict_of(info.key, shortcut, self._changed)
         if shortcut in _KEPT:
@@ -111,7 +109,7 @@ class KeyList(QWidget):
                     action=tr(info.text), key=key_words(shortcut)
                 )
             )
-            # A foot switch that is programmed to F13 and later stays beside the new key.
+            # Foot switch keys (F13 and up) are kept in addition to the new key.
             kept = tuple(
                 key for key in info.shortcuts[1:] if key.startswith("F1") and key != shortcut
             )
@@ -119,7 +117,7 @@ class KeyList(QWidget):
         self.list.setFocus()
 
     def restore(self) -> None:
-        """Give the chosen action the key that it was shipped with."""
+        """Restore the default key of the selected action."""
         info = self._chosen()
         left = {key: keys for key, keys in self._changed.items() if key != info.key}
         taken = [conflict_of(info.key, key, left) for key in info.shortcuts]
@@ -150,7 +148,7 @@ class KeyList(QWidget):
 
 
 class _Capture(PlainLabel):
-    """Takes the next key, whatever it means elsewhere."""
+    """Captures the next key, whatever its other meaning."""
 
     pressed_key = Signal(str)
     given_up = Signal()
@@ -163,14 +161,13 @@ class _Capture(PlainLabel):
         self._listens = False
 
     def listen(self) -> None:
-        """Wait for a key."""
         self._listens = True
         self.setText(tr("Waiting for a key"))
         self.setFocus()
         self.grabKeyboard()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Take the key, with what is held beside it."""
+        """Capture the key with its modifiers."""
         key = Qt.Key(event.key())
         if not self._listens or key in _BARE:
             return
@@ -184,7 +181,7 @@ class _Capture(PlainLabel):
         self.pressed_key.emit(shortcut)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Let the keys go: whoever clicks elsewhere does not mean the next one for this."""
+        """Stop capturing: after a click elsewhere the next key has another target."""
         super().focusOutEvent(event)
         if self._listens:
             self._end()

@@ -1,4 +1,4 @@
-"""Choice of the plan for a new job: recent plans, those of the plan folder, those shipped."""
+"""Choice of the plan of a new job: recent, in the plan folder, or shipped."""
 
 from __future__ import annotations
 
@@ -24,12 +24,11 @@ _ROW_PX = 60
 
 
 class PlanList(Sheet):
-    """Plans to choose from, newest first."""
+    """Plans, newest first."""
 
     chosen = Signal(object)
-    """Emits the `Path` of the plan."""
     other_wanted = Signal()
-    """A file that is not in the list."""
+    """Browse for another file."""
 
     def __init__(self) -> None:
         super().__init__(tr("New job: choose the plan"), _KEYS)
@@ -41,7 +40,7 @@ class PlanList(Sheet):
         self.use_keys({"other": self.other_wanted.emit, "begin": self._begin}, primary="begin")
 
     def open(self) -> None:
-        """Say that plans are read; they come with `show_plans`."""
+        """Show that plans are being read; `show_plans` follows."""
         self.list.clear()
         self.say(tr("Reading the plans"))
         self.list.setFocus()

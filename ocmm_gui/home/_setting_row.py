@@ -1,4 +1,4 @@
-"""One setting: its field, checked while it is typed, with the default where it differs."""
+"""One setting: its field, validated while typing, with the default if different."""
 
 from __future__ import annotations
 
@@ -36,29 +36,20 @@ from ocmm_gui.kit import (
 )
 
 HIGH_PX = 57
-"""15 mm at 96 dots an inch: a finger in a glove."""
+"""15 mm at 96 dpi: a gloved finger."""
 _PATHS = (Kind.FILE, Kind.FOLDER)
 _LONGEST = 60
 _FONT_PX = 17
 
 
 class SettingRow(QObject):
-    """The widgets of one setting, in four columns of a grid.
-
-    Parameters
-    ----------
-    grid, row
-        Where the widgets go.
-    below
-        What is told of the setting stands below it: there is no room at its right.
-    """
+    """The widgets of one setting, in four columns of a grid."""
 
     committed = Signal(str, object)
-    """Emits key and value that somebody has finished typing, and that can be used."""
+    """Emits key and valid value after editing."""
     browse = Signal(str)
-    """Emits the key of a path that is to be looked for."""
+    """Emits the key of a path to browse for."""
     left = Signal()
-    """Escape in the field."""
 
     def __init__(
         self,
@@ -76,9 +67,9 @@ class SettingRow(QObject):
         label, tip = said_word(spec.label), said(spec.tip)
         self.choice: ChoiceBox | None = None
         self.switch: QPushButton | None = None
-        # Without a place in the grid it would be a window of its own.
+        # Without a place in the grid it would be a top-level window.
         self.field = _Field()
-        # Once it was shown the style sheet has dressed it: a font that comes later is lost.
+        # After the first show the style sheet overrides later fonts.
         self.field.setFont(text_font(_FONT_PX))
         self.field.setAccessibleName(label)
         self.field.setToolTip(literal(tip))
@@ -116,7 +107,7 @@ class SettingRow(QObject):
         self.told = sentence_label(tr("About {setting}").format(setting=label), 14)
         self.told.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         self.told.setProperty("role", "muted")
-        # Every second line is free for what stands below a setting.
+        # Every second line is for messages.
         row = 2 * row
         grid.addWidget(self.mark, row, 0)
         grid.addWidget(words, row, 1)
@@ -135,7 +126,7 @@ class SettingRow(QObject):
             grid.addWidget(self.told, row, 5)
 
     def show_value(self, loaded: LoadedSettings, *, in_job: bool) -> None:
-        """Show what holds, where it comes from, and what the default is."""
+        """Show the value in force, its source, and the default."""
         key, spec = self.spec.key, self.spec
         self._shown = value = loaded.values[key]
         text = _typed(spec, value)
@@ -173,13 +164,13 @@ class SettingRow(QObject):
         self._say(self._about, fault=False)
 
     def take(self, text: str) -> None:
-        """Take a path that was chosen."""
+        """Accept a selected path."""
         self.field.setText(text)
         self.field.setModified(True)
         self._on_finished()
 
     def fault(self) -> str:
-        """Return why what is typed cannot be used; empty where it can."""
+        """Return why the typed value is invalid; empty if valid."""
         return self.told.text() if self.told.property("role") == "bad" else ""
 
     def _on_typed(self, text: str) -> None:
@@ -223,7 +214,7 @@ class SettingRow(QObject):
 
 
 class _Field(OwnKeysField):
-    """F-keys act on the page; Esc first takes back what was typed."""
+    """F-keys act on the page; Esc first undoes typing."""
 
     def event(self, event: QEvent) -> bool:
         """Leave the F-keys to the page."""
@@ -246,7 +237,7 @@ def _button(text: str, name: str) -> QPushButton:
 
 
 def _typed(spec: SettingSpec, value: Value) -> str:
-    """Return a value as somebody types it here."""
+    """Return a value in typed form."""
     text = text_of(value)
     return localised(text) if spec.kind is Kind.NUMBER else text
 
@@ -261,5 +252,5 @@ def _default_words(spec: SettingSpec) -> str:
     text = _typed(spec, spec.default)
     if not text:
         return tr("empty")
-    # The end of a path tells more than its beginning.
+    # Ends of paths are more informative.
     return text if len(text) <= _LONGEST else f"…{text[-_LONGEST:]}"

@@ -1,4 +1,4 @@
-"""The settings: everything that can be chosen, checked while it is typed, kept as soon as it is."""
+"""Settings page: validated while typing, stored at once."""
 
 from __future__ import annotations
 
@@ -53,25 +53,23 @@ _APPLY = ActionInfo(
 )  # fmt: skip
 _NOTES_SHOWN = 4
 _HEAD = "report"
-"""The section that has a preview of what it makes."""
+"""Section with a preview."""
 
 
 class SettingsPage(Sheet):
-    """One section at a time at the right of their names.
+    """Section names, with one section at a time at their right.
 
-    What is typed is kept when it is taken with Return or the field is left. What a running job
-    cannot take waits until the job is opened again, which a key does.
+    Values are stored on Return or when leaving the field. Values that a running job cannot adopt
+    wait until the job is reopened, by a key.
 
     Parameters
     ----------
-    store
-        Both documents, and what the start gave.
     apply
-        Opens the job again; None where no job is open, so that nothing has to wait.
+        Reopens the job; None without an open job.
     """
 
     changed = Signal(object)
-    """Emits the `LoadedSettings` that hold now."""
+    """Emits the `LoadedSettings` in force."""
 
     def __init__(self, store: SettingsStore, apply: Callable[[], None] | None = None) -> None:
         super().__init__(tr("Settings"), () if apply is None else (_APPLY,))
@@ -125,7 +123,7 @@ class SettingsPage(Sheet):
         self._show()
 
     def open(self, section: str = "") -> None:
-        """Read the documents again and show a section."""
+        """Reread the documents and show a section."""
         self.loaded = self._store.load()
         self._whole.setCurrentIndex(0)
         if section:
@@ -136,33 +134,32 @@ class SettingsPage(Sheet):
             button.setFocus()
 
     def read_again(self) -> None:
-        """Show what a key of the window has changed."""
+        """Show changes made by window keys."""
         self.loaded = self._store.load()
         self._show()
 
     def show_section(self, number: int) -> None:
-        """Show one section by its place."""
         self._pages.setCurrentIndex(number)
         self._sections.button(number).setChecked(True)
         if number < len(SECTIONS) and list(SECTIONS)[number] == _HEAD:
             self._follow_head()
 
     def change(self, key: str, value: Value) -> None:
-        """Keep one setting, as its field does."""
+        """Store one setting, as its field does."""
         self._commit(key, value)
 
     def waits(self) -> bool:
-        """Return whether something was changed that the running job does not use yet."""
+        """Return whether changes await reopening the job."""
         return bool(self._waiting)
 
     def close_work(self) -> None:
-        """Stop reading folders and drawing pages, and what still plays."""
+        """Stop reading folders, drawing pages and playing sounds."""
         self.sounds.close_work()
         self.browser.close_work()
         self.preview.close_work()
 
     def _follow_head(self) -> None:
-        """Show the page that reports have now: that of the chosen template, with its head."""
+        """Update the report preview: the selected template with its head."""
         self.preview.follow(self.loaded.settings)
 
     def _with_preview(self, section: str) -> QWidget:
@@ -227,7 +224,7 @@ class SettingsPage(Sheet):
         self.changed.emit(self.loaded)
 
     def _use_head(self) -> None:
-        # What reads templates is loaded for it alone.
+        # Imported only for templates.
         from ocmm_core.export.template import use_head
 
         use_head(self.loaded.settings, self._store.user.path.parent)

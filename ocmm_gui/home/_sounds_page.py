@@ -1,4 +1,4 @@
-"""Every sound, to be heard: its name, how it goes, what it means, and where the same is seen."""
+"""Page of all sounds: name, description, meaning, and visible equivalent."""
 
 from __future__ import annotations
 
@@ -27,13 +27,10 @@ _NEAR_MS = 250
 
 @dataclass(frozen=True, slots=True)
 class SoundWords:
-    """A sound in words."""
-
     name: str
     goes: str
-    """How it sounds."""
     means: str
-    """What has happened, and where the same is seen."""
+    """Event, and its visible equivalent."""
 
 
 SOUND_WORDS = {
@@ -66,7 +63,7 @@ SOUND_WORDS = {
         later("Poses are taken now. The page says so and counts them."),
     ),
 }  # fmt: skip
-"""Each sound; a test holds it and `Sound` together."""
+"""One entry per sound; a test compares it with `Sound`."""
 
 _APPROACH = SoundWords(
     later("Approach"), later("single short tones, rising"),
@@ -75,7 +72,7 @@ _APPROACH = SoundWords(
 
 
 class SoundsPage(QWidget):
-    """One line a sound: press its button to hear it."""
+    """One line per sound, with a play button."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -125,7 +122,7 @@ class SoundsPage(QWidget):
         layout.addWidget(self.told)
 
     def use(self, *, enabled: bool, volume: int) -> None:
-        """Play so loud from now on, or say that sounds are off."""
+        """Set the volume, or show that sounds are off."""
         self._enabled, self._volume = enabled, volume
         if self._player is not None:
             self._player.enable(enabled, volume)
@@ -134,9 +131,9 @@ class SoundsPage(QWidget):
         self.told.setText("" if enabled else tr("Sounds are off. Turn them on in Window."))
 
     def play(self, sound: Sound | None) -> None:
-        """Play a sound; None plays the tones that lead to the next point."""
+        """Play a sound; None plays the guiding tones."""
         if self._player is None:
-            # Files are written for whoever wants to hear them.
+            # Files are only written on demand.
             self._player = SoundPlayer(self, enabled=self._enabled, volume=self._volume)
         if not self._player.can_play():
             self.told.setText(
@@ -151,7 +148,7 @@ class SoundsPage(QWidget):
             QTimer.singleShot(_NEAR_MS * place, self, lambda hertz=hertz: self._step(hertz))
 
     def close_work(self) -> None:
-        """Stop what still plays."""
+        """Stop playing."""
         if self._player is not None:
             self._player.close()
             self._player = None

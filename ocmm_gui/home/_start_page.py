@@ -1,4 +1,4 @@
-"""The Start page: what can be begun, what was worked on last, and how the station stands."""
+"""Start page: choices, recent jobs, and station status."""
 
 from __future__ import annotations
 
@@ -83,11 +83,11 @@ class StartPage(QWidget):
     Parameters
     ----------
     calls
-        What each of `START_ACTIONS` does, by key; ``continue`` is done with `chosen_job`.
+        Commands of `START_ACTIONS`, by key; ``continue`` uses `chosen_job`.
     """
 
     job_chosen = Signal(object)
-    """Emits the `Path` of a job that was activated in the list."""
+    """Emits the `Path` of a job activated in the list."""
 
     def __init__(self, calls: dict[str, Callable[[], None]]) -> None:
         super().__init__()
@@ -114,7 +114,6 @@ class StartPage(QWidget):
         self.state.setVerticalSpacing(4)
         self.state.setColumnStretch(1, 1)
         self.state_words: list[QLabel] = []
-        """What is said of the station."""
         self._tell_state(tr("Reading the records of cameras and tip"))
         self.hand_over = sentence_label(tr("Hand-over to the archive"), 15)
         self.hand_over.setProperty("role", "muted")
@@ -149,13 +148,13 @@ class StartPage(QWidget):
         layout.addLayout(both, 1)
 
     def chosen_job(self) -> Path | None:
-        """Return the job that is selected in the list; None where there is none."""
+        """Return the selected job, or None."""
         items = self.jobs.selectedItems()
         path: Path | None = items[0].data(_PATH) if items else None
         return path
 
     def show_state(self, state: StationState) -> None:
-        """Show how cameras and tip stand."""
+        """Show the status of cameras and tip."""
         self._clear_state()
         for row, line in enumerate(state.lines):
             what = PlainLabel(said_word(line.what))
@@ -178,12 +177,12 @@ class StartPage(QWidget):
             self.hint.setText(tr("No points can be taken yet: Calibrate shows what is missing."))
 
     def show_hand_over(self, line: str) -> None:
-        """Say what waits for the archive, in the words of the core; nothing where nothing does."""
+        """Show the core's note on pending archive uploads; empty if none."""
         self.hand_over.setText(said(line))
         self.hand_over.setVisible(bool(line))
 
     def show_jobs(self, jobs: tuple[LastJob, ...], folder: Path) -> None:
-        """List jobs, newest first; one that cannot be read says so and can still be selected."""
+        """List jobs, newest first; unreadable ones are marked but selectable."""
         self.jobs.clear()
         for job in jobs:
             item = QListWidgetItem(job_words(job), self.jobs)

@@ -1,4 +1,4 @@
-"""The window before there is a station: the Start page, the settings, and files."""
+"""Window before there is a station: Start page, settings, and files."""
 
 from __future__ import annotations
 
@@ -45,15 +45,15 @@ if TYPE_CHECKING:
 
 
 _ANEW = ("window_language", "window_decimal", "window_units")
-"""Settings in which every text of a window is written."""
+"""Settings that affect every text of a window."""
 
 
 _STATE_MS = 20_000
-"""Between two looks at the station: a term ends, or another program puts a record in doubt."""
+"""Status refresh interval: records expire, or other programs make them suspect."""
 
 
 class Errands(Enum):
-    """What somebody came for."""
+    """Purpose of the user."""
 
     NEW = "new"
     CONTINUE = "continue"
@@ -62,37 +62,25 @@ class Errands(Enum):
     CALIBRATE = "calibrate"
     DEMO = "demo"
     MEASURE = "measure"
-    """At once, by the command line."""
+    """Directly from the command line."""
     START = "start"
-    """Nothing yet: the Start page."""
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """An errand."""
-
     errand: Errands
     path: Path | None = None
-    """The plan of a new job, or the job to go on with or to look at."""
+    """Plan of a new job, or job to resume or view."""
     otherwise: Choice | None = None
-    """What is done instead where that is not possible; None for the Start page."""
+    """Fallback if impossible; None for the Start page."""
     section: str = ""
-    """Of the settings, which the Start page opens at once; empty for the page itself."""
+    """Section of the settings opened by the Start page; empty for the page itself."""
 
 
 class StartWindow(QMainWindow):
-    """Choose what to begin; `choice` says it when the window has closed.
-
-    Parameters
-    ----------
-    notices
-        Where errors go; what ended a job before is shown here.
-    recent
-        Places used last.
-    """
+    """Choose what to open; `choice` is set when the window has closed."""
 
     closed = Signal()
-    """The window is going away."""
 
     def __init__(
         self, store: SettingsStore, notices: NoticeCentre, recent: RecentPlaces | None = None
@@ -154,7 +142,7 @@ class StartWindow(QMainWindow):
         notices.posted.connect(self.banner.show_notice)
         for note in self.loaded.notes:
             notices.warn(note.what, note.remedy)
-        # The Start page has it among its own keys; here it is that of all other pages.
+        # The Start page has its own key for it; this is for all other pages.
         manual = self._keys["manual"]
         self._stack.currentChanged.connect(
             lambda _page: manual.setEnabled(self._stack.currentWidget() is not self.page)
@@ -165,7 +153,7 @@ class StartWindow(QMainWindow):
         self.page.setFocus()
 
     def read(self) -> None:
-        """Read the state of the station and the last jobs, behind the page."""
+        """Read station status and recent jobs in the background."""
         settings, recent = self.loaded.settings, self._recent.jobs()
         folder = settings.job_folder
         self._lists.do(
@@ -176,11 +164,11 @@ class StartWindow(QMainWindow):
         self.read_state()
         self._look.start()
         self._lists.do(lambda: _hand_over(settings), self.page.show_hand_over, self._notices.error)
-        # What a job needs is loaded while somebody reads.
+        # Preload the job's imports while the user reads.
         self._lists.do(_warm, lambda _none: None, self._notices.error)
 
     def read_state(self) -> None:
-        """Look how the station stands, unless that is under way."""
+        """Read the station status, unless already running."""
         if self._state_comes:
             return
         self._state_comes = True
@@ -204,22 +192,22 @@ class StartWindow(QMainWindow):
         self.page.setFocus()
 
     def take_file(self, path: Path) -> None:
-        """Look at a job, or begin one by a plan."""
+        """View a job, or start one with a plan."""
         errand = Errands.LOOK if path.suffix.lower() == ".ocmm" else Errands.NEW
         self._leave_for(errand, path)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Let Esc put a notice away."""
+        """Dismiss a notice with Esc."""
         self.banner.hide()
         super().keyPressEvent(event)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Take one plan or job."""
+        """Accept one plan or job."""
         if dropped_file(event.mimeData()) is not None:
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Open what was dropped."""
+        """Open the dropped file."""
         path = dropped_file(event.mimeData())
         if path is not None:
             event.acceptProposedAction()
@@ -268,7 +256,7 @@ class StartWindow(QMainWindow):
 
     def _archive(self) -> None:
         if self._archive_sheet is None:
-            # What it needs is loaded when somebody wants it.
+            # Imported on demand.
             from ocmm_core.station.archiving import archive_place
             from ocmm_gui.archive import ArchiveSheet
 
@@ -286,9 +274,9 @@ class StartWindow(QMainWindow):
         self._archive_sheet.open()
 
     def _open_manual(self) -> None:
-        """Open the manual at the section of the page one is on."""
+        """Open the manual at the section of the current page."""
         shown = self._stack.currentWidget()
-        # Its documents are read when somebody wants them.
+        # Its documents are read on demand.
         from ocmm_gui.manual import ManualSheet, place_of
 
         if self.manual is None:
@@ -310,7 +298,7 @@ class StartWindow(QMainWindow):
 
     @cached_property
     def settings(self) -> SettingsPage:
-        """Return the settings; their many rows are made when somebody looks at them."""
+        """Return the settings page; its many rows are created on demand."""
         from ocmm_gui.home._settings_page import SettingsPage
 
         page = SettingsPage(self._store)
@@ -323,7 +311,7 @@ class StartWindow(QMainWindow):
         return page
 
     def _has_settings(self) -> bool:
-        # `cached_property` keeps what it made under its name.
+        # `cached_property` stores its value under its name.
         return "settings" in vars(self)
 
     def _read_settings(self) -> None:
@@ -331,14 +319,14 @@ class StartWindow(QMainWindow):
             self.settings.read_again()
 
     def show_settings(self, section: str = "") -> None:
-        """Show the settings, at one of their sections."""
+        """Show the settings, optionally a section."""
         self._stack.setCurrentWidget(self.settings)
         self.settings.open(section)
 
     def _on_settings(self, loaded: LoadedSettings) -> None:
         before, self.loaded = self.loaded, loaded
         if any(getattr(before.settings, name) != getattr(loaded.settings, name) for name in _ANEW):
-            # Nothing is measured here: the window is made anew, and stands where it stood.
+            # Nothing is measured: recreate the window at the same place.
             self.choice = Choice(Errands.START, section="window")
             self.close()
             return
@@ -349,7 +337,7 @@ class StartWindow(QMainWindow):
             self.read()
 
     def _make_keys(self) -> dict[str, QAction]:
-        """Let size, gloves and manual have their keys on all pages, without buttons."""
+        """Add the keys for size, gloves and manual to all pages, without buttons."""
         calls = {**self.eyes.calls(), "manual": self._open_manual}
         changed = usable_keys(self.loaded.settings.window_keys)
         made: dict[str, QAction] = {}
@@ -411,7 +399,7 @@ def _plans(recent: tuple[Path, ...], folder: Path | None) -> tuple[PlanSummary, 
 
 
 def _warm() -> None:
-    """Load what a job needs."""
+    """Preload the imports of a job."""
     from ocmm_core import composition
     from ocmm_gui import bridge
 
@@ -420,7 +408,7 @@ def _warm() -> None:
 
 
 def _hand_over(settings: Settings) -> str:
-    """Return how the hand-over to the archive stands, in a line; empty where all is well."""
+    """Return the status of archive uploads in a line; empty in good order."""
     from ocmm_core.archive.outbox import hand_over
     from ocmm_core.station.archiving import archive_place
 

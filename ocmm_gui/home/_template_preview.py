@@ -1,4 +1,4 @@
-"""The first page of a report as the settings make it, beside them; drawn in another process."""
+"""Preview of a report's first page by the settings, drawn in another process."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from ocmm_gui.work import SideProcess, Teller
 _LEAST_PX, _MOST_PX = 300, 1240
 _A4 = 297.0 / 210.0
 _SETTLE_MS = 300
-"""Who widens a window, or an editor that writes a file in pieces, is not yet done for so long."""
+"""Debounce of window resizing and of editors that write in pieces."""
 _SAME_PX = 8
 
 
 @dataclass(frozen=True, slots=True)
 class HeadPage:
-    """Draw the first page of a report of nothing.
+    """Draw the first page of an empty report.
 
-    What it needs is loaded by the process that draws: the window has none of it.
+    Imports happen in the drawing process only.
     """
 
     settings: Settings
@@ -41,7 +41,7 @@ class HeadPage:
 
 
 class TemplatePreview(QWidget):
-    """The page, or what is wrong with the template: file, line, field, and what to do."""
+    """The page, or the error in the template: file, line, field, and remedy."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -65,32 +65,31 @@ class TemplatePreview(QWidget):
         self._settling.setSingleShot(True)
         self._settling.setInterval(_SETTLE_MS)
         self._settling.timeout.connect(self._draw)
-        # Its author writes the template with a program of his own.
+        # Templates are edited with other programs.
         self._watcher = QFileSystemWatcher(self)
         self._watcher.fileChanged.connect(lambda _path: self._settling.start())
 
     def follow(self, settings: Settings) -> None:
-        """Show the page by the settings, and again whenever their template is written."""
+        """Show the page for settings, and again after changes of their template."""
         self._settings = settings
         self._settling.start()
 
     def is_drawing(self) -> bool:
-        """Return whether a page is being drawn; for tests."""
         return self._settling.isActive() or self._work.is_running()
 
     def close_work(self) -> None:
-        """Give up what is drawn; call it before the window goes."""
+        """Cancel drawing; call before the window closes."""
         self._settling.stop()
         self._work.cancel()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Draw what was changed while nobody looked."""
+        """Draw changes made while hidden."""
         super().showEvent(event)
         if self._settings is not None:
             self._settling.start()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Draw the page as wide as there is room now."""
+        """Draw the page in the new width."""
         super().resizeEvent(event)
         if self._width and abs(self._room() - self._width) > _SAME_PX:
             self._settling.start()
@@ -109,7 +108,7 @@ class TemplatePreview(QWidget):
         self._work.start(HeadPage(self._settings, self._width))
 
     def _watch(self, template: Path | None) -> None:
-        # Programs that replace a file end the watch of the one before.
+        # Replacing a file ends its watch.
         wanted = [] if template is None else [str(template.absolute())]
         old = self._watcher.files()
         if old != wanted:
@@ -129,7 +128,7 @@ class TemplatePreview(QWidget):
 
     def _fail(self, error: object) -> None:
         if isinstance(error, OcmmError):
-            # A page of before would look as if it were that of this template.
+            # The previous page would be mistaken for this template's.
             self.page.clear()
             use_role(self.words, "warn")
             self.words.setText("▲ " + said(f"{error.what} {error.remedy}"))

@@ -1,15 +1,15 @@
-"""What every screen is made of: looks, words, sheets, parts, keys, sounds, notices.
+"""Building blocks of every screen: themes, texts, sheets, widgets, keys, sounds, notices.
 
 In: themes, settings, values of the core. Out: widgets, texts with units, sounds, one log of
 notices.
 
-Read `_texts` (how sentences are translated), `_language` (which languages there are), `_numbers`
-(how numbers, lengths and dates are written), `_theme` (three themes from one table), `_messages`
-(sentences), `_marks` (a shape for each outcome), `_actions` (every key as one table) with
-`_shortcuts` (as words, changed, on buttons), `_sheet` (pages that Esc closes), `_parts`, `_narrow`
-(words that stay whole) and `_painted`. Questions without dialogs: `_answer_panel`, `_path_panel`,
-`_reason_panel`. `_notify` says what went wrong, `_sound` is heard. Long work is the room `work`.
-It is the first room of the window and must not know any screen or the station.
+Start with `_texts` (translation), `_language`, `_numbers` (numbers, lengths, dates), `_theme`
+(three themes from one table) and `_messages` (sentences); then `_marks` (a shape per outcome),
+`_actions` (table of all keys) with `_shortcuts` (texts, changes, buttons), `_sheet` (pages closed
+by Esc), `_parts`, `_narrow` (fitted texts) and `_painted`. Non-modal questions: `_answer_panel`,
+`_path_panel`, `_reason_panel`. `_notify` shows errors, `_sound` plays sounds. The package `work`
+runs lengthy work.
+First package of the window: it must not import screens or the station.
 """
 
 from __future__ import annotations
@@ -122,6 +122,7 @@ if TYPE_CHECKING:
         use_shortcuts,
     )
     from ocmm_gui.kit._sound import USUAL_VOLUME, Approach, Sound, SoundPlayer, verdict_sound
+    from ocmm_gui.kit._table_import import TableImport
     from ocmm_gui.kit._texts import (
         PlainLabel,
         later,
@@ -185,6 +186,7 @@ else:
             "make_button shortcuts_of show_mode usable_keys use_shortcuts"
         ),
         _sound="USUAL_VOLUME Approach Sound SoundPlayer verdict_sound",
+        _table_import="TableImport",
         _texts="PlainLabel later literal said said_word tr tr_all with_unit",
         _theme=(
             "CAP_HEIGHT DEFAULT_THEME THEMES WRAPPED Theme Themed apply_theme digit_font dress "
@@ -241,6 +243,7 @@ __all__ = [
     "Sheet",
     "Sound",
     "SoundPlayer",
+    "TableImport",
     "Theme",
     "Themed",
     "active_feature",

@@ -1,6 +1,6 @@
-"""Everything that a key, a foot switch or a button does, as one table.
+"""All keys, foot switches and buttons as one table.
 
-A foot switch is programmed to F13, F14 and F15, which no field takes as text. The probe's own
+A foot switch is programmed to F13, F14 and F15, which no field accepts as text. The probe's own
 button comes over the bus and is handled by the core.
 """
 
@@ -17,7 +17,7 @@ FINISH_KEYS = ("Return", "Enter", "F15")
 
 
 class Mode(Enum):
-    """What the window is for at the moment."""
+    """Mode of the window."""
 
     INSPECT = later("Inspect")
     MAINTAIN = later("Maintain")
@@ -25,22 +25,20 @@ class Mode(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ActionInfo:
-    """One thing that the inspector can do."""
+    """An action of the inspector."""
 
     key: str
-    """Stable name."""
     text: str
     tip: str
-    """One sentence; also what a screen reader says."""
+    """One sentence; also for screen readers."""
     shortcuts: tuple[str, ...]
     """Keys; the first one is shown."""
     is_trigger: bool = False
-    """It may come from a foot switch, so it is debounced."""
+    """May come from a foot switch, so it is debounced."""
     mode: Mode | None = Mode.INSPECT
-    """The mode that it belongs to; None for every mode."""
+    """Its mode; None for every mode."""
     opens_wizard: bool = False
-    """A wizard has it as its action. Said here, as loading the wizards takes a moment that nobody
-    should wait for before the window is there."""
+    """Action of a wizard. Stated here, because importing the wizards would delay the window."""
 
 
 ACTIONS = (

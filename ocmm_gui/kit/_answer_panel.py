@@ -1,4 +1,4 @@
-"""A question with two keys; it is part of the window, not a dialog, and measuring goes on."""
+"""Question with two keys, as part of the window: non-modal."""
 
 from __future__ import annotations
 
@@ -12,26 +12,17 @@ from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, text_font
 
 _YES = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
 _FAR_SHARE, _DESK_PX = 34.0 / 1080.0, 16.0
-"""Size of the letters: over the height of the window, and in pixels."""
+"""Type size: relative to the window height, and in pixels."""
 
 
 class AnswerPanel(QFrame):
-    """One line: the question, the key that does it and the key that goes back.
+    """One line: the question, and the keys to agree and to decline.
 
-    Only these two keys are its own; all others act on the window as before.
-
-    Parameters
-    ----------
-    name
-        Accessible name.
-    verb
-        What Return does, in a word.
+    Only these two keys are captured; all others act on the window as before.
     """
 
     agreed = Signal()
-    """Return was pressed."""
     declined = Signal()
-    """Esc was pressed."""
 
     def __init__(self, name: str, verb: str) -> None:
         super().__init__()
@@ -57,7 +48,7 @@ class AnswerPanel(QFrame):
         layout.setSpacing(8)
         layout.addWidget(self._label, 1)
         for button in (self._yes, self._no):
-            # The panel has the keyboard, so that Return is the answer wherever the mouse was.
+            # The panel keeps the focus, so that Return answers wherever the mouse was.
             button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             layout.addWidget(button)
         self._yes.clicked.connect(self.agree)
@@ -65,7 +56,7 @@ class AnswerPanel(QFrame):
         self.hide()
 
     def ask(self, question: str, *, far: bool = False) -> None:
-        """Show a question, in a type that can be read from where it is asked."""
+        """Show a question, in a type for near or far reading."""
         self._far = far
         self._set_fonts()
         self._label.setText(question)
@@ -77,16 +68,13 @@ class AnswerPanel(QFrame):
         self.setFocus()
 
     def question(self) -> str:
-        """Return what is asked."""
         return self._label.text()
 
     def agree(self) -> None:
-        """Answer yes."""
         self._leave()
         self.agreed.emit()
 
     def decline(self) -> None:
-        """Answer no."""
         self._leave()
         self.declined.emit()
 
@@ -96,11 +84,11 @@ class AnswerPanel(QFrame):
         self._paint()
 
     def minimumSizeHint(self) -> QSize:
-        """Return a size that makes no window wider: the words are broken."""
+        """Return a size that widens no window: the text wraps."""
         return QSize(300, super().minimumSizeHint().height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Write as large as the window allows now."""
+        """Adapt the type size to the window."""
         super().resizeEvent(event)
         self._set_fonts()
 

@@ -1,4 +1,4 @@
-"""Text that is as large as its place allows."""
+"""Text as large as its place allows."""
 
 from __future__ import annotations
 
@@ -17,17 +17,8 @@ class FitText(Painted):
 
     Parameters
     ----------
-    name
-        Accessible name.
-    limit
-        Greatest pixel size of the type.
-    align
-        Where the line stands.
-    digits
-        Use the font of numbers.
     reserve
-        The size is chosen so that this text would fit as well; it keeps changing digits from
-        changing their size.
+        This text must fit as well; keeps changing digits from changing the type size.
     """
 
     def __init__(
@@ -50,14 +41,14 @@ class FitText(Painted):
         self._mark: Mark | None = None
 
     def show_text(self, text: str, colour: str | None = None, mark: Mark | None = None) -> None:
-        """Show a line; without a colour it is in the colour of text."""
+        """Show a line; the default colour is that of text."""
         if (text, colour, mark) != (self._text, self._colour, self._mark):
             self._text, self._colour, self._mark = text, colour, mark
             self.setAccessibleName(f"{self._name}: {text}" if text else self._name)
             self.update()
 
     def use_limit(self, limit: float) -> None:
-        """Let the type be so large at most from now on, px."""
+        """Set the maximum pixel size."""
         if limit != self._limit:
             self._limit = limit
             self.update()
@@ -71,11 +62,11 @@ class FitText(Painted):
         return self._font_size()
 
     def size_of(self, text: str) -> int:
-        """Return the pixel size that a line with a mark would be painted with."""
+        """Return the pixel size of a line with a mark."""
         return self._size(text, marked=True)
 
     def fits(self) -> bool:
-        """Return whether the whole line is seen, in type that can be read."""
+        """Return whether the whole line is visible in readable type."""
         size = self._font_size()
         font = digit_font(size) if self._digits else text_font(size, bold=True)
         used = QFontMetricsF(font).horizontalAdvance(self._text)

@@ -1,8 +1,8 @@
-"""The language of the window: which ones there are, and how one is put to use.
+"""Languages of the window, and switching between them.
 
-The sentences of a language are a file that Qt reads, made from `resources/i18n/ocmm_de.ts` by
-``python -m docs.make_texts``. Qt's own texts (buttons of its dialogs, menus of fields) come from
-the file that PySide6 ships.
+Sentences of a language are a Qt file, made from `resources/i18n/ocmm_de.ts` by ``python -m
+docs.make_texts``. Qt's own texts (dialog buttons, field menus) come from the file that PySide6
+ships.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.wording import load_translation
 
 LANGUAGES = ("en", "de")
-"""Which languages there are; the sentences of the first stand in the sources."""
+"""Available languages; sentences of the first are in the sources."""
 
 _SYSTEM = "system"
 _MARK = "ocmm_language"
@@ -25,14 +25,14 @@ _FOLDER = "i18n"
 
 
 def chosen_language(setting: str, wanted: Sequence[str] | None = None) -> str:
-    """Return the language that a setting means.
+    """Return the language of a setting.
 
     Parameters
     ----------
     setting
         One of `LANGUAGES`, or ``system``.
     wanted
-        Languages of the user, the dearest first, such as ``de-AT``; None asks the system.
+        User languages by preference, such as ``de-AT``; None reads the system's.
     """
     if setting in LANGUAGES:
         return setting
@@ -46,22 +46,15 @@ def chosen_language(setting: str, wanted: Sequence[str] | None = None) -> str:
 
 
 def language_file(language: str) -> Path:
-    """Return the compiled sentences of a language; English has none."""
+    """Return the compiled sentences of a language; English has no such file."""
     return resource(_FOLDER, f"ocmm_{language}.qm")
 
 
 def use_language(app: QCoreApplication, language: str) -> bool:
-    """Show sentences in a language from now on, and say whether all of it was found.
+    """Use a language from now on; return whether its files were complete.
 
-    What stands on the screen stays as it is: windows are made after this. Where a file is missing,
-    sentences are English; nothing is raised, because a window in English is better than none.
-
-    Parameters
-    ----------
-    app
-        Keeps the translators.
-    language
-        One of `LANGUAGES`.
+    Existing windows do not change: call it before creating them. Without a file, sentences are
+    English and nothing is raised.
     """
     for translator in app.findChildren(QTranslator):
         if translator.objectName() == _MARK:
@@ -72,7 +65,7 @@ def use_language(app: QCoreApplication, language: str) -> bool:
     if language == LANGUAGES[0]:
         return True
     of_qt = Path(QLibraryInfo.path(QLibraryInfo.LibraryPath.TranslationsPath))
-    # The later one is asked first: a word of ours wins over Qt's.
+    # The later one has priority: our texts override Qt's.
     found = [
         _install(app, path) for path in (of_qt / f"qtbase_{language}.qm", language_file(language))
     ]
@@ -80,7 +73,7 @@ def use_language(app: QCoreApplication, language: str) -> bool:
 
 
 def language_in_use(app: QCoreApplication | None = None) -> str:
-    """Return the language of the sentences that are shown; English before one was chosen."""
+    """Return the language in use; English by default."""
     app = app or QCoreApplication.instance()
     name = None if app is None else app.property(_MARK)
     return name if isinstance(name, str) else LANGUAGES[0]

@@ -1,4 +1,4 @@
-"""Marks: one shape for each outcome, so that nothing hangs on colour."""
+"""Marks: one shape per outcome, so that nothing depends on colour."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def mark_colour(theme: Theme, mark: Mark) -> str:
 
 
 def paint_mark(painter: QPainter, mark: Mark, box: QRectF, colour: str, inside: str) -> None:
-    """Paint a mark into a square box; ``inside`` is the colour of what is cut out of it."""
+    """Paint a mark into a square box; ``inside`` is the colour of its cut-outs."""
     size = box.width()
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)

@@ -1,4 +1,4 @@
-"""Numbers and sentences as the inspector reads them."""
+"""Numbers and sentences for the inspector."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from ocmm_gui.kit._numbers import length_number, length_words, localised, number
 from ocmm_gui.kit._texts import later, said, said_word, tr
 
 DASHES = "———"
-"""Stands for every number that is not known or not trusted."""
+"""Placeholder for unknown or suspect numbers."""
 
 
 def millimetres(value: float | None, *, signed: bool = False, decimals: int = 3) -> str:
-    """Return a length, given in mm: without a word, in inch with it; dashes where there is none."""
+    """Return a length given in mm; unit only in inch; dashes if None."""
     if value is None or not np.isfinite(value):
         return DASHES
     text = length_number(float(value), signed=signed, decimals=decimals)
@@ -34,7 +34,7 @@ def millimetres(value: float | None, *, signed: bool = False, decimals: int = 3)
 
 
 def shape_word(shape: Shape) -> str:
-    """Return a shape as people write it: ``Round slot`` for ``RoundSlot``."""
+    """Return the displayed name of a shape: ``Round slot`` for ``RoundSlot``."""
     return said_word(
         "".join(f" {c.lower()}" if c.isupper() and i else c for i, c in enumerate(shape.value))
     )
@@ -44,14 +44,14 @@ _LONG_NAME = 16
 
 
 def feature_title(feature: FeatureView) -> str:
-    """Return shape and name; of a long name nothing but the name, or nobody could read it."""
+    """Return shape and name; only the name if it is long."""
     if len(feature.name) > _LONG_NAME:
         return feature.name
     return f"{shape_word(feature.shape)} {feature.name}"
 
 
 def form_words(feature: FeatureView) -> str:
-    """Return the form deviation, mm; dashes where any points would lie on the element."""
+    """Return the form deviation, mm; dashes if the points do not determine it."""
     fit = feature.fit
     if fit is None or feature.shape is Shape.POINT:
         return DASHES
@@ -60,17 +60,17 @@ def form_words(feature: FeatureView) -> str:
 
 
 def led_name(number: int) -> str:
-    """Return what an LED is called on the screen; like the core's sentences it counts from one."""
+    """Return the displayed name of an LED, counting from one."""
     return f"L{number + 1}"
 
 
 def reference_led_name(number: int) -> str:
-    """Return what an LED of the reference body is called on the screen, counting from one."""
+    """Return the displayed name of a reference body LED, counting from one."""
     return f"R{number + 1}"
 
 
 def slot_names(live: LiveView, camera: int) -> tuple[str, ...]:
-    """Return what each slot of a camera follows, as written beside its spot; '?' if unknown."""
+    """Return the LED of each slot of a camera, for its spot; '?' if unknown."""
     leds = [led_name(int(led)) if led >= 0 else "?" for led in live.slot_leds[camera]]
     if live.slot_references is None:
         return tuple(leds)
@@ -85,7 +85,7 @@ _MOVED_MM, _MOVED_RAD = 0.1, 2e-4
 
 
 def reference_words(live: LiveView) -> str:
-    """Return that part and cameras moved against each other, once they have; else nothing."""
+    """Return that part and cameras moved against each other, or an empty text."""
     reference = live.reference
     if reference is None or reference.moved_mm is None or reference.turned_rad is None:
         return ""
@@ -103,7 +103,7 @@ def reference_words(live: LiveView) -> str:
 
 
 def seen_cameras(live: LiveView) -> int:
-    """Return how many cameras see at least one spot that is not of the reference body."""
+    """Return the number of cameras that see a spot not of the reference body."""
     seen = _seen(live)
     if live.slot_references is not None:
         seen = seen & (live.slot_references < 0)
@@ -111,7 +111,7 @@ def seen_cameras(live: LiveView) -> int:
 
 
 def seen_targets(live: LiveView) -> int:
-    """Return how many identified LEDs at least two cameras see."""
+    """Return the number of identified LEDs seen by at least two cameras."""
     leds = live.slot_leds[_seen(live) & (live.slot_leds >= 0)]
     return int(np.count_nonzero(np.bincount(leds) >= 2)) if leds.size else 0
 
@@ -121,12 +121,12 @@ def _seen(live: LiveView) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
 
 
 def active_feature(job: JobView) -> FeatureView | None:
-    """Return the feature that takes the next point; None when all are done."""
+    """Return the feature of the next point; None if all are done."""
     return next((item for item in job.features if item.name == job.active), None)
 
 
 def characteristics_of(job: JobView, feature: str) -> tuple[CharacteristicResult, ...]:
-    """Return the characteristics that rest on a feature, in the order of the plan."""
+    """Return the characteristics of a feature, in plan order."""
     return tuple(item for item in job.characteristics if feature in item.features)
 
 
@@ -134,9 +134,9 @@ CRITERION_WORDS = {criterion: word for word, criterion in CRITERIA.items()}
 
 
 def quantity(result: CharacteristicResult, value: float | None, *, signed: bool = False) -> str:
-    """Return a value of a characteristic in its unit: mm without a word, inch and degrees with it.
+    """Return a characteristic's value; unit only for inch and degrees.
 
-    Angles get a digit more than a hundredth of a degree is long at 50 mm.
+    Angles have a decimal more than the resolution of 0.01 mm at 50 mm.
     """
     if value is None or not np.isfinite(value):
         return DASHES
@@ -147,7 +147,7 @@ def quantity(result: CharacteristicResult, value: float | None, *, signed: bool 
 
 
 def kind_value(kind: str, value: float, decimals: int) -> str:
-    """Return a value of a kind of characteristic; as all lengths, in inch with the unit."""
+    """Return a value of a kind of characteristic; lengths in inch with unit."""
     if spec_of(kind).unit == "mm":
         return millimetres(value, decimals=decimals)
     return localised(f"{value:.{decimals}f}")
@@ -156,7 +156,7 @@ def kind_value(kind: str, value: float, decimals: int) -> str:
 def named_quantity(
     result: CharacteristicResult, value: float | None, *, signed: bool = False
 ) -> str:
-    """Return a value of a characteristic with its unit, also where that is mm."""
+    """Return a value of a characteristic with its unit, including mm."""
     text = quantity(result, value, signed=signed)
     if text == DASHES or result.unit == "deg" or numbers_in_use().inch:
         return text
@@ -164,7 +164,7 @@ def named_quantity(
 
 
 def limit_words(result: CharacteristicResult) -> str:
-    """Return the limits of the deviation; one of them for a zone."""
+    """Return the limits of the deviation; only one for a zone."""
     upper = quantity(result, result.upper, signed=True)
     if spec_of(result.kind).one_sided and result.lower <= 0.0:
         return f"≤ {upper.lstrip('+')}"
@@ -174,7 +174,7 @@ def limit_words(result: CharacteristicResult) -> str:
 
 
 def basis_words(feature: FeatureView, result: CharacteristicResult | None) -> str:
-    """Return by which association and in which frame the numbers of a feature are."""
+    """Return association and frame of a feature's numbers."""
     if feature.fit is None:
         return ""
     words = CRITERION_WORDS[feature.fit.criterion]
@@ -185,13 +185,13 @@ def basis_words(feature: FeatureView, result: CharacteristicResult | None) -> st
 
 
 def outlier_count(feature: FeatureView) -> str:
-    """Return that points lie far off, for who stands far off; empty where none does."""
+    """Return the number of outliers for far reading; empty if none."""
     count = len(feature.outliers)
     return tr("%n outliers.", "1 outlier.", count) if count else ""
 
 
 def outlier_words(feature: FeatureView, chosen: int) -> str:
-    """Return the outliers of a feature and the point that is chosen, in one sentence each."""
+    """Return the outliers of a feature and the selected point, in one sentence each."""
     lines = []
     residuals = {} if feature.fit is None else dict(
         zip((point.number for point in feature.points), feature.fit.residuals.tolist(),
@@ -219,22 +219,22 @@ def _off(number: int, residuals: Mapping[int, float]) -> str:
 
 
 PAUSED = later("PAUSED")
-"""Stands for the state of a machine that is ready while touches are not taken."""
+"""Displayed instead of the state of a ready machine while the job is paused."""
 
 
 def is_held(job: JobView | None, live: LiveView) -> bool:
-    """Return whether the machine is ready and the job takes no touches all the same."""
+    """Return whether the machine is ready but the job is paused."""
     ready = live.status in (StatusWord.READY, StatusWord.MEASURING)
     return job is not None and job.paused and ready
 
 
 def has_failed(live: LiveView | None) -> bool:
-    """Return whether nothing is measured any more until a new start."""
+    """Return whether measuring has failed until a restart."""
     return live is not None and live.status is StatusWord.FAILED
 
 
 def next_step(job: JobView, live: LiveView | None = None) -> str:
-    """Return the sentence that says what to do now."""
+    """Return the next instruction."""
     if has_failed(live):
         return tr("Open the job again: Start page, Continue.")
     if job.paused:
@@ -262,7 +262,7 @@ def next_step(job: JobView, live: LiveView | None = None) -> str:
 
 
 def header_words(job: JobView) -> str:
-    """Return who measures which part, in one line."""
+    """Return operator and part, in one line."""
     header = job.header
     parts = [header.operator or job.operator]
     if header.serial:
@@ -275,18 +275,18 @@ def header_words(job: JobView) -> str:
 
 
 def step_text(job: JobView) -> str:
-    """Return the words of the plan for the step, and the core's warning about the spread."""
+    """Return the plan's text for the step, and the core's warning about the spread."""
     feature = active_feature(job)
     if feature is None or job.looked_at:
         return ""
-    # While points are missing anyway the next target says where.
+    # While points are missing the next target guides the spread.
     late = feature.coverage is not None and len(feature.points) >= feature.needed - 1
     warning = feature.coverage.warning if late and feature.coverage is not None else ""
     return f"{feature.text} {warning}".strip()
 
 
 def mode_words(job: JobView) -> str:
-    """Return the order of probing, and how the side of the material is found."""
+    """Return probing order and side detection."""
     order = tr("Plan order") if job.probing == "plan" else tr("Any order")
     feature = active_feature(job)
     if feature is None:
@@ -296,14 +296,14 @@ def mode_words(job: JobView) -> str:
 
 
 def approach_words(job: JobView | None, live: LiveView | None) -> str:
-    """Return how far the ball is from the next place; empty where that is not known."""
+    """Return the distance to the next point; empty if unknown."""
     if job is None or job.target is None or live is None or live.tip_world is None:
         return ""
     return distance_words(job.target.distance(live.tip_world), approximate=job.target.approximate)
 
 
 def distance_words(distance: float, *, approximate: bool) -> str:
-    """Return how far it is to the next place, mm, which is known roughly or well."""
+    """Return the distance to the next point, mm, exact or approximate."""
     said = tr("{distance:.0f} mm to the next point")
     if approximate:
         said = tr("about {distance:.0f} mm to the next point")
@@ -316,11 +316,11 @@ COMPENSATION_WORDS = {
     "shank": later("along the shank"),
     "nominal": later("as the plan says"),
 }
-"""How the side of the material is found, as the inspector reads it."""
+"""Side detection, as displayed."""
 
 
 def trouble(live: LiveView | None, job: JobView | None) -> tuple[str, ...]:
-    """Return what stands in the way: the machine's own reason, then why a touch was refused."""
+    """Return obstacles: the machine's reason, then that of the refused touch."""
     lines = []
     if live is not None and live.status not in (StatusWord.READY, StatusWord.MEASURING):
         lines.append(f"{said_word(live.status.value)}: {said(live.reason)}")
@@ -335,7 +335,7 @@ def trouble(live: LiveView | None, job: JobView | None) -> tuple[str, ...]:
 
 
 def progress_word(feature: FeatureView, verdict: Verdict | None) -> str:
-    """Return the word behind a feature of the plan; ``verdict`` is that of the feature."""
+    """Return the status of a feature in the plan; ``verdict`` is that of the feature."""
     if feature.state is FeatureState.ACTIVE:
         return tr("ACTIVE")
     if feature.state is FeatureState.PENDING:
@@ -346,17 +346,17 @@ def progress_word(feature: FeatureView, verdict: Verdict | None) -> str:
 
 
 def verdict_line(summary: VerdictSummary) -> str:
-    """Return the verdict of a feature, counted where several characteristics make it."""
+    """Return the verdict of a feature, with counts for several characteristics."""
     if summary.verdict is None:
         return tr("NO TOLERANCE")
     return said(summary.words) or said_word(summary.verdict.value)
 
 
 def counted_line(job: JobView) -> str:
-    """Return the verdict on the part with all counts, behind what the job must not be taken for."""
+    """Return the part verdict with all counts, after the status words of the job."""
     part = job.part_verdict
     counted = part.summary.counted or tr("No characteristics in the plan")
-    # NOT COMPLETE says it itself; behind DOES NOT CONFORM it is news.
+    # NOT COMPLETE already implies it; after DOES NOT CONFORM it is new.
     told = (
         state
         for state in job_states(job)

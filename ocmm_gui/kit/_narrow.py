@@ -1,9 +1,8 @@
-"""Words that stay whole where they have little room: a longer language on the same screen.
+"""Widgets that keep longer translations fully visible.
 
-English has the room that it was given, and is painted by Qt alone. In any other language labels,
-buttons and hints of fields first take a second line, where there is height for it, and then smaller
-type, down to `LEAST` of their size. A button or a label asks for as little width as that needs, so
-that no page becomes wider than its window.
+English fits and is painted by Qt. In other languages labels, buttons and field hints first use a
+second line, if high enough, then smaller type, down to `LEAST` of their size. Their minimum width
+follows, so that no page becomes wider than its window.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ from PySide6.QtWidgets import (
 from ocmm_gui.kit._language import LANGUAGES, language_in_use
 
 LEAST = 0.7
-"""Of the size of type: 14 px become 10."""
+"""Minimum relative type size: 14 px become 10."""
 
 _STEP = 0.05
 _SLACK_PX = 1.0
@@ -41,31 +40,27 @@ _FOLDER_PX = 60
 
 
 def is_longer() -> bool:
-    """Return whether sentences may be longer than those that the pages were made for."""
+    """Return whether sentences may be longer than the pages were designed for."""
     return language_in_use() != LANGUAGES[0]
 
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
-    """How a text is painted so that all of it is seen."""
+    """Layout of a fully visible text."""
 
     text: str
-    """With a line break where a second line was taken."""
+    """With a line break for the second line."""
     font: QFont
-    """At most as large as asked for."""
+    """Requested size or smaller."""
 
 
 def fit_words(text: str, font: QFont, width: float, height: float, *, wraps: bool) -> Fitted | None:
-    """Return how a text fits into a room, the largest type first; None where it does not.
+    """Return the layout of a text in a room, largest type first; None if it does not fit.
 
     Parameters
     ----------
-    text
-        May have line breaks of its own.
-    width, height
-        Of the room, px.
     wraps
-        Lines are broken by whoever paints, as often as needed; otherwise once at most, here.
+        The painter wraps freely; otherwise one line break at most, made here.
     """
     pixels = font.pixelSize() if font.pixelSize() > 0 else QFontMetricsF(font).height()
     texts = (text,) if wraps or "\n" in text else (text, halved(text, font))
@@ -91,9 +86,9 @@ def _needed(text: str, metrics: QFontMetricsF, width: float, *, wraps: bool) -> 
 
 
 def halved(text: str, font: QFont) -> str:
-    """Return a text with a line break where its halves are most alike; without blanks as it is."""
+    """Return a text with a line break at its most even division, if any."""
     metrics = QFontMetricsF(font)
-    # The key in brackets stays whole, and so does a number with its unit.
+    # A key in brackets, and a number with its unit, stay together.
     places = [at for at, (one, two) in enumerate(pairwise(text)) if one != " " and two == " "]
     if not places:
         return text
@@ -108,7 +103,7 @@ def halved(text: str, font: QFont) -> str:
 
 
 def least_width(text: str, font: QFont, *, rows: int) -> float:
-    """Return the width that a text needs at its least size, in one line or in two."""
+    """Return the minimum width of a text in smallest type, in one line or in two."""
     least = QFont(font)
     least.setPixelSize(max(1, round(LEAST * font.pixelSize())))
     metrics = QFontMetricsF(least)
@@ -117,10 +112,10 @@ def least_width(text: str, font: QFont, *, rows: int) -> float:
 
 
 class NarrowButton(QPushButton):
-    """A button whose words are all seen, in every language."""
+    """A button with fully visible text in every language."""
 
     def minimumSizeHint(self) -> QSize:
-        """Return what the words need at their least size."""
+        """Return the minimum size in smallest type."""
         hint = super().minimumSizeHint()
         if not is_longer() or not self.text():
             return hint
@@ -130,9 +125,9 @@ class NarrowButton(QPushButton):
         return QSize(min(hint.width(), round(hint.width() - full + need) + 1), hint.height())
 
     def fitted(self) -> Fitted | None:
-        """Return how the words are painted; None where they do not fit."""
+        """Return the layout of the text; None if it does not fit."""
         room, font = self._room(), QFont(self.font())
-        # The style sheet makes the words of these bold.
+        # Bold by style sheet.
         font.setBold(font.bold() or self.property("role") == "primary")
         return fit_words(self.text(), font, room.width(), room.height(), wraps=False)
 
@@ -146,14 +141,13 @@ class NarrowButton(QPushButton):
         self.initStyleOption(option)
         painter = QStylePainter(self)
         painter.drawControl(QStyle.ControlElement.CE_PushButtonBevel, option)
-        # Not by the style: its sheet would take a font of its own for the words.
+        # Not by the style: its sheet would override the font.
         painter.setFont(found.font)
         painter.setPen(self.palette().color(self._role()))
         flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextShowMnemonic
         painter.drawText(self._room(), flags, found.text)
 
     def _role(self) -> QPalette.ColorRole:
-        """Return the colour of the words, as the style sheet of the themes has it."""
         filled = self.isChecked() or self.property("role") == "primary"
         if filled and self.isEnabled():
             return QPalette.ColorRole.HighlightedText
@@ -163,22 +157,22 @@ class NarrowButton(QPushButton):
         option = QStyleOptionButton()
         self.initStyleOption(option)
         room = self.style().subElementRect(QStyle.SubElement.SE_PushButtonContents, option, self)
-        # A little of the padding: words that are near the border are better than smaller ones.
+        # Use part of the padding before smaller type.
         return room.adjusted(-_PADDING_PX, 0, _PADDING_PX, 0)
 
 
 class NarrowItems(QStyledItemDelegate):
-    """Items of a list whose words are all seen, in every language."""
+    """List items with fully visible text in every language."""
 
     def initStyleOption(
         self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
     ) -> None:
-        """Choose the type that fits."""
+        """Select the type that fits."""
         super().initStyleOption(option, index)
         room = option.rect
         text = option.text
         if is_longer() and text:
-            # Joined by blanks at which no line is broken: an item has one line.
+            # With non-breaking spaces: an item has one line.
             found = fit_words(
                 text.replace(" ", "\N{NO-BREAK SPACE}"),
                 option.font,
@@ -191,7 +185,7 @@ class NarrowItems(QStyledItemDelegate):
 
 
 class HintField(QLineEdit):
-    """A field whose hint is all seen, in every language."""
+    """A field with fully visible hint in every language."""
 
     def __init__(self, text: str = "") -> None:
         super().__init__(text)
@@ -207,12 +201,12 @@ class HintField(QLineEdit):
         return self._hint
 
     def fitted(self) -> Fitted | None:
-        """Return how the hint is painted; None where it does not fit."""
+        """Return the layout of the hint; None if it does not fit."""
         room = self._room()
         return fit_words(self._hint, self.font(), room.width(), room.height(), wraps=True)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the field; its hint where it is empty, a path with the name of its file first."""
+        """Paint the field, with its hint if empty; of a path the file name first."""
         if self._shows_file():
             self._paint_file()
             return
@@ -230,13 +224,13 @@ class HintField(QLineEdit):
         )
 
     def _shows_file(self) -> bool:
-        """Return whether it holds a path, and nobody writes in it."""
+        """Return whether it shows a path and is not being edited."""
         text = self.text()
         absolute = text.startswith(("/", "\\\\")) or text[1:3] in (":\\", ":/")
         return absolute and not self.hasFocus() and bool(PurePath(text).name)
 
     def _paint_file(self) -> None:
-        """Paint the name of the file, then its folder: the name says more than where it lies."""
+        """Paint the file name, then its folder: the name is more informative."""
         option = QStyleOptionFrame()
         self.initStyleOption(option)
         painter = QStylePainter(self)
@@ -271,7 +265,7 @@ class _Fitted(Protocol):
 
 
 def fits(widget: QWidget) -> bool:
-    """Return whether all words of a widget are seen, as it paints them; for tests."""
+    """Return whether a widget paints all its text; for tests."""
     if isinstance(widget, _Fitted):
         return is_longer() and widget.fitted() is not None
     return isinstance(widget, _Fits) and widget.fits()

@@ -1,4 +1,4 @@
-"""What went wrong, for people: one log, one banner, and the hooks that feed them."""
+"""Notices: one log, one banner, and the hooks that feed them."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from ocmm_gui.kit._theme import Theme, text_font
 INFO_SECONDS = 12
 _AGAIN_S = 5.0
 _FAR_SHARE, _DESK_PX = 26.0 / 1080.0, 14.0
-"""Size of the letters: over the height of the window, and in pixels."""
+"""Type size: relative to the window height, and in pixels."""
 
 
 class Level(Enum):
-    """How much a notice matters: in the log its value, in the banner mark and colour."""
+    """Severity: the value is used in the log; determines mark and colour of the banner."""
 
     INFO = "INFO"
     WARNING = "WARNING"
@@ -44,36 +44,34 @@ _MARKS = {Level.INFO: "✔", Level.WARNING: "⚠", Level.ERROR: "✖"}
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """One thing that the inspector should know."""
+    """A message to the inspector."""
 
     level: Level
-    """Good news goes away by itself; a warning or an error stays until it is dismissed."""
+    """Information disappears automatically; warnings and errors stay until dismissed."""
     what: str
     remedy: str
-    """`what`, `remedy`: What happened, and what to do about it (may be empty)."""
+    """`what`, `remedy`: event, and remedy (may be empty)."""
     detail: str
-    """Full text for the log, e.g. a traceback; never on the screen."""
+    """Full text for the log, such as a traceback; never on screen."""
     when: datetime
-    """Local time."""
 
 
 class NoticeCentre(QObject):
-    """Keep the last notices and tell who listens; `post` may be called on any thread."""
+    """Store the last notices and notify listeners; `post` is thread-safe."""
 
     posted = Signal(object)
-    """Emits a `Notice` on the window's thread."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._notices: deque[Notice] = deque(maxlen=500)
 
     def post(self, notice: Notice) -> None:
-        """Keep a notice for the log and show it."""
+        """Log and show a notice."""
         self._notices.append(notice)
         self.posted.emit(notice)
 
     def keep(self, notice: Notice) -> None:
-        """Keep a notice for the log only."""
+        """Log a notice without showing it."""
         self._notices.append(notice)
 
     def kept(self) -> tuple[Notice, ...]:
@@ -81,15 +79,15 @@ class NoticeCentre(QObject):
         return tuple(self._notices)
 
     def inform(self, what: str) -> None:
-        """Show good news."""
+        """Show information."""
         self.post(Notice(Level.INFO, what, "", "", datetime.now().astimezone()))
 
     def warn(self, what: str, remedy: str = "") -> None:
-        """Show what was done and must not be taken for more than it is."""
+        """Show a warning."""
         self.post(Notice(Level.WARNING, what, remedy, "", datetime.now().astimezone()))
 
     def error(self, error: BaseException) -> None:
-        """Show an error: an `OcmmError` in its own words, any other as `failure.contained`."""
+        """Show an error: an `OcmmError` in its own words, others as in `failure.contained`."""
         detail = "".join(traceback.format_exception(error))
         told = contained(error, "The window")
         when = datetime.now().astimezone()
@@ -103,13 +101,7 @@ class NoticeCentre(QObject):
         )
 
     def save(self, path: Path) -> None:
-        """Write all kept notices with their full text to a file.
-
-        Raises
-        ------
-        StorageError
-            The file cannot be written.
-        """
+        """Write all stored notices with full text to a file; raise StorageError on failure."""
         text = self.text()
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -125,8 +117,7 @@ class NoticeCentre(QObject):
 class ErrorHooks(logging.Handler):
     """Feed a `NoticeCentre` while the context is open.
 
-    What nobody caught is shown; what the core writes to its log from WARNING upwards is kept for
-    the saved log only.
+    Uncaught errors are shown; core log records from WARNING up are only kept for saving.
     """
 
     def __init__(self, centre: NoticeCentre) -> None:
@@ -167,9 +158,9 @@ class ErrorHooks(logging.Handler):
             self._centre.error(error)
 
     def _is_news(self, error: BaseException) -> bool:
-        """Return whether a line of the program fails for the first time in a while.
+        """Return whether a line of code fails for the first time in a while.
 
-        What is painted or polled fails thirty times a second.
+        Painting and polling errors recur thirty times a second.
         """
         trace = traceback.extract_tb(error.__traceback__)
         place = (trace[-1].filename, trace[-1].lineno or 0) if trace else ("", 0)
@@ -183,7 +174,7 @@ class ErrorHooks(logging.Handler):
 
 
 class Banner(QFrame):
-    """The one place where notices appear; it never takes the focus and never blocks."""
+    """The only display of notices; takes no focus and never blocks."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -213,7 +204,7 @@ class Banner(QFrame):
         self.hide()
 
     def show_notice(self, notice: Notice) -> None:
-        """Show a notice; good news goes away by itself, and only an error covers an error."""
+        """Show a notice; information disappears, and only an error replaces an error."""
         covered = self._level is Level.ERROR and self.isVisible()
         if covered and notice.level is not Level.ERROR:
             return
@@ -230,12 +221,11 @@ class Banner(QFrame):
             self._timer.stop()
 
     def use_far(self, *, far: bool) -> None:
-        """Write so that it can be read from where the window is looked at."""
+        """Set the type for far or near reading."""
         self._far = far
         self._set_font()
 
     def text(self) -> str:
-        """Return what the banner says."""
         return self._text.text()
 
     def set_theme(self, theme: Theme) -> None:
@@ -244,7 +234,7 @@ class Banner(QFrame):
         self._paint()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Write as large as the window allows now."""
+        """Adapt the type size to the window."""
         super().resizeEvent(event)
         self._set_font()
 

@@ -1,12 +1,11 @@
-"""Numbers, lengths and dates as they are written on the screen: the one place that knows how.
+"""Display format of numbers, lengths and dates, defined here only.
 
-Inside and in every file a number has a point, a length is in mm and a date is that of ISO 8601.
-What stands on the screen follows the language and the settings: `style_of` makes a `NumberStyle` of
-them, and `use_numbers` puts it to use before windows are made.
+Internally and in files numbers have a point, lengths are in mm and dates are ISO 8601. The display
+follows language and settings: `style_of` makes a `NumberStyle`, and `use_numbers` activates it
+before windows are created.
 
-Sentences need nothing of it: what `tr` returns fills in numbers in this style. Other texts with
-numbers go through `localised`, lengths through `length_number` with `unit_word`, days and times
-through `day_words` and `time_words`.
+Sentences from `tr` format numbers in this style automatically. Other texts use `localised`, lengths
+`length_number` with `unit_word`, days and times `day_words` and `time_words`.
 """
 
 from __future__ import annotations
@@ -19,24 +18,22 @@ from numbers import Real
 from typing import Any, ClassVar
 
 from ocmm_core.tables import typed_number
+from ocmm_core.units import find_unit, named_unit, scaled
 
-INCH_MM = 25.4
-"""Exact, by the definition of 1959."""
+INCH_MM = named_unit("inch", "length").factor
 
 _INCH_DECIMALS = 2
-"""More than in mm: 0.001 mm is 0.00004 in."""
+"""Additional decimals: 0.001 mm is 0.00004 in."""
 _POINT = re.compile(r"(?<=\d)\.(?=\d)")
 _BOTH = re.compile(r"[.,]")
 
 
 @dataclass(frozen=True, slots=True)
 class NumberStyle:
-    """How numbers are written."""
-
     comma: bool = False
-    """A comma stands before the decimals, and a point between thousands."""
+    """Comma as decimal sign, point as thousands separator."""
     inch: bool = False
-    """Lengths of the measured part are shown and typed in inch."""
+    """Lengths of the part are shown and typed in inch."""
     day: str = "%Y-%m-%d"
 
 
@@ -45,14 +42,12 @@ _COMMAS = ("de",)
 
 
 def style_of(language: str, decimal: str = "locale", units: str = "mm") -> NumberStyle:
-    """Return how numbers are written in a language.
+    """Return the number style of a language.
 
     Parameters
     ----------
     decimal
         ``locale``: that of the language; ``point`` or ``comma``.
-    units
-        ``mm`` or ``inch``.
     """
     comma = language in _COMMAS if decimal == "locale" else decimal == "comma"
     return NumberStyle(comma, units == "inch", _DAYS.get(language, NumberStyle().day))
@@ -63,26 +58,24 @@ class _InUse:
 
 
 def use_numbers(style: NumberStyle) -> None:
-    """Write numbers in a style from now on, in this process; what stands on the screen stays."""
+    """Use a style from now on, in this process; existing displays do not change."""
     _InUse.style = style
 
 
 def numbers_in_use() -> NumberStyle:
-    """Return how numbers are written."""
     return _InUse.style
 
 
 def localised(text: str) -> str:
-    """Return a text with the decimal sign in use; every point between two digits is one."""
+    """Return a text with the decimal sign in use; replaces every point between two digits."""
     return _POINT.sub(",", text) if _InUse.style.comma else text
 
 
 def plain_number(text: str) -> str:
-    """Return one typed number as Python reads it, with a decimal point.
+    """Return one typed number in Python syntax, with a decimal point.
 
-    A text with both signs, with two commas, or with a sign that could separate thousands (1,234
-    where numbers have a decimal point) is returned with a question mark, so that it is not a
-    number: a guess could be wrong by a factor of a thousand.
+    Texts with both signs, two commas, or a possible thousands separator (1,234 with decimal points)
+    get a question mark, so that they are invalid: a guess could be wrong by a factor of a thousand.
     """
     text = text.strip()
     return f"{text}?" if is_ambiguous(text) else text.replace(",", ".")
@@ -95,26 +88,22 @@ def is_ambiguous(text: str) -> bool:
 
 
 def typed_value(text: str) -> float | None:
-    """Return a typed number; None if it is none or ambiguous."""
+    """Return a typed number; None if invalid or ambiguous."""
     return typed_number(text, comma=_InUse.style.comma)
 
 
 def unit_word() -> str:
-    """Return the unit in which lengths are shown."""
+    """Return the displayed unit of lengths."""
     return "in" if _InUse.style.inch else "mm"
 
 
 def length_number(value_mm: float, *, signed: bool = False, decimals: int = 3) -> str:
-    """Return a length in the unit that is shown, without its name.
+    """Return a length in the displayed unit, without its name.
 
     Parameters
     ----------
-    value_mm
-        Finite, mm.
-    signed
-        Also a plus is written.
     decimals
-        Of a length in mm; in inch there are two more.
+        For mm; two more in inch.
     """
     value = value_mm
     if _InUse.style.inch:
@@ -129,16 +118,16 @@ def length_words(value_mm: float, *, signed: bool = False, decimals: int = 3) ->
 
 
 _TYPED_DECIMALS = 8
-"""Of an inch, in a field: half a step is a tenth of the nanometre to which it is read."""
+"""Of an inch in a field: half a step is a tenth of the nanometre to which it is read."""
 
 _READ_DECIMALS = 6
-_UNITS_MM = {"mm": 1.0, "in": INCH_MM, "inch": INCH_MM, '"': INCH_MM, "\N{DOUBLE PRIME}": INCH_MM}
+_WITH_UNIT = re.compile(r"(?P<number>.*?[\d.,])?\s*(?P<unit>[^\d\s.,+-]\D*)")
 
 
 def field_length(value_mm: float) -> str:
-    """Return a length as it stands in a field, in inch with its unit; `length_of_field` reads it.
+    """Return a length for a field, in inch with unit; `length_of_field` reads it.
 
-    In mm the unit stands at the field.
+    In mm the unit is next to the field.
     """
     if not _InUse.style.inch:
         short = f"{value_mm:g}"
@@ -148,34 +137,27 @@ def field_length(value_mm: float) -> str:
 
 
 def split_unit(text: str) -> tuple[str, str]:
-    """Return a number as it was typed and the unit behind it; empty where there is none."""
-    text = text.strip()
-    for unit in sorted(_UNITS_MM, key=len, reverse=True):
-        if text.lower().endswith(unit):
-            return text[: -len(unit)].strip(), unit
-    return text, ""
+    """Return a number as it was typed, and the unit of length behind it or an empty text."""
+    found = _WITH_UNIT.fullmatch(text.strip())
+    if found is None or find_unit(found["unit"], "length") is None:
+        return text.strip(), ""
+    return (found["number"] or "").strip(), found["unit"]
 
 
 def to_mm(value: float, unit: str) -> float:
     """Return a length in mm; without a unit it is in the one that is shown."""
-    factor = _UNITS_MM[unit or unit_word()]
-    return value if factor == 1.0 else round(factor * value, _READ_DECIMALS)
+    factor = named_unit(unit or unit_word(), "length").factor
+    return value if factor == 1.0 else round(scaled(value, factor), _READ_DECIMALS)
 
 
 def length_of_field(text: str) -> float:
-    """Return a length that was typed, mm; a unit behind it wins over the one that is shown.
-
-    Raises
-    ------
-    ValueError
-        It is no number.
-    """
+    """Return a typed length, mm, in its own or the displayed unit; raise ValueError if invalid."""
     number, unit = split_unit(text)
     return to_mm(float(plain_number(number)), unit)
 
 
 def day_words(when: date | str) -> str:
-    """Return a day; of a text its first ten characters count, as ISO 8601 writes them."""
+    """Return a day; of ISO 8601 text the first ten characters."""
     if isinstance(when, str):
         first = when[:10]
         try:
@@ -202,10 +184,10 @@ _COMMAS_FORMATTER = _Commas()
 
 
 class Sentence(str):
-    """A sentence whose numbers are filled in with a decimal comma; all else is as in any text."""
+    """A sentence whose `format` writes decimal commas; otherwise a plain string."""
 
     __slots__ = ()
 
     def format(self, *args: object, **names: object) -> str:
-        """Fill in; numbers get a comma, texts stay as they are."""
+        """Format; numbers get a comma, texts are unchanged."""
         return _COMMAS_FORMATTER.vformat(self, args, names)

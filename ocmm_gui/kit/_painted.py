@@ -1,4 +1,4 @@
-"""What all widgets have in common that paint themselves."""
+"""Common base of self-painted widgets."""
 
 from __future__ import annotations
 
@@ -9,20 +9,18 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme
 
 SCENE_SIZE, SCENE_LEAST = (460, 340), (200, 130)
-"""Of pictures that fill most of a page."""
+"""Size and minimum of pictures that fill most of a page."""
 
 
 class Painted(QWidget):
-    """A widget that paints itself in the colours of a theme.
+    """A widget painted in the colours of a theme.
 
     Parameters
     ----------
-    name
-        Accessible name.
     size
-        Width and height that it asks for, px; the layout's stretch decides.
+        Size hint, px; the layout's stretch decides.
     least
-        Below which nothing can be told apart.
+        Minimum legible size.
     """
 
     def __init__(self, name: str, size: tuple[int, int], least: tuple[int, int]) -> None:
@@ -39,21 +37,21 @@ class Painted(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Return a modest size."""
+        """Return the size hint."""
         return self._size_hint
 
     def minimumSizeHint(self) -> QSize:
-        """Return the size below which nothing can be told apart."""
+        """Return the minimum legible size."""
         return self._least_size
 
     def _painter(self) -> QPainter:
-        """Return a painter with smooth edges; only for use in `paintEvent`."""
+        """Return an antialiased painter; only for use in `paintEvent`."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         return painter
 
     def _paint_panel(self, painter: QPainter) -> QRectF:
-        """Paint the frame of a panel and return it; where the keyboard is, it stands out."""
+        """Paint and return the frame of a panel, highlighted if it has the focus."""
         frame = QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5)
         theme = self._theme
         pen = QPen(QColor(theme.border), theme.border_px)

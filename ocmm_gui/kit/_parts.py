@@ -1,4 +1,4 @@
-"""Parts that the pages of the Maintain mode are made of."""
+"""Building blocks of the pages of the Maintain mode."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_f
 
 
 class ColouredRow(QStyledItemDelegate):
-    """Cells keep their colours where their row is chosen."""
+    """Cells keep their colours in the selected row."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -39,7 +39,7 @@ class ColouredRow(QStyledItemDelegate):
         option: QStyleOptionViewItem,
         index: QModelIndex | QPersistentModelIndex,
     ) -> None:
-        """Mark a chosen row by a line below it."""
+        """Mark the selected row by a line below it."""
         cell = QStyleOptionViewItem(option)
         if cell.state & QStyle.StateFlag.State_Selected:
             painter.fillRect(cell.rect, QColor(self.theme.background))
@@ -53,22 +53,20 @@ class ColouredRow(QStyledItemDelegate):
 
 
 _AROUND_PX = 17
-"""What padding, margins and the grid take of the width of a cell."""
+"""Width taken by padding, margins and grid of a cell."""
 _ABOVE_PX = 6
 _HIGH_PX = 1 << 14
 
 
 class DataTable(QTableWidget):
-    """A table to look at.
+    """A read-only table.
 
     Parameters
     ----------
-    name
-        Accessible name.
     columns
         Title and explanation of each.
     font
-        Of the cells. One that is set later is lost where the style sheet has dressed it already.
+        Font of the cells. Fonts set later are overridden by an applied style sheet.
     """
 
     def __init__(
@@ -97,21 +95,21 @@ class DataTable(QTableWidget):
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Fit the heights of the rows once the columns have their widths."""
+        """Fit the row heights once the columns have their widths."""
         super().resizeEvent(event)
         if self.wordWrap():
             QTimer.singleShot(0, self, self.resizeRowsToContents)
 
     def setWordWrap(self, on: bool) -> None:
-        """Show long cells on several lines; rows are as high as they need then."""
+        """Show long cells on several lines, with sufficient row height."""
         super().setWordWrap(on)
         self._wraps = on
 
     def sizeHintForRow(self, row: int) -> int:
-        """Return how high a row is with all lines of its cells.
+        """Return the height of a row with all lines of its cells.
 
-        Qt breaks lines for the whole width of a cell, and paints within what the style sheet
-        leaves of it: a word that fits there by a hair would be painted on no line.
+        Qt breaks lines for the whole width of a cell but paints within the style sheet's padding: a
+        word that barely fits would not be painted.
         """
         high = super().sizeHintForRow(row)
         if not self._wraps:
@@ -133,14 +131,14 @@ class DataTable(QTableWidget):
             self._write(row, column, word)
 
     def right_heads(self, columns: Iterable[int]) -> None:
-        """Put the titles of columns of numbers above them, at the right."""
+        """Right-align the titles of number columns."""
         for column in columns:
             head = self.horizontalHeaderItem(column)
             if head is not None:
                 head.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
 
     def words(self, row: int) -> tuple[str, ...]:
-        """Return what stands in a row."""
+        """Return the texts of a row."""
         return tuple(self._cell(row, column).text() for column in range(self.columnCount()))
 
     def _cell(self, row: int, column: int) -> QTableWidgetItem:
@@ -162,13 +160,7 @@ _ROW_PX = 28
 
 
 class NumberTable(DataTable):
-    """A small table of numbers that does not scroll sideways.
-
-    Parameters
-    ----------
-    whole
-        It is as high as its rows.
-    """
+    """A small table of numbers without horizontal scrolling."""
 
     def __init__(
         self,
@@ -215,7 +207,7 @@ def panel(layout: QVBoxLayout | QGridLayout) -> QFrame:
 
 
 def stacked(*widgets: QWidget) -> QVBoxLayout:
-    """Return widgets below each other, equally high."""
+    """Return a layout of vertically stacked widgets of equal height."""
     layout = QVBoxLayout()
     layout.setSpacing(4)
     for widget in widgets:
@@ -224,7 +216,7 @@ def stacked(*widgets: QWidget) -> QVBoxLayout:
 
 
 def sentence_label(name: str, pixels: int) -> QLabel:
-    """Return a label for running text that wraps and never asks for more width."""
+    """Return a label for running text that wraps and requests no additional width."""
     label = PlainLabel()
     label.setAccessibleName(name)
     label.setTextFormat(Qt.TextFormat.PlainText)
@@ -236,7 +228,7 @@ def sentence_label(name: str, pixels: int) -> QLabel:
 
 
 def value_label(name: str, tip: str) -> QLabel:
-    """Return a label for a number at the right of its caption."""
+    """Return a label for a number to the right of its caption."""
     label = PlainLabel("–")
     label.setAccessibleName(name)
     label.setAccessibleDescription(tip)

@@ -1,4 +1,4 @@
-"""The place where a file or folder to write is given; it is part of the window, not a dialog."""
+"""Non-modal panel for a file or folder to write."""
 
 from __future__ import annotations
 
@@ -15,20 +15,17 @@ from ocmm_gui.kit._texts import PlainLabel, tr
 
 
 class PathPanel(QFrame):
-    """One line: path, look for it, Write, Cancel. Measuring goes on while it is open.
+    """One line: path, Browse, Write, Cancel.
 
     Parameters
     ----------
     what
-        What is done, before the field, e.g. ``"Write the report into the folder"``.
+        Text before the field, such as ``"Write the report into the folder"``.
     asked
-        What stands in the field, e.g. ``"Folder of the report"``.
-    folders
-        A folder is asked for, not a file.
+        Hint of the field, such as ``"Folder of the report"``.
     """
 
     given = Signal(object)
-    """Emits the `Path` that was given."""
 
     def __init__(self, what: str, asked: str, verb: str, *, folders: bool = False) -> None:
         super().__init__()
@@ -65,7 +62,7 @@ class PathPanel(QFrame):
         self.hide()
 
     def ask(self, proposal: Path) -> None:
-        """Open the panel with the keyboard in the field."""
+        """Open the panel with the focus in the field."""
         self._proposal = proposal
         self._field.setText(str(proposal))
         self.show()
@@ -73,9 +70,9 @@ class PathPanel(QFrame):
         self._field.selectAll()
 
     def _browse(self) -> None:
-        """Look for it beside the measuring: the page behind goes on, and takes its keys."""
+        """Browse without blocking: the page behind remains active."""
         if self._files is None:
-            # Qt's own looks and behaves alike on every system, and knows where it may be shown.
+            # Qt's own dialog is the same on every system and respects its parent.
             self._files = QFileDialog(self)
             self._files.setOption(QFileDialog.Option.DontUseNativeDialog)
             self._files.setModal(False)
@@ -102,13 +99,12 @@ class PathPanel(QFrame):
 
 
 class OwnKeysField(HintField):
-    """A field that keeps its keys, so that a path with a space in it takes no point."""
+    """A field that captures its keys, so that a space in a path records no point."""
 
     left = Signal()
-    """Esc was pressed."""
 
     def event(self, event: QEvent) -> bool:
-        """Keep every key from the shortcuts of the window but F1 and those that change its size."""
+        """Keep all keys from window shortcuts except F1 and zoom."""
         if event.type() is QEvent.Type.ShortcutOverride:
             if isinstance(event, QKeyEvent) and is_never_typed(event):
                 event.ignore()
@@ -126,7 +122,7 @@ class OwnKeysField(HintField):
 
 
 def list_step(event: QKeyEvent) -> int:
-    """Return how a key of a field moves in the list that belongs to it: down, up, or not at all."""
+    """Return the list step of a key in a field: down, up, or none."""
     return {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}.get(Qt.Key(event.key()), 0)
 
 
@@ -134,7 +130,7 @@ _DROPPED = (".ocmm", ".toml")
 
 
 def dropped_file(dragged: QMimeData) -> Path | None:
-    """Return the one plan or job that is dragged; None where it is anything else."""
+    """Return the single dragged plan or job; None otherwise."""
     paths = [Path(url.toLocalFile()) for url in dragged.urls() if url.isLocalFile()]
     if len(paths) != 1 or paths[0].suffix.lower() not in _DROPPED:
         return None

@@ -1,4 +1,4 @@
-"""The line in which a reason is given; it is part of the window, not a dialog."""
+"""Non-modal line for a reason."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PROPOSAL = later("missed the surface")
 
 
 class ReasonPanel(QFrame):
-    """One line: what is deleted, why, Delete, Cancel. Measuring goes on while it is open."""
+    """One line: object, reason, Delete, Cancel."""
 
     given = Signal(int, str)
     """Emits the number of the point and the reason."""
@@ -46,7 +46,7 @@ class ReasonPanel(QFrame):
         self.hide()
 
     def ask(self, number: int) -> None:
-        """Open the panel for a point, with the keyboard in the field."""
+        """Open the panel for a point, with the focus in the field."""
         self._number = number
         self._label.setText(tr("Reason for deleting point {number}").format(number=number))
         self.field.setText(tr(PROPOSAL))

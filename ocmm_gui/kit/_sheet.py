@@ -1,4 +1,4 @@
-"""Sheets: pages that are opened beside the measuring and closed with Esc; nothing is lost by it."""
+"""Sheets: pages opened during measuring and closed with Esc, without loss."""
 
 from __future__ import annotations
 
@@ -35,22 +35,19 @@ T = TypeVar("T")
 class Sheet(QWidget):
     """Title, body, and a row of buttons with their keys.
 
-    The keys act while the sheet has the keyboard, and only then.
+    The keys act only while the sheet has the focus.
 
     Parameters
     ----------
-    title
-        Also the accessible name.
     infos
-        What can be done here; `LEAVE` is added.
+        Actions; `LEAVE` is added.
     """
 
     left = Signal()
-    """Back to the measuring."""
     failed = Signal(object)
-    """An `OcmmError`: why something was not done."""
+    """Emits the `OcmmError` of a failed action."""
     told = Signal(str)
-    """Good news, in one sentence."""
+    """Emits information, in one sentence."""
 
     def __init__(self, title: str, infos: Sequence[ActionInfo]) -> None:
         super().__init__()
@@ -79,19 +76,19 @@ class Sheet(QWidget):
         layout.addLayout(self._row)
 
     def say(self, about: str, *, warns: bool = False) -> None:
-        """Show a sentence beside the title; one that warns has the colour for it."""
+        """Show a sentence next to the title, optionally in warning colour."""
         use_role(self._about, "warn" if warns else "muted")
         self._about.setText(about)
 
     def about(self) -> str:
-        """Return the sentence beside the title."""
+        """Return the sentence next to the title."""
         return self._about.text()
 
     def close_work(self) -> None:
-        """Give up what is being calculated before the window goes; most calculate nothing."""
+        """Cancel running calculations before the window closes; none by default."""
 
     def attempt(self, call: Callable[[], T]) -> T | None:
-        """Return what a call gives; where it fails, tell why and return None."""
+        """Return the result of a call; on failure emit the error and return None."""
         try:
             return call()
         except OcmmError as error:
@@ -99,7 +96,7 @@ class Sheet(QWidget):
             return None
 
     def use_keys(self, calls: Mapping[str, Callable[[], None]], primary: str = "") -> None:
-        """Make actions and buttons; ``calls`` has one entry for every key but that of `LEAVE`."""
+        """Create actions and buttons; ``calls`` has an entry for every key except `LEAVE`."""
         rows, shift = -(-len(self._infos) // _MOST_IN_ROW), tr("Shift")
         in_row = -(-len(self._infos) // rows)
         for index, info in enumerate(self._infos):
@@ -117,7 +114,7 @@ class Sheet(QWidget):
             self.keys[info.key] = action
             button = make_button(action, primary=info.key == primary)
             button.setObjectName(f"button_{info.key}")
-            # Spelt out it would not fit into the row.
+            # The full text would not fit into the row.
             button.setText(button.text().replace(f"{shift}+", "⇧"))
             button.setMinimumHeight(_BUTTON_PX)
             button.setFont(text_font(14, bold=info.key == primary))
@@ -129,7 +126,7 @@ class FormField(OwnKeysField):
     """A field of a sheet: letters are its own, F-keys and Esc act on the sheet."""
 
     def event(self, event: QEvent) -> bool:
-        """Leave the F-keys and Esc to the sheet."""
+        """Leave F-keys and Esc to the sheet."""
         if event.type() is QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
             key = event.key()
             if Qt.Key.Key_F1 <= key <= Qt.Key.Key_F12 or key == Qt.Key.Key_Escape:
@@ -139,17 +136,7 @@ class FormField(OwnKeysField):
 
 
 class ChoiceBox(QComboBox):
-    """A choice whose arrow is painted in the colours of the theme.
-
-    Parameters
-    ----------
-    name, tip
-        Accessible name, and what it is for.
-    choices
-        In their order.
-    words
-        How each is shown; as it is where nothing is given.
-    """
+    """A choice whose arrow follows the theme."""
 
     def __init__(
         self, name: str, tip: str, choices: Sequence[str], words: Callable[[str], str] | None = None
@@ -163,11 +150,10 @@ class ChoiceBox(QComboBox):
         self.setFont(text_font(15))
 
     def choice(self) -> str:
-        """Return what is chosen, whatever it is called."""
+        """Return the selected choice, independent of its text."""
         return str(self.currentData())
 
     def choose(self, choice: str) -> None:
-        """Choose what was given to it."""
         self.setCurrentIndex(self.findData(choice))
 
     def set_theme(self, theme: Theme) -> None:
@@ -189,7 +175,7 @@ class ChoiceBox(QComboBox):
 
 
 def form_field(name: str, tip: str, text: str = "") -> FormField:
-    """Return a field in a type that can be read standing."""
+    """Return a field in a type readable while standing."""
     field = FormField(text)
     field.setAccessibleName(name)
     field.setToolTip(literal(tip))
@@ -199,7 +185,7 @@ def form_field(name: str, tip: str, text: str = "") -> FormField:
 
 
 def caption(text: str, buddy: QWidget | None = None) -> QLabel:
-    """Return the words beside a field."""
+    """Return a caption for a field."""
     label = PlainLabel(text)
     label.setFont(text_font(14))
     label.setProperty("role", "muted")

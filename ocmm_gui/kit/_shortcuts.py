@@ -1,4 +1,4 @@
-"""Keys of actions: as words, changed by the settings, without conflicts, and on buttons."""
+"""Keys of actions: texts, changes by settings, conflicts, and buttons."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from ocmm_gui.kit._narrow import NarrowButton
 from ocmm_gui.kit._texts import later, literal, tr
 
 DEBOUNCE_S = 0.15
-"""Two presses closer than this are one: contacts bounce for some 20 ms, feet need 250 ms."""
+"""Faster presses count once: contacts bounce for some 20 ms, feet need 250 ms."""
 
 
 class Debounced:
-    """Call ``command`` unless it was called less than `DEBOUNCE_S` ago."""
+    """Call ``command`` unless called less than `DEBOUNCE_S` ago."""
 
     def __init__(
         self, command: Callable[[], None], clock: Callable[[], float] = time.monotonic
@@ -28,7 +28,6 @@ class Debounced:
         self._last = float("-inf")
 
     def __call__(self) -> None:
-        """Give the command if it is due."""
         now = self._clock()
         if now - self._last >= DEBOUNCE_S:
             self._last = now
@@ -36,7 +35,7 @@ class Debounced:
 
 
 def show_mode(actions: Mapping[str, QAction], mode: Mode) -> None:
-    """Enable the actions of a mode and disable those of the other."""
+    """Enable the actions of a mode and disable the others."""
     for info in ACTIONS:
         actions[info.key].setEnabled(info.mode in (None, mode))
 
@@ -48,11 +47,11 @@ _KEY_NAMES = {
         later("Del"), later("PgUp"), later("PgDown"), later("Shift"), later("Ctrl"), later("Alt"),
     )
 }  # fmt: skip
-"""Keys whose names differ between keyboards; Qt's own German names do not fit on buttons."""
+"""Keys whose names differ between keyboards; Qt's German names do not fit on buttons."""
 
 
 def key_words(shortcut: QKeySequence | str) -> str:
-    """Return the name of a key as it stands on the keyboard of the language."""
+    """Return the name of a key on keyboards of the language."""
     text = QKeySequence(shortcut).toString(QKeySequence.SequenceFormat.PortableText)
     # `Ctrl++` is the plus with Ctrl held.
     held, plus, key = text[:-1].rpartition("+") if len(text) > 1 else ("", "", "")
@@ -62,14 +61,14 @@ def key_words(shortcut: QKeySequence | str) -> str:
 
 
 def shortcuts_of(info: ActionInfo, changed: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
-    """Return the keys of an action: those that somebody chose, or those shipped."""
+    """Return the keys of an action: chosen ones, otherwise the defaults."""
     return tuple(changed.get(info.key, ())) or info.shortcuts
 
 
 def conflict_of(key: str, shortcut: str, changed: Mapping[str, Sequence[str]]) -> ActionInfo | None:
-    """Return which other action has a key already, or None.
+    """Return another action with this key, or None.
 
-    The mode makes no difference: a key means one thing in the whole window.
+    Independent of the mode: a key has one meaning in the whole window.
     """
     wanted = QKeySequence(shortcut)
     for info in ACTIONS:
@@ -81,9 +80,9 @@ def conflict_of(key: str, shortcut: str, changed: Mapping[str, Sequence[str]]) -
 
 
 def usable_keys(changed: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
-    """Return the chosen keys without those that mean something else already, or nothing at all.
+    """Return the chosen keys without conflicting or invalid ones.
 
-    A document may have been written by hand, or for a version with other actions.
+    The document may be hand-written, or of another version.
     """
     known = {info.key for info in ACTIONS}
     usable: dict[str, tuple[str, ...]] = {}
@@ -96,13 +95,13 @@ def usable_keys(changed: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ..
 
 
 _NEVER_TYPED = frozenset({"zoom_in", "zoom_out", "zoom_reset", "manual"})
-"""Actions whose keys mean nothing in a field: they work from it, too."""
+"""Actions that also work while typing in a field."""
 
 
 def is_never_typed(event: QKeyEvent) -> bool:
-    """Return whether a key changes the size of the window or asks for the manual.
+    """Return whether a key zooms or opens the manual.
 
-    Keys of the pad and shifted ones are the same: ``+`` has its own key in some countries only.
+    Keypad and shifted keys are equivalent: ``+`` has its own key in some countries only.
     """
     held = event.modifiers() & ~(
         Qt.KeyboardModifier.KeypadModifier | Qt.KeyboardModifier.ShiftModifier
@@ -117,7 +116,7 @@ def is_never_typed(event: QKeyEvent) -> bool:
 
 
 def use_shortcuts(actions: Mapping[str, QAction], changed: Mapping[str, Sequence[str]]) -> None:
-    """Give every action its keys."""
+    """Assign the keys of every action."""
     for info in ACTIONS:
         keys = shortcuts_of(info, changed)
         action = actions[info.key]
@@ -127,7 +126,7 @@ def use_shortcuts(actions: Mapping[str, QAction], changed: Mapping[str, Sequence
 
 
 def make_actions(window: QWidget) -> dict[str, QAction]:
-    """Return the actions by key, with their shortcuts active in ``window``; they do nothing yet."""
+    """Return the actions by key, with shortcuts active in ``window``, not yet connected."""
     actions: dict[str, QAction] = {}
     for info in ACTIONS:
         action = QAction(tr(info.text), window)
@@ -142,23 +141,23 @@ def make_actions(window: QWidget) -> dict[str, QAction]:
 
 
 def bind_actions(actions: Mapping[str, QAction], calls: Mapping[str, Callable[[], None]]) -> None:
-    """Let every action do what it is there for.
+    """Connect every action to its command.
 
-    ``calls`` has one entry for every key of `ACTIONS`; a missing one is a KeyError.
+    ``calls`` has an entry for every key of `ACTIONS`; a missing one is a KeyError.
     """
     for info in ACTIONS:
         call = calls[info.key]
         command = Debounced(call) if info.is_trigger else call
-        # QAction sends its checked state, which no command wants.
+        # QAction sends its checked state, which no command needs.
         actions[info.key].triggered.connect(lambda _checked, command=command: command())
 
 
 SHORT = "short"
-"""Property of an action: what its button says where its text has no room, or says too little."""
+"""Property of an action: button text if its own is too long or unspecific."""
 
 
 def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
-    """Return a button that does what ``action`` does and shows its first key."""
+    """Return a button for ``action`` with its first key."""
     button = NarrowButton("")
     button.setProperty("role", "primary" if primary else "plain")
     shown: tuple[str, str] | None = None

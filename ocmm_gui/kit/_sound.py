@@ -1,8 +1,8 @@
-"""Sounds for hands and eyes that are busy; where none can be played it stays silent.
+"""Sounds for busy hands and eyes; silent if none can be played.
 
-Qt's own player is not shipped (it brings a video codec library along). Windows plays through
-``winsound``; Linux hands the tone to the sound system's player without waiting for it. The
-readout flashes in every case, so nothing depends on hearing.
+Qt's own player is not shipped (it includes a video codec library). Windows uses ``winsound``; Linux
+passes the tone to the sound system's player without waiting. The readout always flashes, so nothing
+depends on hearing.
 """
 
 from __future__ import annotations
@@ -28,18 +28,17 @@ if TYPE_CHECKING:
 RATE_HZ = 22050
 _CONCERT_HZ, _STEPS_PER_OCTAVE = 440.0, 6
 _PITCH_S = 0.05
-"""Length of the tone that leads to the next point."""
+"""Length of the guiding tone."""
 USUAL_VOLUME = 80
-"""Of the sounds, in per cent."""
+"""Default volume, per cent."""
 _PLAYERS = (("paplay",), ("pw-play",), ("aplay", "-q"))
 
 
 class Sound(Enum):
-    """What the inspector hears: (tone in Hz, length in s) one after the other; 0 Hz is a pause.
+    """Sounds: (tone in Hz, length in s) in sequence; 0 Hz is a pause.
 
-    No two have the same rhythm and the same way up and down, so that neither a hall that swallows
-    high tones nor an ear that has lost them makes one into another. A single short tone is the way
-    to the next point alone (`Approach`).
+    All differ in rhythm and melody, so that they remain distinct without high tones. Single short
+    tones are reserved for `Approach`.
     """
 
     TAKEN = ((1320.0, 0.05), (1976.0, 0.08))
@@ -56,16 +55,14 @@ def tone_wav(notes: Sequence[tuple[float, float]], volume: int = USUAL_VOLUME) -
 
     Parameters
     ----------
-    notes
-        One after the other.
     volume
-        In per cent; the loudness that is heard grows about evenly with it (power of two).
+        Per cent; perceived loudness grows about evenly with it (power of two).
     """
     swing = 0.8 * (min(max(volume, 0), 100) / 100.0) ** 2
     parts = []
     for pitch, length in notes:
         t = np.arange(int(length * RATE_HZ)) / RATE_HZ
-        # Ramps of 8 ms avoid the click of a tone that begins or ends in full swing.
+        # Ramps of 8 ms avoid clicks.
         ramp = np.clip(np.minimum(t, length - t) / 0.008, 0.0, 1.0)
         parts.append(swing * ramp * np.sin(2.0 * np.pi * pitch * t))
     samples = (np.concatenate(parts) * 32767).astype("<i2")
@@ -79,25 +76,17 @@ def tone_wav(notes: Sequence[tuple[float, float]], volume: int = USUAL_VOLUME) -
 
 
 def scale_step(hertz: float) -> int:
-    """Return the nearest step of the scale in which the way to a point is sounded."""
+    """Return the nearest step of the scale of guiding tones."""
     return round(_STEPS_PER_OCTAVE * math.log2(max(hertz, 1.0) / _CONCERT_HZ))
 
 
 def step_wav(step: int, volume: int = USUAL_VOLUME) -> bytes:
-    """Return the short tone of a step of that scale as a WAV file."""
+    """Return the short tone of a scale step as a WAV file."""
     return tone_wav(((_CONCERT_HZ * 2.0 ** (step / _STEPS_PER_OCTAVE), _PITCH_S),), volume)
 
 
 class SoundPlayer(QObject):
-    """Play `Sound` without ever waiting, raising or leaving a process behind.
-
-    Parameters
-    ----------
-    enabled
-        False keeps it silent.
-    volume
-        In per cent.
-    """
+    """Play `Sound` without waiting, raising or leaving processes."""
 
     def __init__(
         self, parent: QObject | None = None, *, enabled: bool = True, volume: int = USUAL_VOLUME
@@ -112,11 +101,11 @@ class SoundPlayer(QObject):
         self.enable(enabled)
 
     def can_play(self) -> bool:
-        """Return whether something is heard: sounds are on, and there is what plays them."""
+        """Return whether sounds are enabled and a player exists."""
         return bool(self._files) and (bool(self._command) or sys.platform == "win32")
 
     def enable(self, enabled: bool, volume: int | None = None) -> None:
-        """Play from now on, so loud, or be silent."""
+        """Enable or disable sounds, and set the volume."""
         louder = volume is not None and volume != self._volume
         if enabled == bool(self._files) and not louder:
             return
@@ -143,7 +132,7 @@ class SoundPlayer(QObject):
                 break
 
     def play(self, sound: Sound) -> None:
-        """Start a sound; a sound that still plays is not interrupted."""
+        """Start a sound, without interrupting a playing one."""
         if sound in self._files:
             self._start(self._files[sound])
 
@@ -181,7 +170,7 @@ class SoundPlayer(QObject):
             self._process.start(program, [*options, path])
 
     def close(self) -> None:
-        """Stop what still plays; idempotent."""
+        """Stop playing; idempotent."""
         self._files.clear()
         if self._process is not None:
             self._process.kill()
@@ -190,7 +179,7 @@ class SoundPlayer(QObject):
 
 
 def verdict_sound(verdict: Verdict | None) -> Sound:
-    """Return what is heard of a verdict; None is a feature without a tolerance."""
+    """Return the sound of a verdict; None is a feature without tolerance."""
     return {
         None: Sound.FEATURE_COMPLETE,
         Verdict.CONFORM: Sound.FEATURE_COMPLETE,
@@ -199,14 +188,9 @@ def verdict_sound(verdict: Verdict | None) -> Sound:
 
 
 class Approach:
-    """Sound the way to the next point: a tone that rises with every step nearer, and then stops.
+    """Guide to the next point: a tone that rises with every step nearer, then stops.
 
-    A probe that rests is silent.
-
-    Parameters
-    ----------
-    player
-        None for silence.
+    Silent while the probe rests.
     """
 
     def __init__(self, player: SoundPlayer | None) -> None:
@@ -215,12 +199,12 @@ class Approach:
         self.enabled = True
 
     def feed(self, target: Target | None, tip_world: Float | None) -> None:
-        """Sound where the ball is now, if it has come nearer or gone farther since."""
+        """Sound the ball position if it came nearer or moved away."""
         if target is None or tip_world is None or self._player is None or not self.enabled:
             self._step = None
             return
         distance = target.distance(tip_world)
-        # What evaluates takes longer to load than the Start page, which plays the same sounds.
+        # Imported late: the Start page plays the same sounds without it.
         from ocmm_core.inspection.evaluation import FAR_MM, cue
 
         if distance > FAR_MM:

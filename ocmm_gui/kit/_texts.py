@@ -1,21 +1,20 @@
-"""The sentences of the window, in the language of whoever reads them.
+"""Sentences of the window in the user's language.
 
-Every literal that reaches the screen stands in one of two calls, from which Qt's `lupdate` takes
-it:
+Every displayed literal is in one of two calls, which Qt's `lupdate` extracts:
 
-- `tr` translates, where the sentence is used;
-- `later` only marks a sentence of a table, which is read when the module is loaded, long before a
-  language is chosen. Whoever shows it calls `tr` with it.
+- `tr` translates where the sentence is used;
+- `later` marks a sentence of a table, which is loaded before a language is chosen; `tr` translates
+  it for display.
 
-A sentence is whole: what changes in it has a name in braces and is filled in afterwards, so that a
-translation may put it elsewhere.
+Sentences are whole: variable parts are named fields filled in afterwards, so that translations can
+reorder them.
 
-What the core says (errors, reasons, steps, verdicts) are finished sentences of its own: `said` and
-`said_word` show them in the language of the window, or as they are.
+Texts of the core (errors, reasons, steps, verdicts) are complete sentences: `said` and `said_word`
+translate them if possible.
 
-What is filled in comes from plans, jobs and paths, and Qt reads what looks like HTML as HTML, with
-links and pictures. No text of the window is HTML: labels are `PlainLabel`, and every tool tip goes
-through `literal`.
+Filled-in values come from plans, jobs and paths, and Qt interprets HTML-like text, with links and
+images. No text of the window is HTML: labels are `PlainLabel`, and every tool tip goes through
+`literal`.
 """
 
 from __future__ import annotations
@@ -40,19 +39,18 @@ T = TypeVar("T", bound=tuple[object, ...])
 
 
 def tr(sentence: str, one: str = "", count: int = -1) -> str:
-    """Return a sentence in the language of the window, or as it is where there is no translation.
+    """Return a sentence in the language of the window, or unchanged without translation.
 
     Its ``format`` writes numbers with the decimal sign in use (`_numbers`).
 
     Parameters
     ----------
     sentence
-        In English. With a ``count``, ``%n`` stands for it.
+        English. With a ``count``, ``%n`` is its placeholder.
     one
-        The English sentence for a count of one; languages with other plurals translate by
-        ``count``.
+        English sentence for a count of one; other languages have their own plurals by ``count``.
     count
-        How many there are; negative where nothing is counted.
+        Negative if nothing is counted.
     """
     text = QCoreApplication.translate("", sentence, one or None, count)
     if count == 1 and one and text == sentence.replace("%n", "1"):
@@ -61,12 +59,12 @@ def tr(sentence: str, one: str = "", count: int = -1) -> str:
 
 
 def later(sentence: str) -> str:
-    """Return a sentence as it is, marked for translation; `tr` translates it when it is shown."""
+    """Return a sentence unchanged, marked for translation by `tr`."""
     return sentence
 
 
 def tr_all(table: T) -> T:
-    """Return a table of sentences that were marked with `later`, as `tr` translates them."""
+    """Return a table of `later` sentences translated by `tr`."""
     translated = (
         tr(item) if isinstance(item, str) else tr_all(item) if isinstance(item, tuple) else item
         for item in table
@@ -75,7 +73,7 @@ def tr_all(table: T) -> T:
 
 
 def said(text: str) -> str:
-    """Return sentences of the core as they are shown; English where one of them is not known."""
+    """Return sentences of the core for display; English without translation."""
     language = language_in_use()
     if language == ENGLISH:
         return text
@@ -83,14 +81,14 @@ def said(text: str) -> str:
 
 
 def said_word(text: str) -> str:
-    """Return a word of the core (a verdict, a state, a shape, a heading) as it is shown."""
+    """Return a word of the core (verdict, state, shape, heading) for display."""
     language = language_in_use()
     return text if language == ENGLISH else _catalogue(language, False).word(text)
 
 
 @functools.cache
-def _catalogue(language: str, comma: bool) -> Translation:  # a key of a cache
-    """Return the sentences of the core; none where they cannot be read, as for those of Qt."""
+def _catalogue(language: str, comma: bool) -> Translation:  # used as cache key
+    """Return the core's translations; empty if unreadable, as for Qt's."""
     try:
         return load_translation(language, comma=comma)
     except OcmmError:
@@ -98,7 +96,7 @@ def _catalogue(language: str, comma: bool) -> Translation:  # a key of a cache
 
 
 def with_unit(table: T) -> T:
-    """Return a table of sentences in which ``{unit}`` is the unit in which lengths are shown."""
+    """Return a table of sentences in which ``{unit}`` is the displayed unit of lengths."""
     named = (
         item.replace("{unit}", unit_word())
         if isinstance(item, str)
@@ -111,25 +109,25 @@ def with_unit(table: T) -> T:
 
 
 def literal(text: str) -> str:
-    """Return a text that Qt shows as it is, also where it looks like HTML; the same one twice."""
+    """Return a text that Qt shows literally, even if it looks like HTML; idempotent."""
     if not QtGui.Qt.mightBeRichText(text):
         return text
-    # A mark without width and without meaning: behind it no tag and no entity begins.
+    # A zero-width joiner: prevents tags and entities.
     return text.replace("<", f"<{_JOINER}").replace("&", f"&{_JOINER}")
 
 
 class PlainLabel(QLabel):
-    """A label that shows its text and its tool tip as they are, and whole in every language."""
+    """A label with literal text and tool tip, fully visible in every language."""
 
     def __init__(self, text: str = "", parent: QWidget | None = None) -> None:
         super().__init__(text, parent, textFormat=Qt.TextFormat.PlainText)
 
     def setToolTip(self, text: str) -> None:
-        """Set a tool tip that is shown as it is."""
+        """Set a literal tool tip."""
         super().setToolTip(literal(text))
 
     def minimumSizeHint(self) -> QSize:
-        """Return what the words need at their least size."""
+        """Return the minimum size in smallest type."""
         hint = super().minimumSizeHint()
         if not is_longer() or self.wordWrap() or not self.text():
             return hint
@@ -138,14 +136,14 @@ class PlainLabel(QLabel):
         return QSize(min(hint.width(), round(hint.width() - full + need) + 1), hint.height())
 
     def fitted(self) -> Fitted | None:
-        """Return how the words are painted; None where they do not fit."""
+        """Return the layout of the text; None if it does not fit."""
         room = self.contentsRect()
         return fit_words(
             self.text(), self.font(), room.width(), room.height(), wraps=self.wordWrap()
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the words in the type that fits."""
+        """Paint the text in the type that fits."""
         found = self.fitted() if is_longer() and self.text() else None
         if found is None or (found.text == self.text() and found.font == self.font()):
             super().paintEvent(event)

@@ -1,8 +1,8 @@
-"""The looks of the window: three themes from one table, set once on the application.
+"""Themes of the window: three from one table, set once on the application.
 
-The light theme is for glare, the dark one for a dim measuring room, the high-contrast one for
-weak eyes. Colour never stands alone: every state has a word and a shape as well. Colours of
-outcomes are far apart for those, too, who lack a kind of cone (`tests/gui/test_colour_blind.py`).
+Light for glare, dark for a dim measuring room, high contrast for weak eyes. Colour is never the
+only cue: every state also has a word and a shape. Colours of outcomes also differ for colour-blind
+users (`tests/gui/test_colour_blind.py`).
 """
 
 from __future__ import annotations
@@ -22,40 +22,37 @@ CAP_HEIGHT = 0.729
 """Height of a capital over the pixel size of DejaVu; other fonts are within 3 %."""
 
 FAR_SHARE = 63.0 / 1080.0
-"""Least height of a capital that is read at three metres, over the height of the screen.
+"""Minimum capital height readable at three metres, over the screen height.
 
-That is 63 px of 1080 on a screen of 24 inches: 17.5 mm, 20 minutes of arc.
-"""
+63 px of 1080 on a screen of 24 inches: 17.5 mm, 20 minutes of arc."""
 WRAPPED = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
 
 
 @dataclass(frozen=True, slots=True)
 class Theme:
-    """One theme; every colour as ``#rrggbb``."""
+    """A theme; colours as ``#rrggbb``."""
 
     name: str
-    """What the settings call it."""
     background: str
     panel: str
     border: str
-    """`background`, `panel`, `border`: Surfaces and their outlines."""
+    """`background`, `panel`, `border`: surfaces and outlines."""
     text: str
     muted: str
-    """`text`, `muted`: What is read first, and what is read second."""
+    """`text`, `muted`: primary and secondary text."""
     accent: str
     on_accent: str
-    """`accent`, `on_accent`: The primary button and what is marked, and text upon it."""
+    """`accent`, `on_accent`: primary button and selection, and text on them."""
     good: str
     warn: str
     bad: str
-    """`good`, `warn`, `bad`: Text and marks of the three outcomes."""
+    """`good`, `warn`, `bad`: text and marks of the three outcomes."""
     zone_good: str
     zone_warn: str
     zone_bad: str
-    """`zone_good`, `zone_warn`, `zone_bad`: Fields of the tolerance bar; marks upon them are in
+    """`zone_good`, `zone_warn`, `zone_bad`: fields of the tolerance bar; marks on them use
     ``text``."""
     border_px: int
-    """Width of outlines."""
 
 
 THEMES = {
@@ -74,7 +71,7 @@ DEFAULT_THEME = "dark"
 
 @runtime_checkable
 class Themed(Protocol):
-    """A widget that paints with colours of its own."""
+    """A widget painted in theme colours."""
 
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""
@@ -124,7 +121,7 @@ def text_font(pixels: float, *, bold: bool = False) -> QFont:
 
 
 def digit_font(pixels: float, *, bold: bool = True) -> QFont:
-    """Return the font of numbers: all digits equally wide, so that they do not dance."""
+    """Return the font of numbers: digits of equal width, so that they do not move."""
     font = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
     font.setFamilies(["DejaVu Sans Mono", "Consolas", font.family()])
     return _sized(font, pixels, bold)
@@ -133,6 +130,9 @@ def digit_font(pixels: float, *, bold: bool = True) -> QFont:
 def _sized(font: QFont, pixels: float, bold: bool) -> QFont:
     font.setPixelSize(max(1, round(pixels)))
     font.setBold(bold)
+    # A copied "ff" must be two letters: hashes have many.
+    for feature in ("liga", "clig", "dlig"):
+        font.setFeature(QFont.Tag(feature), 0)
     return font
 
 
@@ -149,12 +149,12 @@ def fitted(font: QFont, text: str, width: float, height: float, limit: float) ->
 
 
 def far_type(widget: QWidget) -> int:
-    """Return the pixel size of type that is read at three metres in the window of a widget."""
+    """Return the pixel size of type readable at three metres in a widget's window."""
     return math.ceil(FAR_SHARE * widget.window().height() / CAP_HEIGHT)
 
 
 def wrapped_pixels(text: str, box: QRectF, limit: int, *, bold: bool = False) -> int:
-    """Return the greatest pixel size up to ``limit`` at which ``text`` fits, in several lines."""
+    """Return the largest pixel size of a wrapped text, `limit` at most."""
     for pixels in range(limit, 9, -2):
         metrics = QFontMetricsF(text_font(pixels, bold=bold))
         if box.contains(metrics.boundingRect(box, WRAPPED, text)):
@@ -235,13 +235,13 @@ def make_style_sheet(theme: Theme) -> str:
 
 
 def apply_theme(window: QWidget, theme: Theme) -> None:
-    """Dress the application, and tell every widget of ``window`` that paints by itself."""
+    """Apply a theme to the application and all self-painted widgets of `window`."""
     dress_application(theme)
     dress(window, theme)
 
 
 def dress_application(theme: Theme) -> None:
-    """Dress the application; before a window is made this costs nothing, behind it a second."""
+    """Apply a theme to the application; fast before a window exists, then a second."""
     app, sheet = QApplication.instance(), make_style_sheet(theme)
     if isinstance(app, QApplication) and app.styleSheet() != sheet:
         app.setPalette(make_palette(theme))
@@ -249,14 +249,14 @@ def dress_application(theme: Theme) -> None:
 
 
 def dress(whole: QWidget, theme: Theme) -> None:
-    """Tell every widget in ``whole`` that paints by itself with which colours."""
+    """Set the theme of every self-painted widget in `whole`."""
     for widget in (whole, *whole.findChildren(QWidget)):
         if isinstance(widget, Themed):
             widget.set_theme(theme)
 
 
 def use_role(widget: QWidget, role: str) -> None:
-    """Dress a widget that stands there already as another role of the style sheet."""
+    """Change the style sheet role of an existing widget."""
     if widget.property("role") != role:
         widget.setProperty("role", role)
         widget.style().unpolish(widget)

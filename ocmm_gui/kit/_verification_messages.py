@@ -1,4 +1,4 @@
-"""What a verification says of its session, in words."""
+"""Facts of a verification session, in words."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""The probe of a virtual rig in the hands of whoever sits before the window.
+"""Probe of a virtual rig, led by the user of the window.
 
-In: mouse and keys over the 3-D view, and a hand of the core that can be led. Out: who holds the
-probe, where it is to go, and what to try with it.
+In: mouse and keys over the 3-D view, and a leadable hand of the core. Out: the holder of the probe,
+its target, and a guided tour.
 
-Read `_hand_control` (joins all), `_hand_strip` (says
-who holds the probe), `_tour` (two minutes, one thing to do after another).
-It must not know how a hand moves, nor what becomes of its frames.
+Start with `_hand_control` (joins all); then `_hand_strip` (shows the holder of the probe), `_tour`
+(two minutes, step by step).
+It must not depend on the motion of the hand or on its frames.
 """
 
 from __future__ import annotations

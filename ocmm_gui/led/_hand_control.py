@@ -1,6 +1,6 @@
-"""Who holds the probe of a virtual rig: mouse and keys on one side, the core on the other.
+"""Control of the virtual probe: mouse and keys to the core.
 
-Mouse and keys over the 3-D view while they lead the ball, not the view.
+While leading, mouse and keys over the 3-D view move the ball, not the view.
 """
 
 from __future__ import annotations
@@ -26,32 +26,25 @@ from ocmm_gui.views import PointView
 
 _LEAN = float(np.radians(5.0))
 _WHEEL_MM = 1.5
-"""For each notch of a wheel, which is 120."""
+"""Per wheel notch, which is 120."""
 _NOTCH = 120.0
 
 
 class BallLead(QObject):
-    """Turn what is done in a view into where the ball shall be.
+    """Translate input of a view to ball targets.
 
-    Moving leads, the left button touches, the wheel brings nearer, the arrow keys lean the probe.
-    The right button turns the view and the middle one moves it, as long as this leads.
-
-    Parameters
-    ----------
-    view
-        Whose mouse and keys.
-    parent
-        Outlives neither the view nor the window.
+    Moving leads, the left button touches, the wheel approaches, the arrow keys lean the probe.
+    While leading, the right button turns the view and the middle one pans.
     """
 
     pointed = Signal(object, object)
-    """Emits a ray of the eye: (3,), mm, and (3,), unit, world."""
+    """Emits the viewing ray: (3,), mm, and (3,), unit, world."""
     touched = Signal(object, object)
-    """Emits the same where somebody pressed."""
+    """Emits the ray of a click."""
     nearer = Signal(float)
-    """Emits how much nearer to the surface, mm."""
+    """Emits the approach to the surface, mm."""
     leaned = Signal(float, float)
-    """Emits how far to the right and back, rad."""
+    """Emits the lean to the right and back, rad."""
 
     def __init__(self, view: OrbitView, parent: QObject) -> None:
         super().__init__(parent)
@@ -60,7 +53,7 @@ class BallLead(QObject):
         self._turned: QPointF | None = None
 
     def set_leading(self, leads: bool) -> None:
-        """Lead the ball from now on, or the view."""
+        """Lead the ball or the view from now on."""
         if leads is self._leads:
             return
         self._leads, self._turned = leads, None
@@ -73,7 +66,7 @@ class BallLead(QObject):
             self._view.unsetCursor()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take what leads the ball; leave the rest to the view."""
+        """Handle leading input; leave the rest to the view."""
         kind = event.type()
         if isinstance(event, QWheelEvent):
             self.nearer.emit(_WHEEL_MM * event.angleDelta().y() / _NOTCH)
@@ -97,7 +90,7 @@ class BallLead(QObject):
             self.pointed.emit(*self._view.ray_at(place))
             return True
         if kind is QEvent.Type.MouseButtonDblClick and button is Qt.MouseButton.LeftButton:
-            # Two clicks are two touches; the second comes while the first is made.
+            # Two clicks are two touches; the second is queued.
             return True
         if kind is QEvent.Type.MouseButtonPress and button is Qt.MouseButton.LeftButton:
             self._view.setFocus()
@@ -123,60 +116,56 @@ class BallLead(QObject):
 
 
 class HandSeen(Protocol):
-    """What a led hand does (`ocmm_core.simulation.hand.HandView`)."""
+    """State of a led hand (`ocmm_core.simulation.hand.HandView`)."""
 
     @property
     def aim_world(self) -> Float | None:
-        """Return the place that is meant on the part, (3,), mm; None over nothing."""
+        """Return the target on the part, (3,), mm; None off the part."""
         ...
 
     @property
     def normal_world(self) -> Float | None:
-        """Return the way out of the part there, (3,), unit."""
+        """Return the outward normal there, (3,), unit."""
         ...
 
 
 class LedSeen(Protocol):
-    """How the probe is held (`ocmm_core.simulation.hand.LedView`)."""
+    """State of the probe (`ocmm_core.simulation.hand.LedView`)."""
 
     @property
-    def taken(self) -> bool:
-        """Return whether somebody leads it."""
-        ...
+    def taken(self) -> bool: ...
 
     @property
-    def hand(self) -> HandSeen:
-        """Return what the hand does."""
-        ...
+    def hand(self) -> HandSeen: ...
 
     @property
     def turn(self) -> tuple[float, float]:
-        """Return how the probe is leaned, rad."""
+        """Return the lean of the probe, rad."""
         ...
 
 
 class LedProbe(Protocol):
-    """The probe of a virtual rig (`ocmm_core.simulation.hand.HandAtRig`)."""
+    """Probe of a virtual rig (`ocmm_core.simulation.hand.HandAtRig`)."""
 
     @property
     def taken(self) -> bool:
-        """Return whether somebody else than the robot holds it."""
+        """Return whether the user holds it."""
         ...
 
     def take_over(self) -> None:
-        """Take it; raise OcmmError where that is not possible."""
+        """Take it; raise OcmmError if impossible."""
         ...
 
     def hand_back(self) -> None:
-        """Give it to the robot."""
+        """Return it to the robot."""
         ...
 
     def point_at(self, origin_world: Float, toward_world: Float) -> None:
-        """Lead the ball over what is seen along a ray."""
+        """Lead the ball over the surface along a ray."""
         ...
 
     def touch_at(self, origin_world: Float, toward_world: Float) -> bool:
-        """Touch what is seen along a ray once."""
+        """Touch the surface along a ray once."""
         ...
 
     def nearer(self, step_mm: float) -> None:
@@ -191,31 +180,15 @@ class LedProbe(Protocol):
         """Press its button."""
         ...
 
-    def view(self) -> LedSeen:
-        """Return how it is held."""
-        ...
+    def view(self) -> LedSeen: ...
 
     def part(self) -> PlacedPart:
-        """Return what is touched; raise OcmmError where it looks like nothing."""
+        """Return the part; raise OcmmError if it has no shape."""
         ...
 
 
 class HandControl(QObject):
-    """Join the strip, the 3-D view and the keys to the hand of the virtual rig.
-
-    Parameters
-    ----------
-    hand
-        None where the probe is real.
-    actions
-        By key.
-    notices
-        Where errors go.
-    to_desk
-        Shows the view.
-    page
-        Returns the name of the page that is shown.
-    """
+    """Connect strip, 3-D view and keys to the hand; `hand` is None for real probes."""
 
     def __init__(
         self,
@@ -243,20 +216,20 @@ class HandControl(QObject):
             self.lead.touched.connect(self._touch)
             self.lead.nearer.connect(hand.nearer)
             self.lead.leaned.connect(hand.lean)
-            # Once the window is there: whoever watches the robot sees what it touches.
+            # After the window is ready: show the part for the robot's touches.
             QTimer.singleShot(0, self, self._show_part)
 
     @property
     def taken(self) -> bool:
-        """Return whether whoever sits here holds the probe."""
+        """Return whether the user holds the probe."""
         return self._hand is not None and self._hand.taken
 
     def calls(self) -> dict[str, Callable[[], None]]:
-        """Return what the keys do, by key of the action."""
+        """Return the commands by action key."""
         return {"hand": self.toggle, "tour": self.toggle_tour, "take": self.take}
 
     def toggle(self) -> None:
-        """Take the probe, or hand it back."""
+        """Take or return the probe."""
         hand = self._hand
         if hand is None:
             self._tell_real()
@@ -280,19 +253,19 @@ class HandControl(QObject):
         self._look()
 
     def close(self) -> None:
-        """Let mouse and keys go; call it before the window goes."""
+        """Stop filtering input; call before the window closes."""
         self.tour.end()
         self.lead.set_leading(False)
 
     def take(self) -> None:
-        """Take a point: with the button of the probe that is held here, or as the key does."""
+        """Take a point: with the button of the led probe, or as the key does."""
         if self._hand is not None and self._hand.taken:
             self._hand.press()
         else:
             self._bridge.job.take()
 
     def toggle_tour(self) -> None:
-        """Begin the tour, or end it."""
+        """Start or end the tour."""
         if self._hand is None:
             self._tell_real()
             return
@@ -304,7 +277,7 @@ class HandControl(QObject):
         self._show_step()
 
     def show_live(self, _live: LiveView) -> None:
-        """Show what is meant on the part, and see what was done of the tour."""
+        """Show the aim on the part, and check the tour step."""
         if self._hand is None:
             return
         if self._waits:
@@ -316,14 +289,14 @@ class HandControl(QObject):
         self._look()
 
     def show_practice(self, *, practises: bool) -> None:
-        """Say that nothing counts, as long as a wizard is practised; the strip stands above all."""
+        """Show that a practised wizard does not count; the strip is above all pages."""
         self.strip.show_practice(practises=practises)
         self.strip.setVisible(practises or self._hand is not None)
 
     def _show_part(self) -> None:
         if self._hand is None or self._hand.taken:
             return
-        # A part of places only looks like nothing; what its plan knows of it is shown as ever.
+        # A part without shape cannot be shown; its nominals still are.
         with contextlib.suppress(OcmmError):
             self._view.lead(led=False, part=self._hand.part())
 

@@ -1,4 +1,4 @@
-"""The strip that says who holds the probe of a virtual rig, and what to do next."""
+"""Strip with the holder of the virtual probe, and the next action."""
 
 from __future__ import annotations
 
@@ -12,13 +12,7 @@ _BUTTON_PX = 40
 
 
 class HandStrip(QFrame):
-    """One sentence, and buttons of what it speaks of; hidden where a probe is real.
-
-    Parameters
-    ----------
-    hand, tour
-        Take over or hand back, and the tour.
-    """
+    """One sentence with its buttons; hidden for real probes."""
 
     def __init__(self, hand: QAction, tour: QAction) -> None:
         super().__init__()
@@ -46,12 +40,12 @@ class HandStrip(QFrame):
         self.hide()
 
     def show_waiting(self) -> None:
-        """Say that nothing is measured yet, as where somebody only looks at a job."""
+        """Show that nothing is measured, while a job is only viewed."""
         self._said = tr("SIMULATED: a virtual part. The probe rests until you measure.")
         self._show(self._words or self._said)
 
     def show_hand(self, *, taken: bool) -> None:
-        """Say who holds the probe, as long as no tour speaks."""
+        """Show the holder of the probe, unless the tour runs."""
         words = tr("Hand back") if taken else tr("Take over")
         if self._hand.text() != words:
             self._hand.setText(words)
@@ -88,7 +82,7 @@ class HandStrip(QFrame):
         self._show(self._words or self._said)
 
     def show_practice(self, *, practises: bool) -> None:
-        """Say that nothing counts where something is practised, and nothing else."""
+        """Show only that practice does not count."""
         self._practises = practises
         for button in (self.hand_button, self.tour_button):
             button.setVisible(not practises)

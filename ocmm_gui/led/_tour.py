@@ -1,7 +1,6 @@
-"""The tour of two minutes: one thing to do after another, each done by who takes it.
+"""Two-minute tour: steps performed by the user.
 
-A step is over when what it asks for has been done, and not before; nothing is shown as done that
-was not.
+A step ends only when its action was performed.
 """
 
 from __future__ import annotations
@@ -20,23 +19,22 @@ _MOVED_MM = 40.0
 
 @dataclass(frozen=True, slots=True)
 class TourLook:
-    """What the tour can see."""
+    """Inputs of the tour."""
 
     taken: bool
-    """Whoever takes the tour holds the probe."""
     points: int
     tip_world: Float | None
-    """(3,), mm; None while it is not known."""
+    """(3,), mm; None if unknown."""
     turn: tuple[float, float]
-    """rad: how the probe is leaned."""
+    """rad: lean of the probe."""
     page: str
-    """Name of the page that is shown: ``"desk"``, ``"far"``, or another one."""
+    """Current page: ``"desk"``, ``"far"``, or another one."""
     job: JobView
 
 
 @dataclass(frozen=True, slots=True)
 class TourStep:
-    """One thing to do: what is said, and whether it was done since ``begun``."""
+    """One step: sentence, and condition since ``begun``."""
 
     key: str
     sentence: str
@@ -87,11 +85,10 @@ TOUR = (
         lambda _begun, now: not now.taken,
     ),
 )  # fmt: skip
-"""In order."""
 
 
 class Tour:
-    """Where somebody is in the tour."""
+    """Progress of the tour."""
 
     def __init__(self) -> None:
         self._place: int | None = None
@@ -99,17 +96,15 @@ class Tour:
 
     @property
     def runs(self) -> bool:
-        """Return whether somebody takes the tour."""
         return self._place is not None
 
     @property
     def step(self) -> TourStep | None:
-        """Return what is to be done now."""
         return None if self._place is None else TOUR[self._place]
 
     @property
     def number(self) -> int:
-        """Return which step it is, from 1; 0 where there is none."""
+        """Return the step number, from 1; 0 if not running."""
         return 0 if self._place is None else self._place + 1
 
     def begin(self) -> None:
@@ -121,13 +116,13 @@ class Tour:
         self._place = None
 
     def skip(self) -> None:
-        """Go to the next step though this one was not done."""
+        """Skip the current step."""
         if self._place is not None:
             self._place = self._place + 1 if self._place + 1 < len(TOUR) else None
             self._begun = None
 
     def look(self, now: TourLook) -> bool:
-        """See whether the step was done; return whether another one begins, or the tour is over."""
+        """Check the step; return whether the next one starts or the tour ends."""
         step = self.step
         if step is None:
             return False
@@ -140,11 +135,11 @@ class Tour:
         return True
 
     def sentence(self, feature: str) -> str:
-        """Return what is said of the step; empty where there is none."""
+        """Return the sentence of the step; empty if not running."""
         step = self.step
         return "" if step is None else tr(step.sentence).format(feature=feature)
 
     def _needs_new_start(self, now: TourLook) -> bool:
-        """Return whether nothing was known of the ball when the step began."""
+        """Return whether the ball was unknown when the step started."""
         begun = self._begun
         return begun is not None and begun.tip_world is None and now.tip_world is not None

@@ -1,13 +1,13 @@
-"""The Maintain mode: what keeps the machine in order, one page for each subject.
+"""Maintain mode: pages on the condition of the machine.
 
-In: records and histories of rig and probe, the report of the bus, older jobs.
-Out: pages, and actions that cannot be taken back, whose key is wanted twice.
+In: records and histories of rig and probe, the bus report, older jobs.
+Out: pages, and irreversible actions, which require a second key press.
 
-Read `_maintain_view` (the list of pages), then the pages: `_calibration_page`, `_probe_page`,
-`_bus_page`, `_probe_design_page`, `_fits_page`, `_recall_sheet`. `_status_page` is what the pages
-of calibration and probe share, `_confirmed_actions` the actions, the others are tables and pictures
-of one page.
-It must not know the inspector's screens, results, plan editor or wizards.
+Start with `_maintain_view` (list of pages), then the pages: `_calibration_page`, `_probe_page`,
+`_bus_page`, `_probe_design_page`, `_fits_page`, `_recall_sheet`. `_status_page` is the base of
+calibration and probe pages, `_confirmed_actions` has the actions; the others are tables and
+pictures of one page.
+It must not import the inspector's screens, results, plan editor or wizards.
 """
 
 from __future__ import annotations

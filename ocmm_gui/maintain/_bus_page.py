@@ -1,6 +1,6 @@
-"""The bus page: the wire, its cameras, every cycle accounted for, clocks and events.
+"""Bus page: wire, cameras, cycle counts, clocks and events.
 
-What became of the bus cycles: counts and shares that add up.
+Counts and shares of the bus cycles add up.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class CycleAccounts(Painted):
-    """A bar of the four verdicts, a line for each, and their sum."""
+    """A bar of the four verdicts, a line per verdict, and their sum."""
 
     def __init__(self) -> None:
         high, least = (round(_BAR_PX + rows * _ROW_PX) for rows in (7.5, 6.6))
@@ -71,7 +71,6 @@ class CycleAccounts(Painted):
         self._gap = 0
 
     def show_report(self, report: BusReport) -> None:
-        """Show the counters of a report."""
         self._counts = (report.good, report.late, report.lost, report.bad)
         self._elapsed, self._gap = report.elapsed, unaccounted(report)
         self.setAccessibleDescription("; ".join(" ".join(row) for row in self.rows()))
@@ -105,7 +104,7 @@ class CycleAccounts(Painted):
             if known:
                 square = QRectF(0.0, line.center().y() - 5.0, 10.0, 10.0)
                 painter.fillRect(square, QColor(colours[index]))
-            # What no verdict accounts for stands between the verdicts and the sum.
+            # Cycles without verdict are shown between the verdicts and the sum.
             wrong = not known and index < len(rows) - 1
             painter.setPen(QColor(theme.bad if wrong else theme.text))
             painter.setFont(text_font(13, bold=not known))
@@ -120,7 +119,7 @@ class CycleAccounts(Painted):
         total = sum(self._counts)
         if not total:
             return
-        # Whatever happened at all is seen: two pixels at least.
+        # Visible even if rare: two pixels at least.
         widths = [max(bar.width() * count / total, 2.0) if count else 0.0 for count in self._counts]
         widths[widths.index(max(widths))] -= sum(widths) - bar.width()
         left = 0.0
@@ -131,7 +130,7 @@ class CycleAccounts(Painted):
 
 REFRESH_MS = 250
 _OLD_S = 1.0
-"""A bus process that lives reports every 50 ms."""
+"""A live bus process reports every 50 ms."""
 
 _FACTS = (
     (later("Frames"), later("frames taken from all cameras")),
@@ -146,13 +145,7 @@ _FACTS = (
 
 
 class BusPage(QStackedWidget):
-    """Everything that the bus process says, refreshed four times a second while it is seen.
-
-    Parameters
-    ----------
-    pull
-        Returns what is known about the bus; None where there is none.
-    """
+    """The bus report, refreshed four times a second while visible."""
 
     def __init__(self, pull: Callable[[], BusView | None]) -> None:
         super().__init__()
@@ -190,16 +183,15 @@ class BusPage(QStackedWidget):
         return self._phase.text()
 
     def trouble(self) -> str:
-        """Return the sentences beside the word; with nothing to show, the reason."""
+        """Return the sentences next to the word; without a report, the reason."""
         shown = self._trouble if self.currentIndex() else self._absent
         return shown.text()
 
     def notes(self) -> str:
-        """Return what this computer does not allow."""
+        """Return the limitations of this computer."""
         return self._notes.text()
 
     def refresh(self) -> None:
-        """Show what is known now."""
         self._view = view = self._pull()
         if view is None or view.report is None:
             pair = (NO_BUS, NO_BUS_REMEDY) if view is None else (NO_REPORT, NO_REPORT_REMEDY)
@@ -218,7 +210,6 @@ class BusPage(QStackedWidget):
             self._show_phase(self._view, self._view.report)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Begin to refresh."""
         super().showEvent(event)
         self.refresh()
         self._timer.start()

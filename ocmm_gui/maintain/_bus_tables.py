@@ -1,4 +1,4 @@
-"""The tables of the bus page: the cameras, and what happened."""
+"""Tables of the bus page: cameras and events."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _WORD_COLUMNS = (2, 3)
 
 
 class CameraTable(DataTable):
-    """One row for each camera of the rig."""
+    """One row per camera of the rig."""
 
     def __init__(self) -> None:
         super().__init__(tr("Cameras on the bus"), tr_all(_CAMERA_COLUMNS))
@@ -83,7 +83,7 @@ class CameraTable(DataTable):
 
 
 class BusEventTable(DataTable):
-    """What happened, newest first."""
+    """Events, newest first."""
 
     def __init__(self) -> None:
         super().__init__(tr("Events, newest first"), tr_all(_EVENT_COLUMNS))

@@ -1,4 +1,4 @@
-"""The calibration page: may it be trusted, what is it, and how did it come to be."""
+"""Calibration page: status, facts and history."""
 
 from __future__ import annotations
 
@@ -41,18 +41,7 @@ _IN_DOUBT = later("Recall jobs (F12) shows which of their verdicts hold.")
 
 
 class CalibrationPage(StatusPage[CalibrationView, CalibrationOverview]):
-    """Standing, facts, trends and history of the calibration.
-
-    Parameters
-    ----------
-    rig
-        What is measured with.
-    pull
-        Returns what is to be said about the calibration now.
-    pull_overview
-        Returns what the store holds; asked for when the page is opened and when the standing
-        changed, for it reads many files.
-    """
+    """Status, facts, trends and history of the calibration."""
 
     def __init__(
         self,

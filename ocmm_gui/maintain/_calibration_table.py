@@ -31,7 +31,7 @@ _WORDS = {
 
 
 class Tone(Enum):
-    """How an event is coloured."""
+    """Colour of an event."""
 
     PLAIN = "plain"
     GOOD = "good"
@@ -49,20 +49,17 @@ _TONES = {
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One event."""
-
     cells: tuple[str, ...]
-    """What stands in the columns."""
     tone: Tone = Tone.PLAIN
 
 
 class EventTable(DataTable):
-    """What happened, newest first.
+    """Events, newest first.
 
     Parameters
     ----------
     what, why
-        Which of them says what happened, and which one is long.
+        Columns with the event, and with long text.
     """
 
     def __init__(self, columns: Sequence[tuple[str, str]], what: int, why: int) -> None:
@@ -107,7 +104,7 @@ class EventTable(DataTable):
 
 
 class HistoryTable(EventTable):
-    """What happened to the calibrations, newest first."""
+    """Events of the calibrations, newest first."""
 
     def __init__(self) -> None:
         super().__init__(tr_all(_COLUMNS), what=1, why=3)
@@ -130,5 +127,5 @@ def _line(event: Event) -> Line:
 
 
 def local_time(utc: str) -> str:
-    """Return a time of a record as people read it."""
+    """Return a record's time in local display format."""
     return time_words(datetime.fromisoformat(utc).astimezone())

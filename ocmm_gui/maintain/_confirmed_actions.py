@@ -1,4 +1,4 @@
-"""What is done from the Maintain mode and cannot be taken back: its key is wanted twice."""
+"""Irreversible actions of the Maintain mode; the key must be pressed twice."""
 
 from __future__ import annotations
 
@@ -10,23 +10,11 @@ from ocmm_gui.kit import NoticeCentre, tr
 from ocmm_gui.maintain._probe_page import ProbePage
 
 TWICE_S = 8.0
-"""Within this time the key must come again."""
+"""Time limit of the second press."""
 
 
 class ConfirmedActions:
-    """Write the intrinsics into the cameras, and say that a tip was screwed on.
-
-    Parameters
-    ----------
-    bridge
-        Carries them out.
-    notices
-        Where is asked.
-    probe
-        Its table says which tip is chosen.
-    clock
-        Seconds.
-    """
+    """Write intrinsics to the cameras, and record a tip change."""
 
     def __init__(
         self,
@@ -51,7 +39,7 @@ class ConfirmedActions:
             self._bridge.maintenance.write_to_cameras()
 
     def mount_tip(self) -> None:
-        """Say that the chosen tip was screwed on."""
+        """Record that the selected tip was mounted."""
         tip = self._probe.tips.chosen()
         if tip is None:
             self._notices.inform(tr("No tip calibrated yet: calibrate the probe with this tip."))
@@ -65,7 +53,7 @@ class ConfirmedActions:
             self._probe.forget()
 
     def _is_meant(self, what: str, asked: str) -> bool:
-        """Return whether the same was asked for a moment before; else ask."""
+        """Return whether the same was requested a moment before; otherwise request it."""
         now = self._clock()
         before, when = self._asked
         if before == what and now - when <= TWICE_S:

@@ -1,4 +1,4 @@
-"""The page that checks the fits: reference pairs of an institute, worst error per folder."""
+"""Check of the fits with an institute's reference pairs, worst error per folder."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _columns() -> tuple[tuple[str, str], ...]:
 
 
 def verified(folder: Path, convention: Convention, tell: Tell) -> tuple[SetReport, ...]:
-    """Return how the fits compare; runs in a process of its own. InputError as `verify_folder`."""
+    """Return the comparison, in a separate process. InputError as `verify_folder`."""
     tell(later("Fitting"), 0.2)
     return verify_folder(folder, convention)
 
@@ -68,7 +68,7 @@ class FitsPage(QWidget):
     """Folder and convention above, a table of the worst errors below."""
 
     failed = Signal(object)
-    """An `OcmmError`: why nothing was compared."""
+    """Emits the `OcmmError` of a failed comparison."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -120,11 +120,11 @@ class FitsPage(QWidget):
         layout.addWidget(self.table, 1)
 
     def outcome(self) -> str:
-        """Return the word about all pairs."""
+        """Return the overall result."""
         return self._word.text()
 
     def toggle(self) -> None:
-        """Verify, or give up what is being verified."""
+        """Start or cancel the verification."""
         if self._process.is_running():
             self.cancel()
             return
@@ -137,7 +137,7 @@ class FitsPage(QWidget):
         self._process.start(partial(verified, folder, convention))
 
     def cancel(self) -> None:
-        """Give up what is verified; call it before the window goes."""
+        """Cancel the verification; call before the window closes."""
         self._process.cancel()
         self._end()
         self._paint()

@@ -1,4 +1,4 @@
-"""The Maintain mode: a list of pages, the page that is chosen, and the one word of the machine."""
+"""Maintain mode: a list of pages, the selected page, and the status of the machine."""
 
 from __future__ import annotations
 
@@ -42,26 +42,15 @@ _TOOLS = ("start", "settings", "theme", "log")
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """A page of the Maintain mode."""
-
     title: str
     tip: str
-    """What it is for, in one sentence."""
     widget: QWidget
     actions: tuple[str, ...] = ()
-    """Keys of the actions that belong to it; each gets a button."""
+    """Keys of its actions; each gets a button."""
 
 
 class MaintainView(QWidget):
-    """Pages on a list; up and down choose.
-
-    Parameters
-    ----------
-    pages
-        In the order of the list.
-    actions
-        By key.
-    """
+    """Pages with a list; up and down select."""
 
     def __init__(self, pages: Sequence[Page], actions: Mapping[str, QAction]) -> None:
         super().__init__()
@@ -108,7 +97,7 @@ class MaintainView(QWidget):
             widget.setFixedWidth(_SIDE_PX)
 
     def page(self) -> QWidget:
-        """Return the page that is chosen."""
+        """Return the selected page."""
         return self._pages[max(self.list.currentRow(), 0)]
 
     def show_live(self, live: LiveView) -> None:
@@ -119,7 +108,7 @@ class MaintainView(QWidget):
         self._word.setToolTip(literal(said(live.reason)))
 
     def status(self) -> str:
-        """Return the word that is shown."""
+        """Return the status word."""
         return self._word.text()
 
     def set_theme(self, theme: Theme) -> None:
@@ -153,7 +142,7 @@ class MaintainView(QWidget):
 
 
 def _large_buttons(actions: Sequence[QAction]) -> QHBoxLayout:
-    """Return buttons for hands in gloves, as wide as there is room."""
+    """Return buttons for gloved hands, as wide as possible."""
     row = QHBoxLayout()
     row.setSpacing(6)
     for action in actions:

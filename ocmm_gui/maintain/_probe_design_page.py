@@ -1,4 +1,4 @@
-"""The page of the probe's design: how certain its tip is with this rig, and why not more."""
+"""Page of the probe's design: tip uncertainty with this rig, and its causes."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ _FIELDS = (
     ("sigma", later("Spots, px"), later("Noise of an averaged spot"), "0.0105"),
 )  # fmt: skip
 _EMPTY = {"probe": later("the probe in use"), "design": later("the one in the resources folder")}
-"""What an empty field stands for."""
+"""Meaning of empty fields."""
 _COLUMNS = (
     (later("Source"), later("of the uncertainty of one point")),
     ("µm", later("standard uncertainty in space, RMS over the poses")),
@@ -71,7 +71,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True, slots=True)
 class DesignRequest:
-    """What is examined: a rig with the probe in use, or with the documents of another one."""
+    """The rig with the probe in use, or with the documents of another one."""
 
     rig: Rig
     body: ProbeBody
@@ -81,7 +81,7 @@ class DesignRequest:
 
 
 def examine_request(request: DesignRequest, tell: Tell) -> ProbeReport:
-    """Return what is found; runs in a process of its own. Raise InputError as the documents do."""
+    """Return the report, in a separate process. Raise InputError as the documents do."""
     body = request.body if request.probe is None else load_probe(request.probe)
     path = request.design if request.design is not None else shipped_design(body)
     design = None if path is None else load_design(path, body)
@@ -89,7 +89,7 @@ def examine_request(request: DesignRequest, tell: Tell) -> ProbeReport:
 
 
 def plain_body(probe: ProbeInUse) -> ProbeBody:
-    """Return a probe as its records or its document have it, without the warmth of a job."""
+    """Return a probe from its records or document, without temperature compensation."""
     if probe.records is None:
         return probe.design
     records = probe.records
@@ -97,18 +97,11 @@ def plain_body(probe: ProbeInUse) -> ProbeBody:
 
 
 class ProbeDesignPage(QWidget):
-    """Number, maps, labels, mechanics and budget of a probe, computed when somebody asks.
-
-    Parameters
-    ----------
-    rig, body
-        What is measured with.
-    """
+    """Uncertainty, maps, labels, mechanics and budget of a probe, computed on request."""
 
     failed = Signal(object)
-    """An `OcmmError`: why nothing was found."""
+    """Emits the `OcmmError` of a failed examination."""
     shown = Signal()
-    """What was found is on the page."""
 
     def __init__(self, rig: Rig, body: ProbeBody) -> None:
         super().__init__()
@@ -146,7 +139,7 @@ class ProbeDesignPage(QWidget):
         self._wait(False)
 
     def number(self) -> str:
-        """Return the number in large digits."""
+        """Return the large number."""
         return self._number.text()
 
     def words(self) -> str:
@@ -155,7 +148,7 @@ class ProbeDesignPage(QWidget):
         return "\n".join([self._labels.text(), *(part.text() for part in parts)])
 
     def toggle(self) -> None:
-        """Examine, or give up what is being examined."""
+        """Start or cancel the examination."""
         if self._process.is_running():
             self.cancel()
             return
@@ -169,7 +162,7 @@ class ProbeDesignPage(QWidget):
         self._process.start(partial(examine_request, request))
 
     def cancel(self) -> None:
-        """Give up what is being examined; call it before the window goes."""
+        """Cancel the examination; call before the window closes."""
         if self._process.is_running():
             self._process.cancel()
             self._sentence.setText(tr(_ASK))
@@ -256,7 +249,7 @@ class ProbeDesignPage(QWidget):
             )
         else:
             self._sentence.setText(tr("No pose gives a tip: the cameras do not see enough LEDs."))
-        # The case that comes nearest stands for all; the terminal prints each of them.
+        # The worst case represents all; the terminal prints each of them.
         nearest = min(
             report.labels,
             key=lambda item: np.inf if item.ambiguity is None else item.ambiguity.residual_mm,
@@ -320,7 +313,7 @@ class ProbeDesignPage(QWidget):
 
 
 class PointBudgetTable(DataTable):
-    """The sources of the uncertainty of one point."""
+    """Uncertainty sources of one point."""
 
     def __init__(self) -> None:
         super().__init__(tr("Budget of one point"), tr_all(_COLUMNS))

@@ -1,7 +1,4 @@
-"""The probe page: may the tip be trusted, which tips are there, and what happened to them.
-
-The tips of a probe and what happened to them, as tables.
-"""
+"""Probe page: status, tips, and history."""
 
 from __future__ import annotations
 
@@ -65,7 +62,7 @@ _STANDING, _ROW_PX = 1, 38
 
 
 class TipTable(DataTable):
-    """All tips, the mounted one first; the chosen one can be mounted."""
+    """All tips, the mounted one first; the selected one can be mounted."""
 
     def __init__(self) -> None:
         super().__init__(tr("Tips"), tr_all(_TIPS))
@@ -80,12 +77,12 @@ class TipTable(DataTable):
         self._tips: tuple[TipState, ...] = ()
 
     def chosen(self) -> str | None:
-        """Return the name of the tip that is chosen, or None."""
+        """Return the selected tip, or None."""
         row = self.currentRow()
         return self._tips[row].tip if 0 <= row < len(self._tips) else None
 
     def show_tips(self, tips: Sequence[TipState]) -> None:
-        """Show tips; the chosen one stays chosen."""
+        """Show tips, keeping the selection."""
         chosen = self.chosen()
         self._tips = tuple(tips)
         self._show()
@@ -111,7 +108,7 @@ class TipTable(DataTable):
 
 
 class TipHistoryTable(EventTable):
-    """What happened to the tips, newest first."""
+    """Events of the tips, newest first."""
 
     def __init__(self) -> None:
         super().__init__(tr_all(_HISTORY), what=1, why=4)
@@ -182,16 +179,7 @@ _FACTS = (
 
 
 class ProbePage(StatusPage[ProbeView, ProbeOverview]):
-    """Standing, tips, trends and history of the probe.
-
-    Parameters
-    ----------
-    pull
-        Returns what is to be said about the probe now.
-    pull_overview
-        Returns what its store holds; asked for when the page is opened and when the standing
-        changed, for it reads many files.
-    """
+    """Status, tips, trends and history of the probe."""
 
     def __init__(
         self, pull: Callable[[], ProbeView], pull_overview: Callable[[], ProbeOverview]

@@ -1,4 +1,4 @@
-"""Recall: older jobs recalculated; totals in large words, and every verdict in a table."""
+"""Recall sheet: older jobs recalculated; totals in large type, verdicts in a table."""
 
 from __future__ import annotations
 
@@ -50,17 +50,7 @@ class _Deciding:
 
 
 class RecallSheet(WorkSheet):
-    """Recalculate the jobs of a folder in a process of their own and show what came out.
-
-    Parameters
-    ----------
-    folder
-        Gives the folder that is proposed.
-    calibrations, probes
-        Give where the records are kept.
-    who
-        Gives the name of who decides.
-    """
+    """Recalculate the jobs of a folder in a separate process and show the results."""
 
     def __init__(
         self,
@@ -73,7 +63,7 @@ class RecallSheet(WorkSheet):
         self._proposed, self._calibrations, self._probes = folder, calibrations, probes
         self._who = who
         self._asked: KeptPlaces | None = None
-        self._places: KeptPlaces | None = None  # those of the record that is shown
+        self._places: KeptPlaces | None = None  # of the displayed record
         self.file = PathPanel(
             tr("Recall the jobs from the folder"), tr("Folder of the jobs"), tr("Recall")
         )
@@ -98,13 +88,13 @@ class RecallSheet(WorkSheet):
         self.say(tr("Select the folder with the jobs (F7). Job files are not changed."))
 
     def open(self) -> None:
-        """Recall the jobs of the folder where they are kept, unless some are shown already."""
+        """Recall the jobs of the default folder, unless some are shown already."""
         if self.result.record is None and not self._work.is_running():
             self.read(self._proposed())
         self.result.table.setFocus()
 
     def read(self, folder: Path) -> None:
-        """Recall the jobs of a folder; the window stays free."""
+        """Recall the jobs of a folder, without blocking."""
         self._asked = KeptPlaces((folder,), self._calibrations(), self._probes())
         self._begin(tr("Starting"), _Recalling(self._asked))
         self.say(
@@ -113,7 +103,7 @@ class RecallSheet(WorkSheet):
         self.result.table.setFocus()
 
     def release(self) -> None:
-        """Let the points count again whose verdicts hold, in the name of the operator."""
+        """Release the suspect points whose verdicts hold, in the operator's name."""
         record, places = self._shown()
         if record is None or places is None:
             return
@@ -121,13 +111,13 @@ class RecallSheet(WorkSheet):
         self._begin(tr("Storing the recall"), _Deciding(record, places, self._who()))
 
     def ask_for_pages(self) -> None:
-        """Ask where the pages go."""
+        """Ask for the file of the report."""
         record, _ = self._shown()
         if record is not None:
             self.pages.ask(self._folder() / f"recall-{record.made_utc[:10]}.pdf")
 
     def write(self, path: Path) -> None:
-        """Write the recall as pages."""
+        """Write the recall report."""
         record, _ = self._shown()
         if record is not None:
             self._begin(tr("Creating the pages"), WritingRecall(record, path))
@@ -140,7 +130,7 @@ class RecallSheet(WorkSheet):
         return self._places.jobs[0] if self._places is not None else self._proposed()
 
     def _shown(self) -> tuple[RecallRecord | None, KeptPlaces | None]:
-        """Return what is shown; tell where there is nothing, or something is calculated."""
+        """Return the displayed recall; report if there is none or a calculation is running."""
         if self._work.is_running():
             self.failed.emit(
                 InputError(

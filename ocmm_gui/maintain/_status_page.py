@@ -1,4 +1,4 @@
-"""What the pages about calibrations and about the probe have in common."""
+"""Common base of the calibration and probe pages."""
 
 from __future__ import annotations
 
@@ -41,27 +41,21 @@ _MARKS = {
 
 V = TypeVar("V", CalibrationView, ProbeView)
 H = TypeVar("H")
-"""What the store holds: history and trends."""
+"""Contents of the store: history and trends."""
 
 
 class StatusPage(QWidget, Generic[V, H]):
-    """A large word, what it means, and facts; refreshed while it is seen.
+    """A large status word, its meaning, and facts; refreshed while visible.
 
     Parameters
     ----------
-    of
-        Whose standing it is.
-    facts
-        Captions with what they mean.
-    pull
-        Returns what is to be said now.
     pull_overview
-        Returns what the store holds; asked for when the page is opened and when the standing
-        changed, for it reads many files.
+        Returns the contents of the store; called on opening and after status changes, as it reads
+        many files.
     in_order, design
-        What is said where nothing is the matter, and of a virtual rig.
+        Texts for good order, and for a virtual rig.
     in_doubt
-        What leads to the jobs whose points are in doubt.
+        Opens the jobs with suspect points.
     """
 
     def __init__(
@@ -98,7 +92,6 @@ class StatusPage(QWidget, Generic[V, H]):
         self._timer.timeout.connect(self.refresh)
 
     def refresh(self) -> None:
-        """Show what is known now."""
         view = self._pull()
         if view != self._view:
             self._view = view
@@ -106,11 +99,10 @@ class StatusPage(QWidget, Generic[V, H]):
             self._show_status(view)
 
     def forget(self) -> None:
-        """Read everything anew at the next `refresh`."""
+        """Reread everything at the next `refresh`."""
         self._view = None
 
     def _show_overview(self, view: V, found: H) -> None:
-        """Show facts, history and trends."""
         raise NotImplementedError
 
     def word(self) -> str:
@@ -118,15 +110,15 @@ class StatusPage(QWidget, Generic[V, H]):
         return self._word.text()
 
     def sentence(self) -> str:
-        """Return what stands below the word."""
+        """Return the sentence below the word."""
         return self._sentence.text()
 
     def notes(self) -> str:
-        """Return what to watch."""
+        """Return the warnings."""
         return self._notes.text()
 
     def fault(self) -> str:
-        """Return why history or trends cannot be shown; empty where they are."""
+        """Return why history or trends cannot be shown; empty if they can."""
         return self._empty.text()
 
     def set_theme(self, theme: Theme) -> None:
@@ -135,7 +127,7 @@ class StatusPage(QWidget, Generic[V, H]):
         self._paint_word(self._word.text())
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Begin to refresh, with all files read anew."""
+        """Reread all files and start refreshing."""
         super().showEvent(event)
         self.forget()
         self.refresh()
@@ -175,7 +167,6 @@ class StatusPage(QWidget, Generic[V, H]):
         self._empty.setVisible(bool(why))
 
     def _head(self) -> QHBoxLayout:
-        """Return word and sentences beside the facts."""
         words = QVBoxLayout()
         words.addWidget(self._word)
         words.addWidget(self._sentence, 1)
@@ -218,7 +209,7 @@ def in_a_row(*panels: QVBoxLayout) -> QWidget:
 
 
 def _sentence(blocker: Blocker | None, in_order: str, *, uncalibrated: bool) -> str:
-    """Return what a standing means for who measures."""
+    """Return the consequence of a status for measuring."""
     if uncalibrated:
         why = f" {said(str(blocker))}" if blocker is not None else ""
         return tr("Points are taken but prove nothing: every verdict is NOT PROVEN.{why}").format(

@@ -1,4 +1,4 @@
-"""The wire as a picture: the host, the cameras in their order, and where it is broken."""
+"""Picture of the wire: host, cameras in order, and breaks."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ocmm_gui.kit import Painted, fitted, literal, said, text_font, tr
 
 _WORDS_PX = 20.0
 _BOX_SHARE = 0.78
-"""Share of a box in the pitch of the boxes; the rest is cable."""
+"""Box width over box pitch; the rest is cable."""
 _BOX_LIMIT = 220.0
 _RETURN_PX = 18.0
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
@@ -25,7 +25,7 @@ _CENTRE = Qt.AlignmentFlag.AlignCenter
 
 
 class WireView(Painted):
-    """Boxes for host and cameras, lines for cables, and the same in a sentence below."""
+    """Boxes for host and cameras, lines for cables, and a summary below."""
 
     def __init__(self) -> None:
         super().__init__(tr("Wire"), (420, 116), (320, 100))
@@ -57,7 +57,7 @@ class WireView(Painted):
             return
         painter = self._painter()
         count = len(wire.cameras) + 1
-        # The last box needs no cable behind it.
+        # The last box has no cable behind it.
         pitch = self.width() / (count - 1 + _BOX_SHARE)
         wide = min(_BOX_SHARE * pitch, _BOX_LIMIT)
         pitch = min(pitch, wide / _BOX_SHARE * 1.15)

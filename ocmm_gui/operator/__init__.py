@@ -1,13 +1,12 @@
-"""What the inspector looks at: digits, tolerance, plan and guidance, legible from afar.
+"""Screens of the inspector: digits, tolerance, plan and guidance, legible from afar.
 
-In: live snapshots and views of the job from the bridge. Out: two screens, and points chosen on
-them.
+In: live snapshots and views of the job from the bridge. Out: two screens, and selected points.
 
-Read `_far_view` (legible at three metres) and `_desk_view` (all at once), then their parts:
+Start with `_far_view` (legible at three metres) and `_desk_view` (everything), then their parts:
 `_readout`, `_guidance`, `_far_message`, `_target_ring`, `_feature_panel` with `_feature_details`,
 `_plan_list`, `_part_view`, `_status_strip`, `_trust_bar`, `_tip_line`, `_simulated_band`.
-`_job_sheet` starts a job, `_point_choice` chooses a point, `_feedback` is what is heard.
-It must not know results, plan editor, Maintain or wizards.
+`_job_sheet` starts a job, `_point_choice` selects a point, `_feedback` plays sounds.
+It must not import results, plan editor, Maintain or wizards.
 """
 
 from __future__ import annotations

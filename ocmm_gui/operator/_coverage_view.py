@@ -1,4 +1,4 @@
-"""The picture of a feature: where its points lie on it, and where the next one is wanted."""
+"""Picture of a feature with its points and the next target."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from ocmm_gui.kit import Painted, fitted, literal, said, text_font, tr
 _MARGIN = 0.16
 _FOOT_SHARE = 0.2
 _FINGER_PX = 16.0
-"""A click this near to a point means it."""
+"""Maximum distance of a click from its point."""
 
 
 class CoverageView(Painted):
-    """Round features from along their axis with the touched sectors, others from their normal.
+    """Round features along their axis with the touched sectors, others along their normal.
 
-    A point that is flagged is a cross, the chosen one has a ring; a click chooses the nearest.
+    Outliers are crosses, the selected point has a ring; a click selects the nearest.
     """
 
     point_chosen = Signal(int)
-    """Emits the number of the point that was clicked."""
+    """Emits the number of the clicked point."""
 
     def __init__(self) -> None:
         super().__init__(tr("Coverage of the feature"), (110, 110), (60, 60))
@@ -31,7 +31,7 @@ class CoverageView(Painted):
         self._chosen = 0
 
     def show_feature(self, feature: FeatureView, chosen: int) -> None:
-        """Show how the points of a feature are spread."""
+        """Show the distribution of a feature's points."""
         self._feature, self._chosen = feature, chosen
         words = tr("no points")
         if feature.coverage is not None:
@@ -41,14 +41,11 @@ class CoverageView(Painted):
         self.update()
 
     def place_of(self, number: int) -> QPointF:
-        """Return where a point of the feature stands; KeyError if it has none of that number.
-
-        For tests: nothing in the product asks for it.
-        """
+        """Return the place of a point; KeyError for unknown numbers; for tests."""
         return self._places()[number]
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Choose the point nearest to the click, within the width of a finger."""
+        """Select the point nearest to the click, within a finger's width."""
         where = event.position()
         far = {
             number: float(np.hypot(place.x() - where.x(), place.y() - where.y()))
@@ -73,14 +70,14 @@ class CoverageView(Painted):
             painter.setPen(QPen(QColor(self._theme.border), max(1.5, 0.012 * side)))
             painter.setBrush(QColor(self._ground(feature)))
             painter.drawRoundedRect(inner.adjusted(-6, -6, 6, 6), 4, 4)
-            # Small, at the lower edge, where no point stands.
+            # Small, at the lower edge, clear of points.
             foot = QRectF(inner)
             foot.setTop(inner.bottom() - _FOOT_SHARE * side)
             self._paint_share(painter, foot, feature)
         self._paint_points(painter, inner, feature)
 
     def _ground(self, feature: FeatureView) -> str:
-        """Return the colour of a flat feature: empty, badly spread or well spread."""
+        """Return the colour of a flat feature: empty, badly or well distributed."""
         if feature.coverage is None:
             return self._theme.background
         return self._theme.zone_warn if feature.coverage.warning else self._theme.zone_good
@@ -144,12 +141,12 @@ class CoverageView(Painted):
         return box
 
     def _places(self) -> dict[int, QPointF]:
-        """Return where each point stands on the widget, by its number."""
+        """Return the place of each point on the widget, by number."""
         if self._feature is None:
             return {}
         inner = _inner(self._box())
         if self._feature.coverage is not None and not self._feature.shape.spec.is_round:
-            # The share stands below them.
+            # The text is below them.
             foot = _FOOT_SHARE * self._box().width()
             inner.adjust(0.5 * foot, 0.0, -0.5 * foot, -foot)
         half, middle = 0.5 * inner.width(), inner.center()
@@ -167,7 +164,7 @@ def _inner(box: QRectF) -> QRectF:
 
 
 def picture_places(feature: FeatureView) -> Float:
-    """Return where the points of a feature stand in its picture, (n, 2), each from -1 to 1."""
+    """Return the places of a feature's points in its picture, (n, 2), each -1 to 1."""
     if not feature.points:
         return np.empty((0, 2))
     surface = np.stack([point.surface_world for point in feature.points])
@@ -175,7 +172,7 @@ def picture_places(feature: FeatureView) -> Float:
     middle = surface.mean(axis=0) if fit is None else fit.point
     axis = np.zeros(3) if fit is None else fit.direction
     if not axis.any():
-        # Without an axis the picture looks at what was touched from where the probe stood.
+        # Without an axis, view along the probing direction.
         axis = np.mean([point.direction for point in feature.points], axis=0)
         axis = axis if np.linalg.norm(axis) > 1e-3 else np.array([0.0, 0.0, 1.0])
         axis = axis / np.linalg.norm(axis)

@@ -1,6 +1,6 @@
-"""The desk view: the part as large as it can be, plan, feature and status, cameras on demand.
+"""Desk view: a large part view, plan, feature and status, cameras on demand.
 
-One line about the cameras, and the button that opens their images.
+Includes the camera line with the button for the images.
 """
 
 from __future__ import annotations
@@ -49,20 +49,13 @@ from ocmm_gui.operator._status_strip import StatusStrip
 from ocmm_gui.views import CameraViews, PointView, StepPicture
 
 _MOST_NAMED = 4
-"""Of more cameras only those are named that see nothing."""
+"""With more cameras only the blind ones are named."""
 
 
 class CameraBar(QFrame):
-    """Says how many spots each camera sees, and in words which one sees none.
+    """Spot counts of the cameras, and which cameras see none.
 
-    A camera that sees nothing opens no image: that would take the part away from whoever measures.
-
-    Parameters
-    ----------
-    rig
-        Whose cameras they are.
-    action
-        What the button does.
+    A blind camera does not open its image, which would cover the part.
     """
 
     def __init__(self, rig: Rig, action: QAction) -> None:
@@ -72,7 +65,7 @@ class CameraBar(QFrame):
         self._label.setAccessibleName(tr("Cameras"))
         self._label.setFont(text_font(13))
         self._label.setProperty("role", "muted")
-        # Of a rig with many cameras it is too long for the line.
+        # Too long for the line with many cameras.
         self._label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         button = make_button(action)
         button.setProperty("role", "tool")
@@ -84,9 +77,9 @@ class CameraBar(QFrame):
         layout.addWidget(button)
 
     def show_live(self, live: LiveView) -> None:
-        """Show what the cameras see."""
+        """Show the camera counts."""
         counts = np.isfinite(live.spots).all(axis=2).sum(axis=1).tolist()
-        # Where no frames come, no camera is blind: the line must not send anybody to look for that.
+        # Without frames no camera is blind: the line must not mislead.
         silent = not any(counts) and not live.frames_per_second
         words = said(live.reason) if silent else _camera_words(self._names, counts)
         if self._label.text() != words:
@@ -94,12 +87,11 @@ class CameraBar(QFrame):
             self._label.setToolTip(literal(words))
 
     def words(self) -> str:
-        """Return what it says; for tests."""
         return self._label.text()
 
 
 def _camera_words(names: tuple[str, ...], counts: list[int]) -> str:
-    """Return which cameras see nothing, or else how many spots each one sees."""
+    """Return the blind cameras, or the spot counts of all."""
     seen = list(zip(names, counts, strict=True))
     blind = [name for name, count in seen if not count]
     if blind:
@@ -121,27 +113,19 @@ _TOOLS = ("part_mode", "fit", "closeup", "export", "view", "mode")
 _STEPS = (("flip", "skip", "repeat"), ("order", "side", "pause"), ("reopen",))
 _PART_PX = 190
 _TOUCHED_PX = 57
-"""15 mm at 96 dots an inch: a finger in a glove."""
+"""15 mm at 96 dpi: a gloved finger."""
 _PICTURE_PX = (96, 190)
-"""Least and greatest height of the picture of the step."""
+"""Minimum and maximum height of the step picture."""
 _SIDE_PX = 250
 _PANEL_PX = 410
 _PANEL_SHARE = 0.214
-"""Least width of the panel, and of a wide screen the share: its digits grow with it."""
+"""Minimum width of the panel, and share of a wide screen: its digits grow with it."""
 _READOUT_SHARE = 70
-"""In hundredths; the coach, which is read from near, has the rest."""
+"""In hundredths; the coach, read from near, has the rest."""
 
 
 class DeskView(CoachedView):
-    """Everything that the technician looks at.
-
-    Parameters
-    ----------
-    rig, body
-        What measures.
-    actions
-        By key.
-    """
+    """Complete view for the technician."""
 
     def __init__(self, rig: Rig, body: ProbeBody, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -159,7 +143,7 @@ class DeskView(CoachedView):
         self._nominals: Mapping[str, NominalFeature] = {}
         self._folder: Path | None = None
         self.cameras = CameraViews(rig)
-        # Who measures looks at the part; its key or the bar opens them.
+        # The part has priority; a key or the bar opens the cameras.
         self.cameras.hide()
         self.camera_bar = CameraBar(rig, actions["cameras"])
         self._heading = PlainLabel()
@@ -170,7 +154,7 @@ class DeskView(CoachedView):
         self._header.setProperty("role", "muted")
         self._climate = sentence_label(tr("Temperatures"), 12)
         self._climate.setProperty("role", "muted")
-        # Of a job with hundreds of features it is too long for one line.
+        # Too long for one line with hundreds of features.
         self._heading.setWordWrap(True)
         self._heading.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.part = PartVerdictView(limit=92, least=15)
@@ -180,7 +164,7 @@ class DeskView(CoachedView):
         centre.setSpacing(8)
         centre.addWidget(self.part)
         centre.addWidget(self.points, 1)
-        # Below the picture that is worked in: beside it the digits need the height.
+        # Below the picture: next to it the digits need the height.
         centre.addWidget(self._guided())
         work = QWidget()
         beside = QHBoxLayout(work)
@@ -212,7 +196,7 @@ class DeskView(CoachedView):
         layout.addLayout(_tool_row(actions))
 
     def use_plan(self, plan: Plan, folder: Path | None) -> None:
-        """Show the steps of a plan; ``folder`` is where its pictures are."""
+        """Set the plan; ``folder`` has its pictures."""
         self._nominals = {feature.name: feature for feature in plan.features}
         self._folder = folder
 
@@ -248,7 +232,7 @@ class DeskView(CoachedView):
         self.guidance.show_job(job)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Let the panel have its share of a wide screen."""
+        """Give the panel its share of a wide screen."""
         self._side.setFixedWidth(max(_PANEL_PX, round(_PANEL_SHARE * self.width())))
         super().resizeEvent(event)
 
@@ -316,7 +300,7 @@ class DeskView(CoachedView):
 
 
 def _animated() -> bool:
-    """Return whether the desktop wants things to move; somebody may have switched that off."""
+    """Return whether the desktop permits animations."""
     hint = QStyle.StyleHint.SH_Widget_Animation_Duration
     return QApplication.style().styleHint(hint) > 0
 

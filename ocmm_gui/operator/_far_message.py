@@ -1,4 +1,4 @@
-"""What to do now, or what is in the way, in sentences that are read from three metres."""
+"""Next step or obstacle, in sentences readable at three metres."""
 
 from __future__ import annotations
 
@@ -9,34 +9,33 @@ from ocmm_gui.kit import Painted, far_type, fitted, text_font, tr, wrapped_pixel
 
 _LINE = 1.17
 _LEAST_PX = 16
-"""Smaller type below the step is no use to anybody."""
+"""Minimum size for text below the step."""
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
 class FarMessage(Painted):
-    """The next step with the words of the plan below it; trouble takes the place of both."""
+    """The next step with the plan's text below it; trouble replaces both."""
 
     def __init__(self) -> None:
         super().__init__(tr("Next step"), (600, 120), (300, 60))
         self._step, self._words, self._trouble = "", "", ""
 
     def tell(self, step: str, words: str, trouble: str) -> None:
-        """Show a step and what the plan says to it, or in their place what is in the way."""
+        """Show a step with its plan text, or trouble instead."""
         if (step, words, trouble) != (self._step, self._words, self._trouble):
             self._step, self._words, self._trouble = step, words, trouble
             self.setAccessibleDescription(trouble or f"{step} {words}".strip())
             self.update()
 
     def text(self) -> str:
-        """Return what is read first."""
+        """Return the main sentence."""
         return self._trouble or self._step
 
     def is_trouble(self) -> bool:
-        """Return whether it says what is in the way."""
         return bool(self._trouble)
 
     def type_pixels(self) -> int:
-        """Return the pixel size of what is read first."""
+        """Return the pixel size of the main sentence."""
         first = self._first()
         if self._trouble:
             return wrapped_pixels(self._trouble, first, far_type(self), bold=True)
@@ -62,7 +61,7 @@ class FarMessage(Painted):
         painter.drawText(second, _LEFT, self._words)
 
     def _first(self) -> QRectF:
-        """Return where the first sentence stands: in one line if there is a second one."""
+        """Return the place of the first sentence: one line if there is a second one."""
         box = QRectF(self.rect())
         if not self._trouble:
             box.setHeight(min(_LINE * far_type(self) + 1.0, box.height()))

@@ -1,7 +1,7 @@
-"""The far view: what is read at three metres, and nothing else.
+"""Far view: only what is read at three metres.
 
-A capital must be at least 63 px high on a 1920 x 1080 screen of 24 inches to be read there
-(20 minutes of arc); the digits that change get more.
+A capital must be at least 63 px high on a 1920 x 1080 screen of 24 inches (20 minutes of arc);
+changing digits are larger.
 """
 
 from __future__ import annotations
@@ -66,23 +66,17 @@ _VALUES = (
     ("form", later("Form"), "0.000"),
 )
 _LINES = 1080
-"""Height of the screen for which the sizes below are given; on others they are shares of it."""
+"""Reference screen height for the sizes below; they scale with the screen."""
 _AIRY_LINES = 720
-"""Below so many lines what lies between the words shrinks as the words do."""
+"""Below this height gaps shrink with the text."""
 _TYPE_PX, _DIGITS_PX = 100, 130
-"""Greatest type of words, whose capitals are 73 px high, and of numbers beside the readout."""
+"""Maximum type of words, whose capitals are 73 px high, and of numbers next to the readout."""
 _PART_PX = (220, 30)
-"""Greatest type of the verdict on the part, and least type of what stands below it."""
+"""Maximum type of the part verdict, and minimum type below it."""
 
 
 class FarView(CoachedView):
-    """Status, feature, digits, tolerance bar, verdict and three large buttons.
-
-    Parameters
-    ----------
-    actions
-        By key; take, undo and finish get a button.
-    """
+    """Status, feature, digits, tolerance bar, verdict and three large buttons."""
 
     def __init__(self, actions: dict[str, QAction]) -> None:
         super().__init__()
@@ -146,7 +140,7 @@ class FarView(CoachedView):
         one = QVBoxLayout(self._one)
         one.setContentsMargins(0, 0, 0, 0)
         one.setSpacing(6)
-        # The words need other shares of the width than the digits.
+        # Words and digits need different shares of the width.
         one.addLayout(_beside(self._feature, self._count, 80), 107)
         one.addLayout(work, 434)
         one.addWidget(self._bar, 83)
@@ -170,7 +164,7 @@ class FarView(CoachedView):
         self._airs = [_Air(layout) for layout in self.findChildren(QLayout)]
         for child in self.findChildren(QWidget):
             if isinstance(child, Painted | Readout):
-                # Shares of the window alone: enlarged twice it has 360 lines.
+                # Relative to the window: enlarged twice it has 360 lines.
                 child.setMinimumSize(1, 1)
 
     def show_live(self, live: LiveView) -> None:
@@ -178,7 +172,7 @@ class FarView(CoachedView):
         turned = has_failed(live) and not has_failed(self._live)
         self._live = live
         if turned and self._job is not None:
-            # What to do next is another thing now.
+            # The next step may have changed.
             self.show_job(self._job)
         self._show_status()
         self.readout.show_live(live)
@@ -187,10 +181,10 @@ class FarView(CoachedView):
     def show_job(self, job: JobView) -> None:
         """Show the active feature."""
         self._job = job
-        # Why the machine has no number stands in the readout, in place of the digits.
+        # The readout shows the machine's reason instead of digits.
         feature = job.shown
         far_off = "" if feature is None else outlier_count(feature)
-        # From afar the first sentence is enough.
+        # From afar the first sentence suffices.
         step, point, rest = next_step(job, self._live).partition(". ")
         summary = NO_VERDICT if feature is None or job.shows_part else job.verdict_of(feature.name)
         counted = f"{summary.deciding}: {said(summary.words)}." if summary.words else ""
@@ -206,7 +200,7 @@ class FarView(CoachedView):
         self.part.show_job(job)
         self._what.setCurrentWidget(self.part if job.shows_part else self._one)
         if job.shows_part:
-            # It stands below as large as it can; once is enough.
+            # Shown large below.
             self._verdict.show_text("")
             return
         if feature is None:
@@ -220,7 +214,7 @@ class FarView(CoachedView):
         self._coverage.show_feature(feature, 0)
         self._bar.show_result(result)
         provisional = summary.verdict is Verdict.PROVISIONAL
-        # What is still provisional is in the colour of what is read second.
+        # Provisional values are muted.
         settled = self._theme.muted if provisional else self._theme.text
         self._values["form"].show_text(form_words(feature), settled)
         colour = verdict_colour(self._theme, summary.verdict)
@@ -235,7 +229,7 @@ class FarView(CoachedView):
         self._values["deviation"].show_text(quantity(result, result.deviation, signed=True), colour)
 
     def _verdict_words(self, summary: VerdictSummary) -> str:
-        """Return the verdict, with how many share it where that is still read from afar."""
+        """Return the verdict, with its count if still legible from afar."""
         if summary.verdict is None:
             return verdict_line(summary)
         short = said(summary.words.replace(" of ", "/"))
@@ -245,11 +239,11 @@ class FarView(CoachedView):
         return said_word(summary.verdict.value)
 
     def verdict(self) -> str:
-        """Return the verdict on the shown feature; empty where that on the part is shown."""
+        """Return the verdict on the shown feature; empty while that of the part is shown."""
         return self._verdict.text()
 
     def type_pixels(self) -> dict[str, int]:
-        """Return the pixel size of the type of everything that is read from afar."""
+        """Return the pixel size of all far-readable texts."""
         texts = (self._status, self._verdict, self._feature, self._count, *self._values.values())
         if self._what.currentWidget() is self.part:
             texts = (self._status,)
@@ -257,7 +251,7 @@ class FarView(CoachedView):
         if self._what.currentWidget() is self.part:
             pixels[self.part.word()] = self.part.type_pixels()[0]
         if self._message.is_trouble():
-            # A reason takes as many words as it needs: it is as large as they allow.
+            # A reason needs all its words: as large as they allow.
             return pixels
         return pixels | {self._message.text(): self._message.type_pixels()}
 
@@ -272,17 +266,17 @@ class FarView(CoachedView):
             self.show_job(self._job)
 
     def show_coach(self, view: CoachView) -> None:
-        """Show what the coach says, while the probe is lost in place of what is not known then."""
+        """Show the coach, replacing unknown values while the probe is lost."""
         super().show_coach(view)
         if self._job is not None:
             self.show_job(self._job)
 
     def coach_changed(self) -> None:
-        """Show the probe in place of the coverage, and of the ring while something is wrong."""
+        """Show the probe instead of the coverage, and of the ring during trouble."""
         probe = self.coach.shows_probe()
         self.coach.setVisible(probe)
         self._coverage.setHidden(probe)
-        # With a hint alone the way to the next point is still wanted.
+        # With a mere hint the way to the next point is still shown.
         self._ring.setHidden(self.coach.is_trouble())
 
     def _show_status(self) -> None:
@@ -301,7 +295,7 @@ class FarView(CoachedView):
         self._ring.show_target(target, None if self._live is None else self._live.tip_world)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep everything a share of the height: buttons a ninth, 33 mm on a screen of 24 inch."""
+        """Scale with the height: buttons a ninth, 33 mm on a screen of 24 inch."""
         height = max(32, self.height() // 9)
         share = max(1.0, self.window().height() / _LINES)
         small = min(1.0, self.window().height() / _AIRY_LINES)
@@ -315,13 +309,13 @@ class FarView(CoachedView):
         self.part.use_limits(*(round(pixels * share) for pixels in _PART_PX))
         for button in self._buttons:
             button.setFixedHeight(height)
-            # A font set directly is lost when the application changes its style sheet.
+            # Fonts set directly are lost when the application's style sheet changes.
             button.setStyleSheet(f"font-size: {height // 2}px; font-weight: bold;")
         super().resizeEvent(event)
 
 
 class _Air:
-    """What lies between the widgets of a layout, as it was made."""
+    """Original spacing of a layout."""
 
     def __init__(self, layout: QLayout) -> None:
         self._layout, self._margins = layout, layout.contentsMargins()
@@ -330,7 +324,7 @@ class _Air:
             self._across, self._down = layout.horizontalSpacing(), layout.verticalSpacing()
 
     def use(self, share: float) -> None:
-        """Leave so much of it."""
+        """Use a share of the spacing."""
         self._layout.setContentsMargins(self._margins * share)
         if isinstance(self._layout, QGridLayout):
             self._layout.setHorizontalSpacing(round(self._across * share))
@@ -344,7 +338,7 @@ def _first_large(word: str) -> str:
 
 
 def _beside(left: QWidget, right: QWidget, share: int) -> QHBoxLayout:
-    """Return two widgets in one line, the left one with so many hundredths of it."""
+    """Return two widgets in one line, the left one with ``share`` hundredths of it."""
     line = QHBoxLayout()
     line.setSpacing(28)
     line.addWidget(left, share)

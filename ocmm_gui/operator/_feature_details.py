@@ -1,4 +1,4 @@
-"""Details of a feature: its points as dots, and its other characteristics."""
+"""Details of a feature: point dots, and further characteristics."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _LINE_PX = 22.0
 
 
 class PointDots(QWidget):
-    """One dot for each point that is needed, filled when it is taken, and the count in digits."""
+    """One dot per needed point, filled when recorded, and the count in digits."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -33,7 +33,6 @@ class PointDots(QWidget):
         self.setFixedHeight(30)
 
     def show_points(self, taken: int, needed: int) -> None:
-        """Show how many points there are of how many."""
         self._taken, self._needed = taken, needed
         self.setAccessibleDescription(
             tr("{taken} of %n points", "{taken} of 1 point", needed).format(taken=taken)
@@ -46,11 +45,9 @@ class PointDots(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Return the size of one line."""
         return QSize(200, 30)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the count and the dots."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setFont(digit_font(20))
@@ -75,7 +72,7 @@ class PointDots(QWidget):
 
 
 class CharacteristicList(QWidget):
-    """The other characteristics of the feature, one line each."""
+    """Further characteristics of the feature, one line each."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -85,7 +82,6 @@ class CharacteristicList(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
 
     def show_results(self, results: tuple[CharacteristicResult, ...]) -> None:
-        """Show these characteristics."""
         self._results = results
         self.setVisible(bool(results))
         self.updateGeometry()
@@ -103,11 +99,10 @@ class CharacteristicList(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Return the size of all lines."""
         return QSize(200, round(_LINE_PX * (len(self._results) + 1)))
 
     def minimumSizeHint(self) -> QSize:
-        """Return a size that any window has left."""
+        """Return a size available in any window."""
         return QSize(160, 0)
 
     def paintEvent(self, event: QPaintEvent) -> None:

@@ -1,7 +1,4 @@
-"""The feature panel: it builds up while points arrive.
-
-How the points of a feature scatter: one bar a point, to be clicked.
-"""
+"""Feature panel, updated while points arrive, with a residual bar per point."""
 
 from __future__ import annotations
 
@@ -53,10 +50,10 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class ResidualChart(Painted):
-    """Distance of every point from the fitted feature; outliers in red, the chosen one framed."""
+    """Distance of every point from the fitted feature; outliers red, the selected one framed."""
 
     point_chosen = Signal(int)
-    """Emits the number of the point whose bar was clicked."""
+    """Emits the number of the clicked point."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -87,13 +84,13 @@ class ResidualChart(Painted):
         return QPointF((self._numbers.index(number) + 0.5) * pitch, 0.5 * self.height())
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Choose the point whose bar is clicked."""
+        """Select the point of the clicked bar."""
         index = int(event.position().x() / self._pitch()) if len(self._residuals) else -1
         if 0 <= index < min(len(self._residuals), len(self._numbers)):
             self.point_chosen.emit(self._numbers[index])
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint a bar for each point, if there is room."""
+        """Paint a bar per point, if there is room."""
         top = _LINE_PX
         count = len(self._residuals)
         if not count or self.height() < 3 * top:
@@ -144,9 +141,9 @@ _ROWS = (
 )
 _LARGE = ("Measured", "Deviation")
 _ROOMY_PX = 480
-"""A lower panel has no room for explanations."""
+"""Lower panels show no explanations."""
 _TIGHT_PX = 420
-"""A lower panel has no room for large digits."""
+"""Lower panels show no large digits."""
 _PICTURE_PX, _SMALL_PX = 104, 84
 
 _MAX_OTHERS = 6
@@ -155,12 +152,11 @@ _MAX_OTHERS = 6
 class FeaturePanel(QFrame):
     """Name, points, coverage, value, deviation, uncertainty, form, tolerance bar and verdict.
 
-    Numbers are marked as provisional until the feature has all its points. A click on a bar of the
-    chart chooses a point.
+    Numbers are provisional until the feature is complete. A click on a bar selects a point.
     """
 
     point_chosen = Signal(int)
-    """Emits the number of the point that was clicked."""
+    """Emits the number of the clicked point."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -244,7 +240,7 @@ class FeaturePanel(QFrame):
         self._outliers.setVisible(bool(self._outliers.text()))
         note = said(feature.note or (result.note if result is not None else ""))
         self._note.setText(note)
-        # Beside a number the note explains; without one it is the reason, and must be seen.
+        # The note explains a number; without a number it is the reason and must be visible.
         explains = result is not None and result.measured is not None and not feature.note
         self._note.setVisible(bool(note) and (not explains or self.height() >= _ROOMY_PX))
         others = [item for item in characteristics_of(job, feature.name) if item is not result]
@@ -259,12 +255,12 @@ class FeaturePanel(QFrame):
             self.show_job(self._job)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show as much as there is room for: nothing is ever cut in half."""
+        """Show as much as fits, never cut in half."""
         super().resizeEvent(event)
         self._fit()
 
     def value(self, name: str) -> str:
-        """Return what stands beside a caption."""
+        """Return the text next to a caption."""
         return self._values[name].text()
 
     def verdict(self) -> str:
@@ -272,7 +268,7 @@ class FeaturePanel(QFrame):
         return self._verdict.text()
 
     def outliers(self) -> str:
-        """Return what is said about outliers and the chosen point; may be empty."""
+        """Return the text on outliers and the selected point; may be empty."""
         return self._outliers.text()
 
     def title(self) -> str:
@@ -286,7 +282,7 @@ class FeaturePanel(QFrame):
             self.show_job(self._job)
 
     def _fit(self) -> None:
-        # What is hidden or shown here can resize this panel: once is enough, or it never ends.
+        # Hiding widgets can resize this panel: guard against recursion.
         if not self._fitting:
             self._fitting = True
             try:
@@ -310,7 +306,7 @@ class FeaturePanel(QFrame):
         self.coverage.setFixedSize(side, side)
         self._column.setSpacing(2 if tight else 6)
         self._named.setSpacing(1 if tight else 4)
-        # What is least missed goes first: all of it stands on the sheet of results as well.
+        # Least important first: the results sheet shows them as well.
         given_up = (self._row("Position"), (self._basis,), self._row("Nominal"))
         for labels in given_up:
             for label in labels:
@@ -322,7 +318,7 @@ class FeaturePanel(QFrame):
                 label.hide()
 
     def _needed(self) -> int:
-        # Without a label that wraps the layout has no height for its width, and says -1.
+        # Without a wrapping label the layout has no height for width, and returns -1.
         if self._column.hasHeightForWidth():
             return self._column.totalHeightForWidth(self.width())
         return self._column.totalSizeHint().height()
@@ -362,7 +358,7 @@ class FeaturePanel(QFrame):
 
 
 def subject(result: CharacteristicResult) -> str:
-    """Return what a characteristic is about, in words."""
+    """Return the subject of a characteristic, in words."""
     return f"{said_word(spec_of(result.kind).words)} {' – '.join(result.features)}"
 
 

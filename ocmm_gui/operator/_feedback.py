@@ -1,4 +1,4 @@
-"""What is heard and flashes when a point is taken or refused, or a feature is done."""
+"""Sounds and flashes for recorded and refused points, and completed features."""
 
 from __future__ import annotations
 
@@ -13,17 +13,7 @@ from ocmm_gui.operator._readout import Readout
 
 
 class Feedback:
-    """Sounds for hands and eyes that are busy, and the same as a flash of the readout.
-
-    Parameters
-    ----------
-    sounds
-        Player, or None for silence.
-    notices
-        Where it is told that the tone is on or off.
-    readout
-        Gives the readout that is seen now.
-    """
+    """Sounds, also shown as flashes of the readout."""
 
     def __init__(
         self, sounds: SoundPlayer | None, notices: NoticeCentre, readout: Callable[[], Readout]
@@ -32,26 +22,26 @@ class Feedback:
         self._approach = Approach(sounds)
 
     def play(self, sound: Sound) -> None:
-        """Play a sound where one can be played."""
+        """Play a sound, if possible."""
         if self._sounds is not None:
             self._sounds.play(sound)
 
     def taken(self, point: MeasuredPoint) -> None:
-        """Say that a point was taken."""
+        """Signal a recorded point."""
         self.play(Sound.TAKEN)
         self._readout().flash(good=True)
 
     def refused(self, refusal: Refusal) -> None:
-        """Say that a touch gave no point."""
+        """Signal a touch without point."""
         self.play(Sound.REFUSED)
         self._readout().flash(good=False)
 
     def announce(self, previous: JobView, job: JobView) -> None:
-        """Say what of a job is done now that was not before; another job says nothing."""
+        """Signal newly completed parts of the same job."""
         if previous.job != job.job:
             return
         if job.complete and not previous.complete:
-            # The last feature is part of the part: its verdict is never worse than that.
+            # The part verdict includes the last feature.
             self._tell(job.part_verdict.verdict)
             return
         before = {feature.name: feature.state for feature in previous.features}
@@ -65,7 +55,7 @@ class Feedback:
         self._readout().flash(good=verdict in (None, Verdict.CONFORM))
 
     def way(self, target: Target | None, tip_world: Float | None) -> None:
-        """Sound how the ball, (3,) mm, comes nearer to the next place."""
+        """Play the approach of the ball, (3,) mm, to the target."""
         self._approach.feed(target, tip_world)
 
     def toggle_tone(self) -> None:
@@ -76,6 +66,6 @@ class Feedback:
         )
 
     def close(self) -> None:
-        """Stop what still plays."""
+        """Stop playing."""
         if self._sounds is not None:
             self._sounds.close()

@@ -1,4 +1,4 @@
-"""Guidance: what to do next, how, and why the last touch gave no point."""
+"""Guidance: next step, instruction, and reason for the last refused touch."""
 
 from __future__ import annotations
 
@@ -22,13 +22,7 @@ from ocmm_gui.kit import (
 
 
 class Guidance(QFrame):
-    """The next step, the words of the plan, how far the next point is, and what is in the way.
-
-    Parameters
-    ----------
-    pixels
-        Size of the type.
-    """
+    """Next step, plan text, distance to the next point, and trouble."""
 
     def __init__(self, pixels: int = 16) -> None:
         super().__init__()
@@ -60,22 +54,22 @@ class Guidance(QFrame):
         self._show_trouble()
 
     def show_live(self, live: LiveView) -> None:
-        """Show why the machine is not ready, and how far the next point is."""
+        """Show why the machine is not ready, and the distance to the next point."""
         self._live = live
         self._show_step()
         self._show_approach()
         self._show_trouble()
 
     def step(self) -> str:
-        """Return the sentence that says what to do."""
+        """Return the instruction."""
         return self._step.text()
 
     def mode(self) -> str:
-        """Return the order of probing and how the side of the material is found."""
+        """Return probing order and side detection."""
         return self._mode.text()
 
     def trouble(self) -> str:
-        """Return what stands in the way, or an empty text."""
+        """Return the trouble, or an empty text."""
         return self._trouble.text()
 
     def set_theme(self, theme: Theme) -> None:
@@ -95,7 +89,7 @@ class Guidance(QFrame):
         self._approach.setVisible(bool(text))
 
     def _show_trouble(self) -> None:
-        # Why it has failed takes many words, and stands above, in place of the digits.
+        # The reason of a failure is long and shown above, instead of the digits.
         live = None if has_failed(self._live) else self._live
         text = "\n".join(trouble(live, self._job))
         if text != self._trouble.text():

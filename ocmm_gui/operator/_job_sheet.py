@@ -1,4 +1,4 @@
-"""The start of a job: who measures, which part, and jobs that were left open."""
+"""Start of a job: operator, part, and open jobs."""
 
 from __future__ import annotations
 
@@ -69,14 +69,9 @@ _ROW_PX = 44
 
 
 class JobSheet(Sheet):
-    """Four fields, and beside them the other jobs of the batch.
+    """Four fields, next to the other jobs of the batch.
 
-    Return goes from field to field, and begins the job after the last one.
-
-    Parameters
-    ----------
-    bridge
-        Begins jobs.
+    Return moves to the next field, and starts the job after the last one.
     """
 
     def __init__(self, bridge: StationBridge) -> None:
@@ -86,7 +81,7 @@ class JobSheet(Sheet):
         grid = QGridLayout()
         grid.setHorizontalSpacing(14)
         grid.setVerticalSpacing(12)
-        # A folder may hold many plans and jobs, and lie on a slow disk.
+        # A folder may hold many files on a slow disk.
         self._lists = Worker("ocmm-lists", self)
         self._offered: dict[Path, PlanSummary] = {}
         self._beside: dict[Path, PlanSummary] = {}
@@ -166,7 +161,7 @@ class JobSheet(Sheet):
         )
 
     def _room_form(self) -> QGridLayout:
-        """Return the fields of what is read off in the room, for the job that is measured."""
+        """Return the fields of room conditions for the current job."""
         self.room = {key: form_field(tr(label), tr(tip)) for key, label, tip in _ROOM}
         grid = QGridLayout()
         keys = tuple(self.room)
@@ -185,7 +180,7 @@ class JobSheet(Sheet):
         return grid
 
     def note_room(self) -> None:
-        """Keep in the current job what is typed; the core says whether it is begin or end."""
+        """Store the typed conditions in the current job; the core determines start or end."""
         typed = TypedRoom(**{key: field.text() for key, field in self.room.items()})
 
         def kept() -> None:
@@ -202,7 +197,7 @@ class JobSheet(Sheet):
         self._kept.setText(said(" ".join(told)) if told else nothing)
 
     def open(self, job: JobView) -> None:
-        """Fill in what is known, with the keyboard in the first field."""
+        """Fill in known values, with the focus in the first field."""
         header = self._proposal(job)
         self._list_plans()
         self.say(tr("Current job: {job}.").format(job=job.job))
@@ -214,7 +209,7 @@ class JobSheet(Sheet):
         self.fields["operator"].selectAll()
 
     def begin(self) -> None:
-        """Begin a job with what is filled in."""
+        """Start a job with the filled-in fields."""
         words = {key: field.text().strip() for key, field in self.fields.items()}
         header = JobHeader(
             operator=words["operator"],
@@ -231,38 +226,38 @@ class JobSheet(Sheet):
         self._show_beginning()
 
     def offer(self, path: Path) -> None:
-        """Let a plan be chosen from now on; one that cannot be measured is told."""
+        """Offer a plan; report one that cannot be measured."""
         card = self.attempt(lambda: plan_card(path))
         if card is not None:
             self._offered[path.absolute()] = card
             self._show_plans()
 
     def choose_plan(self, path: Path) -> None:
-        """Choose the plan of a file for the next job."""
+        """Select the plan of a file for the next job."""
         self.offer(path)
         if path.absolute() in self._offered:
             self._choose(path.absolute())
             self.plans.setFocus()
 
     def propose_operators(self, names: tuple[str, ...]) -> None:
-        """Propose names as operator while one is typed."""
+        """Set completion names for the operator field."""
         completer = QCompleter(names, self.fields["operator"])
         completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
         self.fields["operator"].setCompleter(completer)
 
     def next_part(self) -> None:
-        """Begin the job of the next part at once."""
+        """Start the job of the next part at once."""
         header = self.attempt(lambda: _after(self._bridge.shown.job.header))
         if header is not None:
             self._bridge.jobs.next_part(header)
             self._show_beginning()
 
     def go_on(self) -> None:
-        """Go on with the chosen job, once the list is read."""
+        """Resume the selected job, once the list is read."""
         self._lists.do(lambda: None, lambda _none: self._go_on(), self.failed.emit)
 
     def close_work(self) -> None:
-        """Read no more lists; call it before the window goes."""
+        """Stop reading lists; call before the window closes."""
         self._lists.close(0.0)
 
     def _go_on(self) -> None:
@@ -295,17 +290,17 @@ class JobSheet(Sheet):
         return Path.home() if file is None else file.parent
 
     def _list_plans(self) -> None:
-        """List the plan that is measured, those beside it, and those that were offered."""
+        """List the current plan, its siblings, and offered ones."""
         file, offered = self._bridge.station.job.plan_file, tuple(self._offered)
         folder = self._plan_folder()
         self._show_plans()
 
         def read() -> tuple[dict[Path, PlanSummary], dict[Path, PlanSummary]]:
-            # The plan that is measured is to be had again when another one is.
+            # Keep the current plan selectable.
             asked = {*offered, *([] if file is None else [file.absolute()])}
             found = {}
             for path in sorted(asked):
-                # What has become unreadable since is left out.
+                # Omit plans that became unreadable.
                 with contextlib.suppress(OcmmError):
                     found[path] = plan_card(path)
             return {card.path: card for card in list_plans(folder)}, found
@@ -339,7 +334,7 @@ class JobSheet(Sheet):
         self._show_part()
 
     def _choose(self, path: Path) -> None:
-        # It is not in the list where it is the one that is measured already.
+        # The current plan has an entry of its own.
         places = [None if card is None else card.path for card in self._cards]
         self.plans.setCurrentIndex(places.index(path) if path in places else 0)
 
@@ -360,7 +355,7 @@ class JobSheet(Sheet):
 
     def _show_jobs(self, folder: Path, batch: str, parts: tuple[BatchPart, ...]) -> None:
         if batch != self.fields["batch"].text().strip():
-            # The list of another batch is on its way.
+            # Another batch was selected meanwhile.
             return
         running = self._bridge.station.job.path
         self.jobs.clear()
@@ -391,10 +386,10 @@ class JobSheet(Sheet):
 
 
 def _enter(field: QLineEdit) -> None:
-    """Go to a field as Tab does: what is typed takes the place of what stands there."""
+    """Focus a field as Tab does: typing replaces its content."""
     field.setFocus(Qt.FocusReason.TabFocusReason)
 
 
 def _after(header: JobHeader) -> JobHeader:
-    """Return the header of the next part; InputError where its serial number has no number."""
+    """Return the header of the next part; InputError if its serial has no number."""
     return replace(header, serial=next_serial(header.serial))

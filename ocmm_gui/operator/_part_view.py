@@ -1,4 +1,4 @@
-"""The verdict on the part, as large as its place allows, and what makes it no better."""
+"""Verdict on the part, as large as possible, with the reasons."""
 
 from __future__ import annotations
 
@@ -20,19 +20,17 @@ from ocmm_gui.kit import (
 )
 
 _WORD_SHARE = 0.46
-"""Part of the height that the word gets where reasons stand below it."""
+"""Height share of the word with reasons below it."""
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
 class PartVerdictView(Painted):
-    """Sign and word of the verdict, the counts, and the names that fail or are missing.
+    """Sign and word of the verdict, counts, and names of failed or missing features.
 
     Parameters
     ----------
-    limit
-        Greatest pixel size of the word.
     least
-        Smallest pixel size of a reason: names that do not fit are counted.
+        Minimum pixel size of a reason: names that do not fit are counted.
     """
 
     def __init__(self, limit: int, least: int) -> None:
@@ -49,7 +47,7 @@ class PartVerdictView(Painted):
         self.update()
 
     def use_limits(self, limit: int, least: int) -> None:
-        """Use other limits of the type, px, from now on."""
+        """Set the type limits, px."""
         if (limit, least) != (self._limit, self._least):
             self._limit, self._least = limit, least
             self.update()
@@ -59,7 +57,7 @@ class PartVerdictView(Painted):
         return "" if self._job is None else said_word(self._job.part_verdict.word.value)
 
     def lines(self) -> tuple[str, ...]:
-        """Return what stands below the word."""
+        """Return the lines below the word."""
         if self._job is None:
             return ()
         part = self._job.part_verdict
@@ -68,7 +66,7 @@ class PartVerdictView(Painted):
         return (*simulated, *counted, *(part.reasons or (part.summary.counted,)))
 
     def type_pixels(self) -> tuple[int, int]:
-        """Return the pixel sizes of the word and of what stands below it."""
+        """Return the pixel sizes of the word and of the lines below."""
         return self._word_font_px(), self._line_px()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -104,7 +102,7 @@ class PartVerdictView(Painted):
 
     def _word_font_px(self) -> int:
         box = self._word_box()
-        # The sign before the word is as wide as the word is high.
+        # The sign is as wide as the word is high.
         room = box.width() - 1.05 * min(self._limit, box.height() / 1.17)
         return fitted(
             text_font(10, bold=True), self.word(), room, box.height(), self._limit
@@ -120,7 +118,7 @@ class PartVerdictView(Painted):
 
 
 def with_room(text: str, metrics: QFontMetricsF, room: float) -> str:
-    """Return ``WORD: A, B, C`` with as many names as fit, the others counted: ``A, 2 more``."""
+    """Return ``WORD: A, B, C`` with the names that fit, others counted: ``A, 2 more``."""
     head, _, tail = text.partition(": ")
     names = tail.split(", ")
     for left_out in range(len(names)):

@@ -1,4 +1,4 @@
-"""The plan as a sequence, with a mark and a word for every feature."""
+"""Plan as a list, with a mark and a word per feature."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ _ROW_PX = 46
 
 
 class PlanList(QListWidget):
-    """List of the features; a click makes one the active feature."""
+    """List of the features; a click activates one."""
 
     feature_chosen = Signal(str)
-    """Emits the name of the feature that was clicked."""
+    """Emits the name of the clicked feature."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -55,7 +55,7 @@ class PlanList(QListWidget):
         self.itemClicked.connect(lambda item: self.feature_chosen.emit(item.data(_ROLE).name))
 
     def show_job(self, job: JobView) -> None:
-        """Show the features as they stand and keep the active one in sight."""
+        """Show the features and keep the active one visible."""
         marked = job.shown if job.looked_at or not job.active else job.feature(job.active)
         while self.count() > len(job.features):
             self.takeItem(self.count() - 1)
@@ -143,7 +143,7 @@ class _Row(QStyledItemDelegate):
         painter.setPen(QColor(theme.text))
         metrics = painter.fontMetrics()
         shape = shape_word(feature.shape)
-        # A long name has the line for itself; the points stand below it then.
+        # A long name uses the whole line; the points are below it.
         alone = metrics.horizontalAdvance(f"{feature.name}  {count}") > upper.width()
         if alone:
             shape = f"{shape}  {count}"

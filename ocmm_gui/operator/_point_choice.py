@@ -1,4 +1,4 @@
-"""The point that is chosen: with the keys, or by a click on its bar."""
+"""Point selection, by keys or click."""
 
 from __future__ import annotations
 
@@ -11,17 +11,7 @@ from ocmm_gui.operator._desk_view import DeskView
 
 
 class PointChoice(QObject):
-    """Choose a point of the shown feature, delete it with a reason, put the last one back.
-
-    Parameters
-    ----------
-    bridge
-        Carries it out.
-    desk
-        Marks the point in the panel and in the 3-D view.
-    notices
-        Where is told that there is nothing to choose.
-    """
+    """Select a point of the shown feature, delete it with a reason, restore the last one."""
 
     def __init__(self, bridge: StationBridge, desk: DeskView, notices: NoticeCentre) -> None:
         super().__init__()
@@ -35,7 +25,7 @@ class PointChoice(QObject):
 
     @property
     def chosen(self) -> int:
-        """Return the number of the chosen point; zero for none."""
+        """Return the selected point; zero for none."""
         return self._chosen
 
     def choose(self, number: int) -> None:
@@ -45,7 +35,7 @@ class PointChoice(QObject):
         self._desk.points.choose(number)
 
     def step(self, way: int) -> None:
-        """Choose the next point of the shown feature, or the one before; outliers come first."""
+        """Select the next or previous point of the shown feature; outliers first."""
         feature = self._feature()
         if feature is None or not feature.points:
             self._notices.inform(tr("No points to select yet."))
@@ -57,14 +47,14 @@ class PointChoice(QObject):
             self.choose((*feature.outliers, numbers[-1])[0])
 
     def delete(self) -> None:
-        """Ask why the chosen point is to be deleted."""
+        """Ask for the reason of the deletion."""
         if self._chosen:
             self.panel.ask(self._chosen)
         else:
             self._notices.inform(tr("Select a point first: press . or , or click its bar."))
 
     def restore(self) -> None:
-        """Put the point back that was deleted last from the shown feature."""
+        """Restore the last deleted point of the shown feature."""
         feature = self._feature()
         if feature is None or not feature.deleted:
             self._notices.inform(tr("No deleted points on this feature."))
@@ -72,7 +62,7 @@ class PointChoice(QObject):
         self._bridge.choice.restore_point(feature.deleted[-1].point.number)
 
     def show_job(self, job: JobView) -> None:
-        """Forget the choice once its point is gone or another feature is shown."""
+        """Clear the selection if its point is gone or another feature is shown."""
         feature = job.shown
         known = () if feature is None else [point.number for point in feature.points]
         if self._chosen and self._chosen not in known:

@@ -1,4 +1,4 @@
-"""The readout: X, Y and Z of the ball centre, as large as the place allows."""
+"""Readout: X, Y and Z of the ball centre, as large as possible."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ from ocmm_gui.kit import (
 )
 
 DIGITS_HZ = 12
-"""Digits that change faster cannot be read."""
+"""Faster digits are illegible."""
 
 FLASH_MS = 450
 _RESERVE = "+0000.000"
 _CAPTION_SHARE = 0.08
 _REASON_LIMIT_PX, _REASON_SHARE = 100, 100.0 / 1080.0
-"""Greatest type of a reason: on a screen of 1080 lines, and as a share of the height of others."""
+"""Maximum type of a reason: on a screen of 1080 lines, and relative to the height."""
 _LARGE_SHARE = 0.62
-"""Of the height, for what to do; the rest says why."""
+"""Height share of the remedy; the rest is the reason."""
 
 
 class Readout(QWidget):
-    """Three rows of digits; the reason in their place as soon as the core withholds the number."""
+    """Three rows of digits, replaced by the reason if the core withholds them."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -62,9 +62,9 @@ class Readout(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_live(self, live: LiveView) -> None:
-        """Show the tip, or why there is none that can be trusted.
+        """Show the tip, or why there is no trusted position.
 
-        A number that is withdrawn goes at once; a new one waits for the next turn of the digits.
+        Withdrawn numbers disappear at once; new ones wait for the next update.
         """
         now = time.monotonic()
         if live.tip_world is None:
@@ -86,13 +86,13 @@ class Readout(QWidget):
             )
 
     def show_remedy(self, remedy: str) -> None:
-        """Show what to do, in large type, as long as there is no number."""
+        """Show the remedy in large type while there is no number."""
         if remedy != self._remedy:
             self._remedy = remedy
             self.update()
 
     def show_refusal(self, what: str, remedy: str) -> None:
-        """Show why a touch gave no point, and in large type what to do, until it is forgotten."""
+        """Show refusal and remedy until forgotten."""
         self._refusal = (what, remedy)
         self.update()
 
@@ -102,7 +102,7 @@ class Readout(QWidget):
         self.update()
 
     def trouble(self) -> tuple[str, str]:
-        """Return what to do in large type, and why; two empty texts where digits are shown."""
+        """Return remedy and reason; empty while digits are shown."""
         if DASHES in self._values:
             return self._remedy, self._caption
         if self._refusal is not None:
@@ -111,15 +111,15 @@ class Readout(QWidget):
         return "", ""
 
     def withdraw(self, reason: str) -> None:
-        """Show no number any more, and why."""
+        """Hide the numbers and show the reason."""
         self._show((DASHES, DASHES, DASHES), reason)
 
     def values(self) -> tuple[str, str, str]:
-        """Return what the three rows hold; dashes while the reason stands in their place."""
+        """Return the three rows; dashes while the reason is shown."""
         return self._values
 
     def flash(self, *, good: bool) -> None:
-        """Light the border up for a moment, in the colour of good or bad news."""
+        """Flash the border in the colour of good or bad news."""
         self._flash = good
         self._end_of_flash.start()
         self.update()
@@ -138,7 +138,7 @@ class Readout(QWidget):
         return QSize(300, 150)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the size below which the digits cannot be read from some steps away."""
+        """Return the minimum size legible from some steps away."""
         return QSize(180, 150)
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -186,7 +186,7 @@ class Readout(QWidget):
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(half, half, -half, -half), 6, 6)
 
     def _paint_trouble(self, painter: QPainter, large: str, why: str) -> None:
-        """Paint what to do, and below it smaller why."""
+        """Paint the remedy, and the reason smaller below."""
         box = self._reason_box()
         first = QRectF(box)
         if why:
@@ -204,7 +204,7 @@ class Readout(QWidget):
             painter.drawText(second, WRAPPED, why)
 
     def reason_pixels(self) -> int:
-        """Return the pixel size of the sentence that stands in place of the digits."""
+        """Return the pixel size of the sentence shown instead of the digits."""
         return wrapped_pixels(self._caption, self._reason_box(), self._limit())
 
     def _limit(self) -> int:
@@ -213,7 +213,7 @@ class Readout(QWidget):
     def _reason_box(self) -> QRectF:
         margin = max(8.0, 0.02 * self.height())
         box = QRectF(self.rect()).adjusted(margin, margin, -margin, -margin)
-        # The axes keep their place, so that the eye finds the digits again.
+        # The axis labels stay in place.
         box.setLeft(self._digit_box().left() + 1.1 * self._type())
         return box
 
@@ -249,28 +249,27 @@ def _known(value: float | None) -> str:
 
 
 class CoachedView(QWidget):
-    """A view with a readout and a coach, which say the same of what is wrong and what to do."""
+    """A view with a readout and a coach, showing the same trouble and remedy."""
 
     readout: Readout
     coach: CoachPanel
 
     def show_coach(self, view: CoachView) -> None:
-        """Show what the coach says."""
         self.coach.show_coach(view)
         self.readout.show_remedy(said(view.remedy))
         self.coach_changed()
 
     def show_refusal(self, refusal: Refusal) -> None:
-        """Show for a while why a touch gave no point, and what to do."""
+        """Show for a while why a touch gave no point, and the remedy."""
         self.coach.show_refusal(refusal)
         self.readout.show_refusal(said(refusal.what), said(refusal.remedy))
         self.coach_changed()
 
     def forget_refusal(self) -> None:
-        """Show what is measured again: a point was taken."""
+        """Show measured values again, after a recorded point."""
         self.coach.forget_refusal()
         self.readout.forget_refusal()
         self.coach_changed()
 
     def coach_changed(self) -> None:
-        """Show what follows from what the coach says; nothing does in many views."""
+        """React to the coach's state; does nothing by default."""

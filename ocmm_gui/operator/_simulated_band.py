@@ -1,4 +1,4 @@
-"""The band at the edge of every screen that says: no real part was measured."""
+"""Band at the edge of every screen that marks simulated measurements."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from ocmm_core.inspection.evaluation import SIMULATED
 from ocmm_gui.kit import CAP_HEIGHT, Painted, far_type, said_word, text_font, tr
 
 _DESK_SHARE = 0.022
-"""Size of the type over the height of the window where it is read from a chair."""
+"""Type size over window height at the desk."""
 
 
 class SimulatedBand(Painted):
-    """One word from the bottom to the top, repeated as often as there is room.
+    """One word, vertical, repeated as space permits.
 
-    It costs width only: height is what screens lack.
+    Costs only width: height is scarce.
     """
 
     def __init__(self) -> None:
@@ -24,7 +24,7 @@ class SimulatedBand(Painted):
         self.hide()
 
     def show_far(self, far: bool) -> None:
-        """Be legible at three metres, or from a chair."""
+        """Set the type for far or near reading."""
         self._far = far
         self._fit()
 
@@ -52,7 +52,7 @@ class SimulatedBand(Painted):
         share = self.height() / times
         painter.translate(0.0, self.height())
         painter.rotate(-90.0)
-        # Capitals alone stand in the middle: the room below a line is for letters that hang.
+        # Centre the capitals: the descent is unused.
         base = 0.5 * (self.width() + CAP_HEIGHT * self.type_pixels())
         for index in range(times):
             painter.drawText(QPointF((index + 0.5) * share - 0.5 * word, base), text)

@@ -1,4 +1,4 @@
-"""The status strip: the one word, its reason, and how the machine is doing."""
+"""Status strip: status word, reason, and counters of the machine."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _COUNTERS = (
 )
 
 _NEEDED = 3
-"""LEDs without which there is no place of the reference body."""
+"""Minimum LEDs for a pose of the reference body."""
 
 
 class StatusStrip(QFrame):
@@ -124,13 +124,13 @@ class StatusStrip(QFrame):
             self._values[name].setText(value)
 
     def show_job(self, job: JobView) -> None:
-        """Show that a job takes no touches."""
+        """Show whether the job is paused."""
         self._job = job
         if self._live is not None:
             self.show_live(self._live)
 
     def _show_reference(self, reference: ReferenceView | None) -> None:
-        """Show the counter of the reference body where one is used, and where it is lost in red."""
+        """Show the counter of the reference body, if used; red if lost."""
         for label in self._reference:
             label.setVisible(reference is not None)
         if reference is not None:
@@ -139,11 +139,11 @@ class StatusStrip(QFrame):
             self._values["Reference"].setStyleSheet(f"color: {self._theme.bad};" if lost else "")
 
     def status(self) -> str:
-        """Return the word that is shown."""
+        """Return the status word."""
         return self._word.text()
 
     def counter(self, name: str) -> str:
-        """Return what stands under a caption."""
+        """Return the text under a caption."""
         return self._values[name].text()
 
     def set_theme(self, theme: Theme) -> None:
@@ -154,5 +154,5 @@ class StatusStrip(QFrame):
 
 
 def _short(count: int) -> str:
-    # Six digits keep their place in the strip for any length of shift.
+    # Six digits fit for any length of shift.
     return f"{count}" if count < 1_000_000 else localised(f"{count / 1e6:.2f}M")

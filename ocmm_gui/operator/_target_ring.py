@@ -1,4 +1,4 @@
-"""The ring that closes round the next point, and how far it still is: to be seen from afar."""
+"""Ring that closes round the next point, with the distance, visible from afar."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ocmm_gui.kit import Painted, digit_font, distance_words, fitted, text_font,
 
 
 class TargetRing(Painted):
-    """A ring about a dot; its radius falls with the distance of the ball from the next place."""
+    """A ring about a dot; its radius is the distance of the ball from the target."""
 
     def __init__(self) -> None:
         super().__init__(tr("Distance to the next point"), (120, 120), (60, 60))
@@ -19,7 +19,7 @@ class TargetRing(Painted):
         self._approximate = False
 
     def show_target(self, target: Target | None, tip_world: Float | None) -> None:
-        """Show how far the ball (3,), mm, is from a target; None shows nothing."""
+        """Show the distance of the ball (3,), mm, from a target; None shows nothing."""
         distance = None if target is None or tip_world is None else target.distance(tip_world)
         approximate = target is not None and target.approximate
         if (distance, approximate) != (self._distance, self._approximate):
@@ -28,7 +28,7 @@ class TargetRing(Painted):
             self.update()
 
     def words(self) -> str:
-        """Return the distance in words; empty where it is not known."""
+        """Return the distance in words; empty if unknown."""
         if self._distance is None:
             return ""
         return distance_words(self._distance, approximate=self._approximate)

@@ -1,4 +1,4 @@
-"""The line that says on every screen which tip is on the probe and whether it may be trusted."""
+"""Line on every screen with the mounted tip and its status."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from ocmm_gui.operator._trust_bar import MarkView, TrustPlace
 
 _NEAR_PX = 14
 _CALM_SHARE = 0.35
-"""Of the type that is read at three metres: what is in good order need not be."""
+"""Relative to far type: good order need not be readable at three metres."""
 
 
 class TipLine(QFrame):
-    """A mark and a sentence about the probe; calm in good order, and never away."""
+    """A mark and a sentence about the probe; always visible."""
 
     turned = Signal(object)
-    """Emits the `ProbeView` when the tip stops the points, or does so no more."""
+    """Emits the `ProbeView` when the tip starts or stops blocking points."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -42,7 +42,7 @@ class TipLine(QFrame):
         self._place = TrustPlace.DESK
         self._pixels = _NEAR_PX
         self._mark = MarkView()
-        # Of a probe that nobody has spoken of yet there is nothing to mark.
+        # Nothing to mark before the first view.
         self._mark.hide()
         self._text = PlainLabel()
         self._text.setAccessibleName(tr("Status of the tip"))
@@ -56,7 +56,7 @@ class TipLine(QFrame):
         layout.addWidget(self._text, 1)
 
     def show_probe(self, view: ProbeView, place: TrustPlace) -> None:
-        """Show what is to be said about the probe in that place."""
+        """Show the probe status for a place."""
         pixels = _NEAR_PX
         if place is TrustPlace.FAR:
             pixels = round((_CALM_SHARE if _is_calm(view) else 1.0) * far_type(self))
@@ -74,7 +74,6 @@ class TipLine(QFrame):
             self.turned.emit(view)
 
     def text(self) -> str:
-        """Return what the line says."""
         return self._text.text()
 
     def set_theme(self, theme: Theme) -> None:
@@ -98,7 +97,7 @@ class TipLine(QFrame):
 
 
 def tip_mark(view: ProbeView) -> Mark:
-    """Return the mark of a standing."""
+    """Return the mark of a status."""
     if view.uncalibrated:
         return Mark.BAD
     return {
@@ -114,7 +113,7 @@ def _is_calm(view: ProbeView) -> bool:
 
 
 def tip_words(view: ProbeView, place: TrustPlace) -> str:
-    """Return what is said about the probe; from three metres the name of the tip and one word."""
+    """Return the probe status; from three metres only the tip name and one word."""
     word = tr("UNCALIBRATED") if view.uncalibrated else said_word(view.word.value)
     if place is TrustPlace.FAR:
         return (
@@ -127,7 +126,7 @@ def tip_words(view: ProbeView, place: TrustPlace) -> str:
         return tr("Probe {title}: {word}, nominal geometry, {ball}.").format(
             title=view.title, word=word, ball=ball
         )
-    # Why no points are taken stands in the status strip of the desk view already.
+    # The desk view's status strip already shows why no points are recorded.
     why = ""
     if view.blocker is not None and view.uncalibrated:
         why = f" {said(view.blocker.what)}"

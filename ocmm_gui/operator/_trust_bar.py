@@ -1,4 +1,4 @@
-"""The bar that stays on every screen while the calibration is not as it should be."""
+"""Bar on every screen while the calibration is not in good order."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ _NEAR_PX = 15
 
 
 class TrustPlace(Enum):
-    """Above what the bar stands."""
+    """Screen of the bar."""
 
     DESK = "desk"
-    """Its status strip tells why no points are taken."""
+    """Its status strip shows why no points are recorded."""
     FAR = "far"
-    """Read at three metres; the readout tells why no points are taken."""
+    """Readable at three metres; the readout shows why no points are recorded."""
     MAINTAIN = "maintain"
 
 
@@ -60,9 +60,9 @@ class TrustBar(QFrame):
         self.hide()
 
     def show_calibration(self, view: CalibrationView, place: TrustPlace, beside: str = "") -> None:
-        """Show what somebody who measures has to know in that place, or hide.
+        """Show the status relevant for measuring at a place, or hide.
 
-        ``beside`` is what is to be said besides the calibration, for who stands at the screen.
+        ``beside``: additional text for readers at the screen.
         """
         pixels = far_type(self) if place is TrustPlace.FAR else _NEAR_PX
         if (view, place, beside, pixels) == (self._view, self._place, self._beside, self._pixels):
@@ -77,7 +77,7 @@ class TrustBar(QFrame):
         self.setVisible(bool(text))
 
     def text(self) -> str:
-        """Return what the bar says; empty while it is hidden."""
+        """Return the text; empty while hidden."""
         return self._text.text()
 
     def set_theme(self, theme: Theme) -> None:
@@ -106,7 +106,7 @@ class MarkView(QWidget):
         self._shown = (Mark.DOUBT, "#000000", "#000000")
 
     def show_mark(self, mark: Mark, colour: str, inside: str) -> None:
-        """Show a mark; ``inside`` is the colour of what is cut out of it."""
+        """Show a mark; ``inside`` is the colour of its cut-outs."""
         self._shown = (mark, colour, inside)
         self.update()
 
@@ -117,7 +117,7 @@ class MarkView(QWidget):
 
 
 def trust_words(view: CalibrationView, place: TrustPlace) -> str:
-    """Return what the bar says; empty in good order, and where it is said beside it."""
+    """Return the text; empty in good order, and if shown elsewhere on the screen."""
     warnings = " ".join(map(said, view.warnings))
     if view.uncalibrated:
         if place is TrustPlace.FAR:
@@ -134,5 +134,5 @@ def trust_words(view: CalibrationView, place: TrustPlace) -> str:
             if place is TrustPlace.MAINTAIN
             else ""
         )
-    # A warning is for who can do something about it, and that is not done three metres off.
+    # Warnings cannot be resolved three metres away.
     return "" if place is TrustPlace.FAR else warnings

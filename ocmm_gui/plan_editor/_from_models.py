@@ -20,7 +20,6 @@ from ocmm_core.errors import InputError
 from ocmm_core.inspection.drawing import Account
 from ocmm_core.inspection.plan import (
     USUAL_BALL_RADIUS,
-    FeaturePreview,
     FeatureTable,
     PartOfPlan,
     Plan,
@@ -28,14 +27,13 @@ from ocmm_core.inspection.plan import (
 )
 from ocmm_core.inspection.step import Offer
 from ocmm_core.part_model import ModelFace, PartModel
-from ocmm_core.tables import TableOptions
-from ocmm_gui.kit import said, tr
+from ocmm_core.tables import TableOptions, TablePreview
+from ocmm_gui.kit import TableImport, said, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._importing import Imported, Importing, InUse, ReadModel, with_table
 from ocmm_gui.plan_editor._model_choice import ModelChoice
 from ocmm_gui.plan_editor._part_choice import ChoiceLine, ChoiceWords, PartChoice
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, ItemKey
-from ocmm_gui.plan_editor._table_import import TableImport
 from ocmm_gui.plan_editor._tolerance_account import ToleranceAccount
 
 
@@ -143,7 +141,7 @@ class FromModels(QObject):
         self.faces = FaceChoice()
         self.faces.taken.connect(self._take_faces)
         self.faces.declined.connect(self.close)
-        self.table = TableImport()
+        self.table = TableImport("name,shape,x,y,z,-")
         self.table.changed.connect(self._read_table)
         self.table.taken.connect(self._take_table)
         self.table.declined.connect(self.close)
@@ -184,7 +182,7 @@ class FromModels(QObject):
     def _read_table(self, path: Path, options: TableOptions) -> None:
         self.importing.read(self._draft().plan, path, relocate=False, options=options)
 
-    def _on_previewed(self, found: FeaturePreview) -> None:
+    def _on_previewed(self, found: TablePreview[FeatureTable]) -> None:
         """Show a table in the place of the editor before anything is taken."""
         self.opened.emit()
         self.table.show_preview(found)

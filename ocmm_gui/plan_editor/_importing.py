@@ -16,13 +16,12 @@ from ocmm_core.camera import Rig
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.drawing import Account, plan_with_tolerances, with_account
 from ocmm_core.inspection.plan import (
-    FeaturePreview,
     FeatureTable,
     PartOfPlan,
     Plan,
     add_feature,
+    feature_table,
     part_of_plan,
-    preview_features,
     with_alignment,
     with_model,
     with_profiles,
@@ -44,7 +43,7 @@ from ocmm_core.inspection.step import (
     up_of,
     usual_request,
 )
-from ocmm_core.tables import TableOptions
+from ocmm_core.tables import TableOptions, TablePreview, preview_table
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import said, tr
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, ItemKey
@@ -250,7 +249,7 @@ class Importing(WorkLine):
     offered = Signal(object)
     """Emits a `ReadModel`: its features are to be chosen."""
     previewed = Signal(object)
-    """Emits the `FeaturePreview` of a table: it is to be confirmed."""
+    """Emits the `TablePreview` of a table: it is to be confirmed."""
     part_read = Signal(object)
     """Emits the `PartOfPlan`: what the model of a plan is."""
     failed = Signal(object)
@@ -298,7 +297,7 @@ class Importing(WorkLine):
                 return model_of(path, up, in_use, given_up.is_set, self._reading.emit)
             if path.suffix.lower() == _FRAME:
                 return _with_frame(plan, path, relocate=relocate)
-            return preview_features(path, options or TableOptions())
+            return preview_table(path, options or TableOptions(), feature_table)
 
         self._worker.do(
             work,
@@ -356,7 +355,7 @@ class Importing(WorkLine):
             self.give_up()
             if isinstance(found, PartOfPlan):
                 self.part_read.emit(found)
-            elif isinstance(found, FeaturePreview):
+            elif isinstance(found, TablePreview):
                 self.previewed.emit(found)
             else:
                 (self.offered if isinstance(found, ReadModel) else self.imported).emit(found)

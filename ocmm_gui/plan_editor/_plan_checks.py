@@ -8,12 +8,15 @@ from typing import Literal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.plan import Plan, nominal_doubts, requirement_count, without_file
+from ocmm_core.inspection.plan import Plan, plan_findings, requirement_count, without_file
 from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, said, sentence_label, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, place_of
 
 Tone = Literal["good", "warn", "bad"]
+
+_MOST_SHOWN = 3
+"""Errors come first; the others follow once these are corrected."""
 
 _FIELD = re.compile(r"field '(\w+)(?:\[(\d+)\])?\.?([^'\[]*)")
 """Part of the plan, place in its list, and field, in a sentence of the core."""
@@ -45,23 +48,30 @@ class PlanChecks(QWidget):
         )
 
     def show_good(self, draft: PlanDraft) -> None:
-        """Say that the plan is in order, and what the inspector might miss."""
+        """Show the contradictions of the plan, or that it is in order; and missing pictures."""
         words = tr("✔  The plan is valid and can be measured.")
-        doubts = nominal_doubts(draft.plan)
+        tone: Tone = "good"
+        found = plan_findings(draft.plan)
+        shown = [f"{said(one.what)} {said(one.remedy)}" for one in found[:_MOST_SHOWN]]
         count = requirement_count(draft.plan)
         if count is not None and not count.is_whole:
-            doubts = (f"{said(count.words)}.", *doubts)
+            shown.insert(0, f"{said(count.words)}.")
         elif count is not None:
             words += f" {said(count.words)}."
-        if doubts:
-            words = tr("▲  The plan can be measured. {doubts}").format(doubts=" ".join(doubts))
+        if found and found[0].is_error:
+            tone = "bad"
+            words = tr("✖  The plan is not valid: no job can be started by it. {errors}")
+        elif shown:
+            tone = "warn"
+            words = tr("▲  The plan can be measured. {doubts}")
+        words = words.format(doubts=" ".join(shown), errors=" ".join(shown))
         missing = without_file(draft.plan, draft.folder)
         if missing:
             drawn = tr(
                 "Picture of {names} not found beside the plan: the feature is drawn instead."
             )
             words += f" {drawn.format(names=', '.join(missing))}"
-        self._say(words, "warn" if doubts else "good")
+        self._say(words, tone)
 
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.plan import EDITED, Plan, check_plan, load_plan
+from ocmm_core.names import file_stem
 from ocmm_core.settings import is_shipped
 from ocmm_gui.kit import ActionInfo, Sheet, later, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
@@ -243,7 +244,7 @@ class PlanSheet(Sheet):
         path = self.draft.path
         if path is None or is_shipped(path):
             # What is shipped with the program stays as it is.
-            path = Path.home() / f"{self.draft.plan.name}.toml"
+            path = Path.home() / f"{file_stem(self.draft.plan.name)}.toml"
         self.file.ask(path)
 
     def save_as(self, path: Path) -> None:

@@ -71,6 +71,7 @@ def _of(plan: Plan, features: list[str], kind: str, nominal: float, lower: float
         nominal=nominal,
         lower=lower,
         upper=0.1,
+        limits="proposed",
     )
 
 

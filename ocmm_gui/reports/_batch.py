@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import msgspec
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
@@ -32,7 +33,7 @@ from ocmm_gui.reports._canvas import (
     paint_text,
 )
 from ocmm_gui.reports._drawing import draw, drawing
-from ocmm_gui.reports._paper_end import paint_signatures
+from ocmm_gui.reports._paper_end import write_end
 from ocmm_gui.reports._paper_head import paper_letterhead
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 from ocmm_gui.work import Teller
@@ -54,9 +55,9 @@ _RULES = (
 )
 _CHART = 520.0
 _SCALE = 270.0
+_EPOCH = "1970-01-01T00:00:00+00:00"
 _MOST_SIGNALS = 12
 _MOST_REASONS = 20
-_SIGN = 200.0
 
 
 def lay_out(found: Comparison, paper: Paper) -> Canvas:
@@ -74,13 +75,7 @@ def lay_out(found: Comparison, paper: Paper) -> Canvas:
     _reasons(canvas, found.left_out)
     for trend in found.trends:
         _characteristic(canvas, trend)
-    canvas.skip(30.0)
-    canvas.draw(
-        _SIGN,
-        partial(paint_signatures, words=[speech.say(one) for one in paper.template.signatures]),
-    )
-    end = speech.say(f"End of statistics of {found.plan}")
-    canvas.draw(50.0, lambda painter, box: paint_text(painter, box, end, SMALL))
+    write_end(canvas, (), paper.template.signatures, f"End of statistics of {found.plan}")
     return canvas
 
 
@@ -93,10 +88,21 @@ def batch_pdf(found: Comparison, paper: Paper) -> bytes:
     return written_pdf(
         canvas,
         lambda painter, index: paint_with_foot(painter, canvas, index, foot),
-        {},
+        {"batch.json": _values(found)},
         title=speech.say(f"Statistics of a batch: {found.plan}"),
         software=__version__,
+        utc=max(
+            (part.created_utc for trend in found.trends for part in trend.parts), default=_EPOCH
+        ),
     )
+
+
+def _values(found: Comparison) -> bytes:
+    """Return the values on the pages as JSON."""
+    values = {trend.name: trend.parts for trend in found.trends}
+    content = {"schema": "ocmm.batch/1", "plan": found.plan, "simulated": found.simulated,
+               "left_out": found.left_out, "values": values}  # fmt: skip
+    return msgspec.json.format(msgspec.json.encode(content), indent=1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +118,7 @@ class BatchPrinting:
         tell(later("Drawing the PDF"), 0.3)
         with drawing():
             content = batch_pdf(self.found, load_paper(template_in_use()))
+        self.found.require_names()
         write_together({self.path: content})
         return self.path
 
@@ -144,7 +151,7 @@ def _quantity(value: float, trend: Trend, canvas: Canvas) -> str:
 def _characteristic(canvas: Canvas, trend: Trend) -> None:
     canvas.heading(trend.name, _CHART + 60.0)
     if len(trend.values):
-        canvas.draw(_CHART, partial(_paint_chart, trend=trend, canvas=canvas))
+        canvas.draw(_CHART, partial(_paint_chart, trend=trend, canvas=canvas), trend.name)
     able = trend.capability
     told = [able.words if able is not None else trend.why_not, trend.caution]
     canvas.text(" ".join(canvas.speech.say(one) for one in told if one))
@@ -253,6 +260,7 @@ def main(arguments: list[str] | None = None) -> int:
             options.jobs, probes=options.probes, calibrations=options.calibrations
         ).about(options.feature)
         content = batch_pdf(found, load_paper(template_in_use()))
+        found.require_names()
         write_together({options.out: content})
         sys.stdout.write(f"{options.out}\n")
 

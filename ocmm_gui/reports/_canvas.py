@@ -16,6 +16,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 from ocmm_core.export.template import PaperLengths
 from ocmm_core.wording import Speech
 from ocmm_gui.kit import THEMES, text_font
+from ocmm_gui.reports._archival import PageTag, paint_tag
 
 INK = THEMES["light"]
 """Paper is white whatever the window looks like."""
@@ -75,24 +76,56 @@ class Canvas:
     """The unit of the paper, which stands in every heading above lengths."""
     pages: list[list[Draw]] = field(default_factory=lambda: [[]])
     """What is drawn on each."""
+    tags: list[PageTag] = field(default_factory=list)
+    """Structure of the document."""
     y: float = TOP
     """Where the next thing goes on the last page."""
+    last: tuple[int, float] = (0, TOP)
+    """Where the last drawing starts on the last page: its index and its top."""
 
     def room(self, height: float) -> None:
-        """Begin a new page where ``height`` does not fit on this one any more."""
+        """Start a new page if ``height`` does not fit on this one."""
         if self.y + height > BOTTOM and self.pages[-1]:
             self.pages.append([])
             self.y = TOP
+        self.last = len(self.pages[-1]), self.y
+
+    def room_with_last(self, height: float) -> None:
+        """Start a new page if need be, and move the last drawing there: none is alone on a page."""
+        first, top = self.last
+        if self.y + height <= BOTTOM or not first or self.y - top + height > BOTTOM - TOP:
+            self.room(height)
+            return
+        moved, self.pages[-1][first:] = self.pages[-1][first:], []
+        self.pages.append([_shifted(draw, TOP - top) for draw in moved])
+        self.y += TOP - top
+
+    def tagged(self, draw: Draw, role: str, *, parent: int = -1, words: str = "") -> Draw:
+        """Return a drawing as an element of the structure, see `PageTag`."""
+        self.tags.append(PageTag(role, parent, words))
+        index = len(self.tags) - 1
+
+        def paint(painter: QPainter) -> None:
+            paint_tag(painter, index)
+            draw(painter)
+            paint_tag(painter, -1)
+
+        return paint
 
     def skip(self, height: float) -> None:
         """Leave a gap."""
         self.y += height
 
-    def draw(self, height: float, paint: Callable[[QPainter, QRectF], None]) -> None:
-        """Give ``paint`` a box of the full width."""
+    def draw(
+        self, height: float, paint: Callable[[QPainter, QRectF], None], words: str = "", *,
+        role: str = "",
+    ) -> None:  # fmt: skip
+        """Give ``paint`` a box of the full width; ``words`` describe a figure."""
         self.room(height)
         box = QRectF(LEFT, self.y, WIDTH, height)
-        self.pages[-1].append(lambda painter: paint(painter, box))
+        role = role or ("Figure" if words else "P")
+        draw = self.tagged(lambda painter: paint(painter, box), role, words=words)
+        self.pages[-1].append(draw)
         self.y += height
 
     def text(self, text: str, style: Style = BODY, *, left: float = LEFT) -> None:
@@ -100,7 +133,9 @@ class Canvas:
         height = text_height(text, style, RIGHT - left)
         self.room(height)
         box = QRectF(left, self.y, RIGHT - left, height)
-        self.pages[-1].append(lambda painter: paint_text(painter, box, text, style))
+        role = {TITLE: "H1", HEADING: "H2"}.get(style, "P")
+        draw = self.tagged(lambda painter: paint_text(painter, box, text, style), role)
+        self.pages[-1].append(draw)
         self.y += height + 6.0
 
     def heading(self, text: str, below: float) -> None:
@@ -111,8 +146,10 @@ class Canvas:
         self.skip(4.0)
 
     def table(self, columns: Sequence[Column], rows: Sequence[Sequence[PageField]]) -> None:
-        """Write a table; its headings stand again on every page."""
-        self._heads(columns)
+        """Write a table; its headings are repeated on every page."""
+        self.tags.append(PageTag("Table"))
+        table = len(self.tags) - 1
+        self._heads(columns, table)
         for told in rows:
             row = [_unbroken(cell, column) for cell, column in zip(told, columns, strict=True)]
             height = max(
@@ -125,10 +162,10 @@ class Canvas:
             )
             if self.y + height > BOTTOM:
                 self.room(height)
-                self._heads(columns)
-            self._row(columns, row, height)
+                self._heads(columns, -1)
+            self._row(columns, row, height, table)
 
-    def _heads(self, columns: Sequence[Column]) -> None:
+    def _heads(self, columns: Sequence[Column], table: int) -> None:
         style = Style(24.0, bold=True, colour=INK.muted)
         titles = [
             f"{self.speech.word(column.title)}, {self.lengths.word}"
@@ -145,15 +182,22 @@ class Canvas:
             for head, column in zip(heads, columns, strict=True)
         )
         self.room(height + 60.0)
-        self._row(columns, heads, height, 3.0)
+        self._row(columns, heads, height, table, "TH", 3.0)
 
     def _row(
-        self, columns: Sequence[Column], row: Sequence[PageField], height: float, line: float = 1.0
-    ) -> None:
+        self, columns: Sequence[Column], row: Sequence[PageField], height: float, table: int,
+        role: str = "TD", line: float = 1.0,
+    ) -> None:  # fmt: skip
+        """Draw a row; without a table its cells are decoration, as repeated headings are."""
         x, y = LEFT, self.y
+        self.last = len(self.pages[-1]), y
+        if table >= 0:
+            self.tags.append(PageTag("TR", table))
+        inside = len(self.tags) - 1
         for column, cell in zip(columns, row, strict=True):
             box = QRectF(x + 8.0, y, column.width - 16.0, height)
-            self.pages[-1].append(_cell_painter(cell, box, right=column.right))
+            draw = _cell_painter(cell, box, right=column.right)
+            self.pages[-1].append(self.tagged(draw, role, parent=inside) if table >= 0 else draw)
             x += column.width
         self.pages[-1].append(_ruler(QPointF(LEFT, y + height), QPointF(x, y + height), line))
         self.y += height
@@ -245,6 +289,16 @@ def _cell_painter(cell: PageField, box: QRectF, *, right: bool) -> Draw:
             cell.draw(painter, box)
         if cell.text:
             paint_text(painter, box, cell.text, cell.style, side | Qt.AlignmentFlag.AlignVCenter)
+
+    return paint
+
+
+def _shifted(draw: Draw, down: float) -> Draw:
+    def paint(painter: QPainter) -> None:
+        painter.save()
+        painter.translate(0.0, down)
+        draw(painter)
+        painter.restore()
 
     return paint
 

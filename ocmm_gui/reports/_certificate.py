@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -45,7 +45,7 @@ from ocmm_gui.reports._canvas import (
 )
 from ocmm_gui.reports._certificate_values import table_of_values
 from ocmm_gui.reports._drawing import draw
-from ocmm_gui.reports._paper_end import paint_signatures
+from ocmm_gui.reports._paper_end import write_end
 from ocmm_gui.reports._paper_head import paper_letterhead
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 
@@ -61,7 +61,6 @@ _COLUMNS = (
 _COLOURS = {Conformity.CONFORM: INK.good, Conformity.NOT_CONFORM: INK.bad}
 _NAME = 330.0
 _PLOT = 1100.0
-_SIGN = 200.0
 _HEADS = {"beforeAdjustment": "As found", "afterAdjustment": "After adjustment"}
 
 
@@ -94,10 +93,10 @@ def lay_out(paper: Certificate) -> Canvas:
     table_of_values(canvas, paper)
     if len({abs(line.reference) for run in paper.runs for line in run.lines}) > 1:
         # Over one length alone a graph says no more than the table.
-        canvas.heading("Errors between the permissible errors (MPE)", _PLOT)
-        canvas.draw(
-            _PLOT, partial(_paint_errors, paper=paper, speech=speech, lengths=canvas.lengths)
-        )
+        graph = "Errors between the permissible errors (MPE)"
+        canvas.heading(graph, _PLOT)
+        paint = partial(_paint_errors, paper=paper, speech=speech, lengths=canvas.lengths)
+        canvas.draw(_PLOT, paint, speech.word(graph))
     _closing(canvas, paper)
     return canvas
 
@@ -111,8 +110,8 @@ def _state(canvas: Canvas, name: str, why: str) -> None:
         canvas.text(f"{said[:1].upper()}{said[1:]}.", SMALL)
 
 
-def certificate_pdf(paper: Certificate) -> bytes:
-    """Return the pages as PDF; StorageError as `written_pdf`."""
+def certificate_pdf(paper: Certificate, files: Mapping[str, bytes]) -> bytes:
+    """Return the pages as PDF with these files inside; StorageError as `written_pdf`."""
     canvas = lay_out(paper)
     # A page that was copied alone must not be taken for another one either.
     states = (canvas.speech.say(state.partition(":")[0]) for state in paper.states)
@@ -120,9 +119,10 @@ def certificate_pdf(paper: Certificate) -> bytes:
     return written_pdf(
         canvas,
         lambda painter, index: paint_with_foot(painter, canvas, index, foot),
-        {},
+        files,
         title=f"{paper.title}: {paper.item}",
         software=__version__,
+        utc=paper.end_utc,
     )
 
 
@@ -182,18 +182,7 @@ def _closing(canvas: Canvas, paper: Certificate) -> None:
     speech = canvas.speech
     facts = certificate_facts(paper, speech, canvas.lengths)
     said = [fact.value for fact in facts if fact.name == "Statement"]
-    canvas.skip(30.0)
-    canvas.room(50.0 * len(said) + _SIGN + 60.0)
-    for sentence in said:
-        canvas.text(sentence, Style(26.0))
-    canvas.draw(
-        _SIGN,
-        partial(
-            paint_signatures, words=[speech.say(one) for one in paper.paper.template.signatures]
-        ),
-    )
-    end = speech.say(f"End of {paper.number}")
-    canvas.draw(50.0, lambda painter, box: paint_text(painter, box, end, SMALL))
+    write_end(canvas, said, paper.paper.template.signatures, f"End of {paper.number}")
 
 
 def _paint_errors(
@@ -310,7 +299,7 @@ def main(arguments: list[str] | None = None) -> int:
             options.folder, sheet, options.tip,
             calibration=options.calibration, as_found=options.as_found,
         )  # fmt: skip
-        for path in write_certificates([(paper, certificate_pdf(paper))], options.out):
+        for path in write_certificates([(paper, partial(certificate_pdf, paper))], options.out):
             sys.stdout.write(f"{path}\n")
 
     return draw(write, "The certificate", "The records are unchanged.")

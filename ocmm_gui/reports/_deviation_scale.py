@@ -28,7 +28,7 @@ def deviation_scale(
         wide = box.adjusted(0.0, 10.0, -0.35 * box.width(), 0.0)
         paint_scale(painter, wide, seen, INK, _BOLDER, reach_mm, canvas.speech.word)
 
-    canvas.draw(SCALE_PX[1] * _BOLDER + 20.0, paint)
+    canvas.draw(SCALE_PX[1] * _BOLDER + 20.0, paint, canvas.speech.word("Deviation"))
     shown = {whisker.feature for whisker in seen.whiskers}
     without = [item.name for item in data.view.features if item.points and item.name not in shown]
     if without:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 import segno
@@ -11,39 +12,55 @@ from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen
 from ocmm_core.export.report import ReportData, report_number, statements
 from ocmm_core.seals import shown_key
 from ocmm_core.wording import Speech
-from ocmm_gui.reports._canvas import BODY, INK, LEFT, SMALL, WIDTH, Canvas, Style, paint_text
+from ocmm_gui.reports._canvas import (
+    BODY,
+    INK,
+    LEFT,
+    SMALL,
+    WIDTH,
+    Canvas,
+    Style,
+    paint_text,
+    text_height,
+)
 
-_LINES = 200.0
-"""Room to sign in, with the words below."""
+_ABOVE = 140.0
+"""Room to sign in, above the line."""
+_SAID = Style(26.0)
 
 
 def closing(canvas: Canvas, data: ReportData) -> None:
-    """Write statements, signatures and the end, together on one page."""
+    """Write statements, signatures and the end of a report."""
+    told = [canvas.speech.say(one) for one in statements(data)]
+    end = f"End of report {report_number(data)}"
+    write_end(canvas, told, data.paper.template.signatures, end)
+
+
+def write_end(canvas: Canvas, told: Sequence[str], signers: Sequence[str], end: str) -> None:
+    """Write statements, signatures and the end on one page, never without other content."""
+    words = [canvas.speech.say(one) for one in signers]
+    each = WIDTH / len(words)
+    below = 16.0 + max(text_height(one, SMALL, each - 60.0) for one in words)
     canvas.skip(30.0)
-    told = statements(data)
-    canvas.room(60.0 * len(told) + _LINES + 60.0)
+    height = sum(text_height(one, _SAID, WIDTH) + 6.0 for one in told) + _ABOVE + below + 50.0
+    canvas.room_with_last(height)
     for sentence in told:
-        canvas.text(canvas.speech.say(sentence), Style(26.0))
-    canvas.draw(
-        _LINES,
-        partial(
-            paint_signatures,
-            words=[canvas.speech.say(one) for one in data.paper.template.signatures],
-        ),
-    )
-    end = canvas.speech.say(f"End of report {report_number(data)}")
-    canvas.draw(50.0, lambda painter, box: paint_text(painter, box, end, SMALL))
+        canvas.text(sentence, _SAID)
+    canvas.draw(_ABOVE + below, partial(_paint_signatures, words=words))
+    last = canvas.speech.say(end)
+    canvas.draw(50.0, lambda painter, box: paint_text(painter, box, last, SMALL))
 
 
-def paint_signatures(painter: QPainter, box: QRectF, *, words: list[str]) -> None:
+def _paint_signatures(painter: QPainter, box: QRectF, *, words: list[str]) -> None:
     """Draw lines to sign on, with the words below each."""
     each = WIDTH / len(words)
-    y = box.bottom() - 60.0
+    y = box.top() + _ABOVE
     for index, signer in enumerate(words):
         left, right = box.left() + index * each, box.left() + (index + 1) * each - 60.0
         painter.setPen(QPen(QColor(INK.text), 2.0))
         painter.drawLine(int(left), int(y), int(right), int(y))
-        paint_text(painter, QRectF(left, y + 8.0, right - left, 50.0), signer, SMALL)
+        below = QRectF(left, y + 8.0, right - left, box.bottom() - y - 8.0)
+        paint_text(painter, below, signer, SMALL)
 
 
 _CODE_SIDE = 300.0
@@ -91,7 +108,8 @@ def _seal(canvas: Canvas, data: ReportData) -> None:
     )
     if seal.line:
         canvas.skip(16.0)
-        canvas.draw(_CODE_SIDE, partial(_paint_code, line=seal.line, speech=canvas.speech))
+        paint = partial(_paint_code, line=seal.line, speech=canvas.speech)
+        canvas.draw(_CODE_SIDE, paint, canvas.speech.say(_CODE_WORDS))
 
 
 def _paint_code(painter: QPainter, box: QRectF, *, line: str, speech: Speech) -> None:
@@ -122,4 +140,5 @@ def _fact(canvas: Canvas, name: str, value: str, style: Style = BODY) -> None:
         y = canvas.y - 46.0
     box = QRectF(LEFT, y, 350.0, 60.0)
     muted, words = Style(style.size, colour=INK.muted), canvas.speech.word(name)
-    canvas.pages[-1].append(lambda painter: paint_text(painter, box, words, muted))
+    draw = canvas.tagged(lambda painter: paint_text(painter, box, words, muted), "P")
+    canvas.pages[-1].append(draw)

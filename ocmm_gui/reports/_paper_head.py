@@ -13,12 +13,12 @@ from ocmm_core.errors import InputError
 from ocmm_core.export.report import NOT_STATED, PaperFact, ReportData, paper_facts
 from ocmm_core.export.template import Paper
 from ocmm_gui.reports._canvas import (
+    HEADING,
     INK,
     LEFT,
     WIDTH,
     Canvas,
     Style,
-    paint_line,
     paint_text,
     text_height,
     whole_words,
@@ -55,14 +55,13 @@ def paper_letterhead(canvas: Canvas, paper: Paper) -> None:
     address = " · ".join([*house.address, *([house.contact] if house.contact else [])])
     width = WIDTH - (_LOGO[0] + _GAP if logo is not None else 0.0)
     small = Style(24.0, colour=INK.muted)
-    height = 50.0 + (text_height(address, small, width) if address else 0.0)
+    named = text_height(house.name, HEADING, width)
+    height = named + 6.0 + (text_height(address, small, width) if address else 0.0)
 
     def paint(painter: QPainter, box: QRectF) -> None:
-        paint_line(
-            painter, QRectF(box.left(), box.top(), width, 60.0), house.name, Style(38.0, bold=True)
-        )
+        paint_text(painter, QRectF(box.left(), box.top(), width, named), house.name, HEADING)
         if address:
-            below = QRectF(box.left(), box.top() + 52.0, width, box.height() - 52.0)
+            below = QRectF(box.left(), box.top() + named + 6.0, width, box.height() - named)
             paint_text(painter, below, address, small)
         if logo is not None:
             _paint_logo(painter, box, logo)

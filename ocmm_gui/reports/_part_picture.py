@@ -69,7 +69,7 @@ def picture(canvas: Canvas, data: ReportData) -> None:
         )
         _paint_words(painter, box, tags, places)
 
-    canvas.draw(height, paint)
+    canvas.draw(height, paint, canvas.speech.word("The part as measured"))
     tags = [item for item in items if isinstance(item, Tag)]
     places = orbit.project(np.array([tag.point for tag in tags]).reshape(-1, 3), WIDTH, height)
     written = sum(1 for _ in placed_words(QRectF(0.0, 0.0, WIDTH, height), tags, places))

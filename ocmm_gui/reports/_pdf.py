@@ -47,7 +47,8 @@ def deviations(canvas: Canvas, data: ReportData) -> None:
     canvas.heading("Deviations within their tolerances", 4.0 * _ROW)
     canvas.text(canvas.speech.say(f"Band: tolerance about its middle. Whisker: {U_LABEL}."), SMALL)
     for item in shown:
-        canvas.draw(_ROW, partial(_paint_deviation, item=item, canvas=canvas))
+        paint = partial(_paint_deviation, item=item, canvas=canvas)
+        canvas.draw(_ROW, paint, item.result.name)
 
 
 def _place(item: ReportedResult) -> tuple[float, float] | None:
@@ -185,6 +186,7 @@ def pdf_bytes(
         attachments,
         title=one_line(f"{data.head.part} {data.head.serial}: {data.job}")[:_LONGEST_TITLE],
         software=data.written_by,
+        utc=data.last_taken_utc or data.head.created_utc,
     )
 
 

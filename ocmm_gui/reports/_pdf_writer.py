@@ -1,15 +1,14 @@
-"""Pages as a PDF file with other files inside, read back before it counts (decision 18)."""
+"""Pages as a PDF file with their data inside, read back before it counts (decision 18)."""
 
 from __future__ import annotations
 
-import re
-import zlib
 from collections.abc import Callable, Mapping
 
 from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QMarginsF, QRectF, Qt
 from PySide6.QtGui import QPageLayout, QPageSize, QPainter, QPdfWriter
 
 from ocmm_core.errors import StorageError
+from ocmm_gui.reports._archival import PdfFacts, archival_pdf, attached
 from ocmm_gui.reports._canvas import BOTTOM, LEFT, SMALL, WIDTH, Canvas, paint_line
 
 _RESOLUTION = 1200
@@ -25,8 +24,9 @@ def written_pdf(
     *,
     title: str,
     software: str,
+    utc: str,
 ) -> bytes:
-    """Return pages as a PDF file with other files inside.
+    """Return pages as PDF/A-3a with their data as associated files.
 
     Parameters
     ----------
@@ -35,9 +35,9 @@ def written_pdf(
     paint
         Paints the page of an index, see `paint_with_foot`; in tenths of a millimetre.
     attachments
-        JSON files by name.
-    title, software
-        Properties of the file: what it is, and the version of OCMM that made it.
+        Files by name.
+    title, software, utc
+        As in `PdfFacts`.
 
     Raises
     ------
@@ -48,13 +48,10 @@ def written_pdf(
     buffer = QBuffer(content)
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     writer = QPdfWriter(buffer)
+    writer.setPdfVersion(QPdfWriter.PdfVersion.PdfVersion_1_6)
     writer.setPageSize(QPageSize(QPageSize.PageSizeId.A4))
     writer.setPageMargins(QMarginsF(0.0, 0.0, 0.0, 0.0), QPageLayout.Unit.Millimeter)
     writer.setResolution(_RESOLUTION)
-    writer.setTitle(title)
-    writer.setCreator(f"OCMM {software}")
-    for name, attached in attachments.items():
-        writer.addFileAttachment(name, QByteArray(attached), "application/json")
     painter = QPainter(writer)
     painter.scale(_RESOLUTION / _UNITS_PER_INCH, _RESOLUTION / _UNITS_PER_INCH)
     for index in range(len(canvas.pages)):
@@ -63,7 +60,8 @@ def written_pdf(
         paint(painter, index)
     painter.end()
     buffer.close()
-    made = bytes(content.data())
+    facts = PdfFacts(title, canvas.speech.language, software, utc)
+    made = archival_pdf(bytes(content.data()), canvas.tags, facts, attachments)
     _require_whole(made, len(canvas.pages), attachments)
     return made
 
@@ -80,26 +78,19 @@ def paint_with_foot(painter: QPainter, canvas: Canvas, index: int, foot: str) ->
     )  # fmt: skip
 
 
-def streams(pdf: bytes) -> list[bytes]:
-    """Return all streams of a PDF file that can be unpacked."""
-    found = []
-    # No \r before the last \n: it may be the last byte of what is packed.
-    for match in re.finditer(rb"stream\n(.*?)\nendstream", pdf, re.DOTALL):
-        try:
-            found.append(zlib.decompress(match.group(1)))
-        except zlib.error:
-            found.append(match.group(1))
-    return found
-
-
 def _require_whole(pdf: bytes, pages: int, attachments: Mapping[str, bytes]) -> None:
-    inside = streams(pdf)
-    missing = [name for name, content in attachments.items() if content not in inside]
-    counted = len(re.findall(rb"/Type\s*/Page\b", pdf))
-    if missing or counted != pages or not pdf.rstrip().endswith(b"%%EOF"):
-        raise StorageError(
-            "export.pdf",
-            f"The PDF is incomplete: {counted} of {pages} "
-            f"pages{', without ' + ', '.join(missing) if missing else ''}.",
-            "Write it again; other files are not affected.",
-        )
+    try:
+        counted, inside = attached(pdf)
+    except ValueError as error:
+        raise _incomplete(str(error)) from error
+    missing = [name for name, content in attachments.items() if inside.get(name) != content]
+    if missing or counted != pages:
+        without = f", without {', '.join(missing)}" if missing else ""
+        raise _incomplete(f"{counted} of {pages} pages{without}")
+
+
+def _incomplete(why: str) -> StorageError:
+    return StorageError(
+        "export.pdf", f"The PDF is incomplete: {why}.",
+        "Write it again; other files are not affected.",
+    )  # fmt: skip

@@ -91,6 +91,7 @@ def pdf_bytes(record: RecallRecord) -> bytes:
         {"recall.json": seal(record)},
         title=f"Recall {record.made_utc[:10]}",
         software=record.software,
+        utc=record.made_utc,
     )
 
 

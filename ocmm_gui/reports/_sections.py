@@ -123,7 +123,7 @@ BASIS_COLUMNS = (
 
 def title(canvas: Canvas, data: ReportData) -> None:
     """Write the name of the part and the verdict on it, with its reasons."""
-    canvas.draw(150.0, partial(_paint_title, data=data))
+    canvas.draw(150.0, partial(_paint_title, data=data), role="H1")
     canvas.skip(20.0)
     part = data.part
     origin = (SIMULATED_LINE,) if data.view.simulated else ()

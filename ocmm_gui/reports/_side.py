@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import zlib
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtGui import QImage
 
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.export import EXPORTERS, PDF, preview, preview_text, write_report
-from ocmm_core.export.certificate import Certificate, certificate_of_folder, write_certificates
+from ocmm_core.export import EXPORTERS, PDF, preview, preview_text, write_report, write_together
+from ocmm_core.export.certificate import Certificate, certificate_of_folder, signed_certificates
 from ocmm_core.export.report import ReportData, specimen_report
 from ocmm_core.export.template import Particulars, headed_paper, load_paper, template_in_use
 from ocmm_core.settings import Settings
@@ -73,14 +74,15 @@ class CertificateWriting:
 
     def __call__(self, tell: Teller) -> tuple[Path, ...]:
         """Return the paths of the files, pages first; errors as `certificate_of_folder`."""
-        papers, drawn = self._papers(), []
-        for number, paper in enumerate(papers):
-            tell(later("Drawing the PDF"), 0.1 + 0.6 * number / len(papers))
-            with drawing():
-                drawn.append((paper, certificate_pdf(paper)))
+        papers = self._papers()
+        tell(later("Drawing the PDF"), 0.1)
+        with drawing():
+            pages = [(paper, partial(certificate_pdf, paper)) for paper in papers]
+            files = signed_certificates(pages, self.folder)
         tell(later("Writing and verifying the files"), 0.7)
         tell.commit()
-        return write_certificates(drawn, self.folder)
+        write_together(files)
+        return tuple(files)
 
     def _papers(self) -> tuple[Certificate, ...]:
         """Return the papers of the records: of cameras their verification and their calibration."""

@@ -1,12 +1,11 @@
-"""A small 3-D scene, painted by the processor: points, lines, faces, words, and a part as a mesh.
+"""Small 3-D scene in software: points, lines, faces, labels, and a part mesh.
 
-In: items in mm, and the part. Out: a picture of them from where one looks; no graphics card is
-needed.
+In: items in mm, and the part. Out: a picture of them from a view; no graphics card is needed.
 
-Read `_scene` (what there is in it, and how it is projected),
-`_scene_painter` (QPainter draws it), `_part_scene` (the part), `_scene_layer` (what stands still,
-kept as a picture), `_orbit_view` (turned by mouse and keys) and `_easing` (calmly).
-It must not know a job: what is shown of one is in `views`.
+Start with `_scene` (items and projection); then `_scene_painter` (drawing by QPainter),
+`_part_scene` (the part), `_scene_layer` (cached static picture), `_orbit_view` (mouse and keys) and
+`_easing` (animation).
+It must not import jobs: their display is in `views`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A view that goes to another place in a little while."""
+"""Animated transition of a view."""
 
 from __future__ import annotations
 
@@ -13,36 +13,27 @@ _FRAME_MS = 25
 
 
 class Easing(QObject):
-    """Goes from one view to another, slowly at both ends.
-
-    Parameters
-    ----------
-    parent
-        Whose view it is.
-    animated
-        Without it a view is there at once.
-    """
+    """Transition between two views, slow at both ends."""
 
     moved = Signal(object)
-    """The view, an `Orbit`, as it is now."""
+    """Emits the current view, an `Orbit`."""
 
     def __init__(self, parent: QObject, *, animated: bool) -> None:
         super().__init__(parent)
         self._animated = animated
         self._start: Orbit | None = None
         self.goal: Orbit | None = None
-        """Where it goes; None while it stands still."""
+        """Target; None while at rest."""
         self._began_s = 0.0
         self._timer = QTimer(self)
         self._timer.setInterval(_FRAME_MS)
         self._timer.timeout.connect(self._go_on)
 
     def is_running(self) -> bool:
-        """Return whether it is on its way."""
         return self.goal is not None
 
     def begin(self, start: Orbit, goal: Orbit) -> None:
-        """Go from one view to another, whatever the way was before."""
+        """Start a transition, replacing a running one."""
         self._start, self.goal, self._began_s = start, goal, perf_counter()
         if self._animated and not start.is_like(goal):
             self._timer.start()
@@ -50,14 +41,14 @@ class Easing(QObject):
             self.finish()
 
     def finish(self) -> None:
-        """Be there."""
+        """Jump to the target."""
         goal = self.goal
         self.stop()
         if goal is not None:
             self.moved.emit(goal)
 
     def stop(self) -> None:
-        """Stay where it is."""
+        """Stop at the current view."""
         self._timer.stop()
         self._start = self.goal = None
 
@@ -68,5 +59,5 @@ class Easing(QObject):
         if share >= 1.0:
             self.finish()
         else:
-            # The smooth step: no speed at both ends.
+            # Smoothstep: zero speed at both ends.
             self.moved.emit(self._start.toward(self.goal, share * share * (3.0 - 2.0 * share)))

@@ -1,4 +1,4 @@
-"""What the 3-D views have in common: turning, moving and zooming by mouse and keys."""
+"""Common base of the 3-D views: turn, pan and zoom by mouse and keys."""
 
 from __future__ import annotations
 
@@ -12,23 +12,13 @@ from ocmm_gui.scene._scene import Orbit
 
 _KEY_TURN = np.radians(10.0)
 _STILL_MS = 140
-"""A view that was not moved for so long stands still, and is painted in full."""
+"""A view at rest for this long is painted in full quality."""
 _CLICK_PX = 4.0
 _EYE_MM = 1500.0
 
 
 class OrbitView(Painted):
-    """Orbit with the left button or the arrow keys, pan with the right one, zoom with the wheel.
-
-    Parameters
-    ----------
-    name
-        Accessible name.
-    size, least
-        px, see `Painted`.
-    orbit
-        From where it is seen first.
-    """
+    """Orbit with left button or arrow keys, pan with the right one, zoom with the wheel."""
 
     def __init__(
         self, name: str, size: tuple[int, int], least: tuple[int, int], orbit: Orbit
@@ -47,16 +37,16 @@ class OrbitView(Painted):
         """Show everything."""
 
     def projected(self, places: Float) -> Float:
-        """Return where places (n, 3), mm, world, are in the picture, (n, 2), px."""
+        """Return the picture coordinates (n, 2), px, of places (n, 3), mm, world."""
         box = self._inside()
         flat = self._orbit.project(places, box.width(), box.height())[:, :2]
         moved: Float = flat + np.array([box.left(), box.top()])
         return moved
 
     def ray_at(self, place: QPointF) -> tuple[Float, Float]:
-        """Return the ray of the eye at a place of the widget, px: (3,), mm, and (3,), unit, world.
+        """Return the viewing ray at a widget position, px: (3,), mm, and (3,), unit, world.
 
-        It begins on the eye's side of everything there is.
+        It starts in front of all items.
         """
         box = self._inside()
         right, up, outward = self._orbit.axes()
@@ -66,45 +56,44 @@ class OrbitView(Painted):
         return start, -outward
 
     def shows(self, places: Float) -> bool:
-        """Return whether places (n, 3), mm, world, all lie in the picture."""
+        """Return whether places (n, 3), mm, world, are all in view."""
         seen = self.projected(places)
         return bool(((seen > 0.0) & (seen < (self.width(), self.height()))).all())
 
     def is_moving(self) -> bool:
-        """Return whether the view moves, so that the picture may be coarse."""
+        """Return whether the view is moving, so that coarse painting suffices."""
         return self._moving.isActive()
 
     def _inside(self) -> QRectF:
-        """Return where the scene is, px."""
         return QRectF(self.rect()).adjusted(2.5, 2.5, -2.5, -2.5)
 
     def _moved(self, orbit: Orbit) -> None:
-        """Look from another place, because somebody wants to."""
+        """Change the view on user input."""
         self._moved_to(orbit)
 
     def _moved_to(self, orbit: Orbit) -> None:
-        """Look from another place; more of it may follow."""
+        """Change the view; more changes may follow."""
         self._orbit = orbit
         self._moving.start()
         self.update()
 
     def _clicked(self, place: QPointF) -> None:
-        """Take a click that turned nothing."""
+        """Handle a click without motion."""
 
     def _hovered(self, place: QPointF) -> None:
-        """Take a movement of the mouse with no button held."""
+        """Handle mouse motion without buttons."""
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Paint at once what there is to see, and all of it when the size stays."""
+        """Paint coarsely during resizing, then in full."""
         super().resizeEvent(event)
         self._moving.start()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Begin to turn or to move."""
+        """Start turning or panning."""
         self._mouse = self._pressed = event.position()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Turn with the left button, move with another."""
+        """Turn with the left button, pan with others."""
         if self._mouse is None:
             self._hovered(event.position())
             return
@@ -125,13 +114,13 @@ class OrbitView(Painted):
             self._moved(self._orbit.about(moved))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """End turning; a button that was pressed and not moved is a click."""
+        """End turning; a press without motion is a click."""
         pressed, self._mouse, self._pressed = self._pressed, None, None
         if pressed is not None and event.button() == Qt.MouseButton.LeftButton:
             self._clicked(event.position())
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Fit the view to the work again."""
+        """Fit the view to the work."""
         self.fit()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
@@ -157,5 +146,5 @@ class OrbitView(Painted):
             super().keyPressEvent(event)
 
     def turn(self, azimuth: float, elevation: float = 0.0) -> None:
-        """Turn the view, rad, as the mouse and the arrow keys do."""
+        """Turn the view, rad, as mouse and arrow keys do."""
         self._moved(self._orbit.turned(azimuth, elevation))

@@ -1,4 +1,4 @@
-"""The part as the 3-D views paint it: its mesh, a coarser one for moving, and its colours."""
+"""The part for 3-D views: mesh, coarser mesh for motion, and colours."""
 
 from __future__ import annotations
 
@@ -30,32 +30,32 @@ from ocmm_gui.kit import Theme
 from ocmm_gui.scene._scene import Orbit
 
 MOVING_TRIANGLES = 50_000
-"""While the view moves no more of them are painted: some 10 ms."""
+"""Maximum triangles painted during motion: some 10 ms."""
 _MOVING_PIXELS = 2_200_000
-"""While the view moves a larger picture is painted with fewer pixels: a screen of 1920 x 1080."""
+"""Larger pictures are painted at lower resolution during motion: a screen of 1920 x 1080."""
 _SMALL_TRIANGLES = 4000
-"""Whether so few are closed is seen at once."""
+"""Closedness of such small meshes is computed at once."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartScene:
-    """A part where it stands: another object where anything of it is another."""
+    """A part at its pose; immutable, compared by identity."""
 
     mesh: RenderMesh
     colours: Colours
     style: RenderStyle
-    """`mesh`, `colours`, `style`: What is painted, and how."""
+    """`mesh`, `colours`, `style`: geometry and appearance."""
     T_world_from_model: RigidTransform
-    """Where it is."""
     moving: bool
-    """The picture may be coarse, and the next one follows at once."""
+    """Coarse picture suffices, as the next one follows at once."""
     slack_mm: float = 0.0
-    """So deep in the part something measured is still drawn over it: no part is its nominal."""
+    """Depth below the surface at which measured items are still drawn over it: no part equals its
+    nominal."""
 
     def scale(self, size: QSize, ratio: float, share: float) -> float:
-        """Return the pixels that are painted for each of the window's.
+        """Return painted pixels per window pixel.
 
-        ``share`` is how many of them a view that moves has time for, along a side, 0 to 1.
+        ``share`` is the affordable fraction per side during motion, 0 to 1.
         """
         if not self.moving:
             return ratio
@@ -63,7 +63,7 @@ class PartScene:
         return ratio * min(share, math.sqrt(_MOVING_PIXELS / max(pixels, 1.0)))
 
     def rendering(self, orbit: Orbit, size: QSize, canvas: Canvas, scale: float) -> Rendering:
-        """Return the painting of it that is to be done."""
+        """Return its pending painting."""
         picture = orbit.projection(size.width(), size.height())
         pixels = np.array([scale, scale, 1.0])
         place = self.T_world_from_model
@@ -74,16 +74,9 @@ class PartScene:
 
 
 class PartDrawing(QObject):
-    """Keep what a part is painted from; the very same scene as long as nothing has changed.
-
-    Parameters
-    ----------
-    parent
-        Who shows it.
-    """
+    """Cache of a part's drawing data; returns the same scene until something changes."""
 
     changed = Signal()
-    """The mesh for moving is there."""
     _made = Signal(object, object)
 
     def __init__(self, parent: QObject) -> None:
@@ -99,14 +92,13 @@ class PartDrawing(QObject):
 
     @property
     def mesh(self) -> RenderMesh | None:
-        """Return the whole mesh; None without a part."""
         return self._whole
 
     @property
     def ray_mesh(self) -> RenderMesh | None:
-        """Return the mesh that rays are tried on: the coarser one of a large part.
+        """Return the mesh for ray tests: the coarser one of a large part.
 
-        None without a part, or while that of a large one is made.
+        None without a part, or while that mesh is computed.
         """
         whole = self._whole
         if whole is None or len(whole.triangles) <= MOVING_TRIANGLES:
@@ -114,7 +106,7 @@ class PartDrawing(QObject):
         return self._coarse
 
     def use(self, model: PartModel | None) -> None:
-        """Show another part; None shows none."""
+        """Set another part; None for none."""
         if model is self._model:
             return
         self._model, self._coarse, self._scene, self._coloured = model, None, None, ()
@@ -135,16 +127,16 @@ class PartDrawing(QObject):
         marked: Mapping[int, str] | None = None, colours: Colours | None = None,
         *, moving: bool = False, slack_mm: float = 0.0,
     ) -> PartScene | None:  # fmt: skip
-        """Return the part as it is now to be painted; None where there is none.
+        """Return the part for painting, or None.
 
         Parameters
         ----------
         place
             World from model.
         marked
-            Colours ``#rrggbb`` by the place of a face in the model.
+            Colours ``#rrggbb`` by face index.
         colours
-            (n, 3) of its vertices, in place of those of its faces.
+            (n, 3) of its vertices, instead of face colours.
         """
         if self._model is None or self._whole is None:
             return None
@@ -180,7 +172,7 @@ class PartDrawing(QObject):
     def _dressed(
         self, mesh: RenderMesh, colours: Colours, theme: Theme, mode: RenderMode, *, moving: bool
     ) -> tuple[RenderMesh, Colours]:
-        """Return the mesh to be painted, and the colours of the vertices it comes from."""
+        """Return the mesh for painting, and its vertex colours."""
         return mesh, colours
 
     def _make(self, model: PartModel, whole: RenderMesh) -> None:
@@ -188,9 +180,9 @@ class PartDrawing(QObject):
             closed = with_closed(whole)
             made = (closed, coarser(closed, MOVING_TRIANGLES))
         except (MemoryError, ValueError):
-            # The whole one is painted while the view moves: slower, and the same picture.
+            # The whole mesh is used during motion: slower, same picture.
             return
-        # Who closed without waiting may be deleted by now, and nobody wants the answer.
+        # The view may have been deleted without waiting for the result.
         with contextlib.suppress(RuntimeError):
             self._made.emit(model, made)
 
@@ -201,18 +193,18 @@ class PartDrawing(QObject):
 
 
 def part_colour(theme: Theme) -> str:
-    """Return the colour of faces for which the model has none: metal that is lit."""
+    """Return the default colour of faces: lit metal."""
     light = QColor(theme.panel).lightness() > 128
     return "#b9c4ce" if light else "#8795a3"
 
 
 def edge_colour(theme: Theme) -> str:
-    """Return the colour of edges: they are seen on faces and on the background."""
+    """Return the colour of edges, visible on faces and background."""
     return theme.text if QColor(theme.panel).lightness() > 128 else "#e8eef4"
 
 
 def blended(first: str, second: str, share: float) -> str:
-    """Return a colour between two, with so much of the second, 0 to 1."""
+    """Return a mixture of two colours with ``share`` of the second, 0 to 1."""
     one, two = QColor(first), QColor(second)
     channels = (
         (one.red(), two.red()), (one.green(), two.green()), (one.blue(), two.blue())

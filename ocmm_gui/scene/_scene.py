@@ -1,6 +1,6 @@
-"""A small 3-D scene: what there is in it, and how numpy projects it.
+"""Items of a small 3-D scene, and their projection.
 
-The projection is orthographic, so that lengths can be compared by eye wherever they stand.
+The projection is orthographic, so that lengths are comparable everywhere.
 """
 
 from __future__ import annotations
@@ -14,18 +14,15 @@ import numpy as np
 from ocmm_core.geometry import Float
 
 MAX_ELEVATION = np.radians(89.0)
-"""Straight from above the view would have no upright direction."""
+"""A vertical view would have no upright direction."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """Line segments."""
-
     segments: Float
     """(n, 2, 3), mm, world frame."""
     colour: str
     width: float = 1.5
-    """`colour`, `width`: ``#rrggbb`` and px."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +37,7 @@ class Dots:
 
 @dataclass(frozen=True, slots=True)
 class Diamonds:
-    """Open squares on their corners, of constant size: (n, 3), mm, world frame; ``size`` in px."""
+    """Open diamonds of constant size: (n, 3), mm, world frame; ``size`` in px."""
 
     points: Float
     colour: str
@@ -58,7 +55,7 @@ class Face:
 
 @dataclass(frozen=True, slots=True)
 class Tag:
-    """A word beside a point (3,), mm, world frame."""
+    """A label next to a point (3,), mm, world frame."""
 
     point: Float
     text: str
@@ -87,16 +84,16 @@ class ScreenProjection:
 
 @dataclass(frozen=True, slots=True)
 class Orbit:
-    """Where the eye is."""
+    """A view."""
 
     target: Float
-    """(3,), mm, world: what stands in the middle."""
+    """(3,), mm, world: centre of the picture."""
     azimuth: float
     elevation: float
     """`azimuth`, `elevation`: rad: direction of the eye from the target, about ``up`` and above the
     plane across it."""
     radius: float
-    """mm: what is that far from the target touches the edge of the shorter side of the picture."""
+    """mm: half of the shorter side of the picture."""
     up: Float
     """(3,), unit, world: upright in the picture."""
 
@@ -115,7 +112,7 @@ class Orbit:
         return np.array([right, _cross(outward, right), outward])
 
     def projection(self, width: float, height: float) -> ScreenProjection:
-        """Return how world points come into a picture of that size, px."""
+        """Return the projection of world points to a picture of that size, px."""
         scale = 0.5 * min(width, height) / self.radius
         return ScreenProjection(
             self.target,
@@ -141,21 +138,21 @@ class Orbit:
         return replace(self, radius=min(max(self.radius * factor, 2.0), 5000.0))
 
     def about(self, target: Float) -> Orbit:
-        """Return the view from the same side with another place (3,), mm, in the middle."""
+        """Return the view from the same side with another centre (3,), mm."""
         return replace(self, target=target)
 
     def looking_from(self, side: Float) -> Orbit:
-        """Return the view from a side (3,), unit, world, as near to it as an upright one can be."""
+        """Return the upright view nearest to a side (3,), unit, world."""
         right, up, out = (replace(self, azimuth=0.0, elevation=0.0).axes() @ side).tolist()
         limit = float(MAX_ELEVATION)
         elevation = min(max(float(np.arcsin(np.clip(up, -1.0, 1.0))), -limit), limit)
-        # Straight from above every azimuth will do, and none is better than the one that is there.
+        # From straight above any azimuth is valid: keep the current one.
         flat = float(np.hypot(right, out))
         azimuth = float(np.arctan2(right, out)) if flat > 1e-3 else self.azimuth
         return replace(self, azimuth=azimuth, elevation=elevation)
 
     def toward(self, other: Orbit, share: float) -> Orbit:
-        """Return a view on the way to another one, which is reached with a share of one."""
+        """Return an intermediate view towards another, reached with a share of one."""
         turn = (other.azimuth - self.azimuth + np.pi) % (2.0 * np.pi) - np.pi
         return replace(
             other,
@@ -166,7 +163,7 @@ class Orbit:
         )
 
     def is_like(self, other: Orbit) -> bool:
-        """Return whether nobody could tell the two apart."""
+        """Return whether the two are indistinguishable."""
         return (
             abs(self.azimuth - other.azimuth) + abs(self.elevation - other.elevation) < 1e-6
             and abs(self.radius / other.radius - 1.0) < 1e-6
@@ -185,7 +182,7 @@ class Orbit:
 
 
 def _cross(a: Sequence[float], b: Sequence[float]) -> tuple[float, float, float]:
-    """Return the vector product; of three numbers numpy would take twenty times as long."""
+    """Return the vector product; numpy would take twenty times as long for one."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 

@@ -1,8 +1,8 @@
-"""What of a scene stands still, painted once and kept as a picture.
+"""Cached picture of the static part of a scene.
 
-A probe moves thirty times a second over features that change with every point, or when somebody
-turns the view. What takes long to paint is painted a little at a time, so that no key waits for
-it; nobody notices that with a hundred features, which are painted at once.
+A probe moves thirty times a second over features that change only with points or view changes.
+Lengthy painting is done in slices so that keys stay responsive; a hundred features are painted at
+once.
 """
 
 from __future__ import annotations
@@ -23,40 +23,37 @@ from ocmm_gui.scene._scene import Face, Item, Lines, Orbit
 from ocmm_gui.scene._scene_painter import Depth, ScenePainter
 
 _SLICE_S = 0.012
-"""As long as a frame of a screen that is refreshed 80 times a second."""
+"""One frame at a refresh rate of 80 Hz."""
 
 _FRAME_S = 0.020
-"""A picture of a moving view that takes longer is followed by those with fewer pixels."""
+"""Slower pictures of a moving view are followed by ones of lower resolution."""
 _KEPT_PIXELS = 4_500_000
-"""A part in a larger picture is painted anew: 12 bytes a pixel."""
+"""The part in a larger picture is not cached: 12 bytes per pixel."""
 _SHARES = (1.0, 0.7, 0.5)
-"""So many along a side."""
+"""Resolution steps per side."""
 _ITEM_PX = 3.0
-"""Lines and marks that lie on the part and are seen at 70 degrees are so much deeper at its rim."""
+"""Depth tolerance at the rim for lines and marks on the part seen at 70 degrees."""
 _THROUGH = 0.5
-"""What lies behind a transparent part keeps so much of its colour."""
+"""Opacity of items behind a transparent part."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StillScene:
-    """What is painted: nobody changes it, another scene is another object."""
+    """Immutable scene; compared by identity."""
 
     items: tuple[Item, ...]
     orbit: Orbit
-    """`items`, `orbit`: What, and from where."""
     size: QSize
     ratio: float
-    """`size`, `ratio`: Of the picture, px of the window, and how many of the screen each of them
-    has."""
+    """`size`, `ratio`: picture, px of the window, and screen pixels per window pixel."""
     background: str
-    """Its colour, which is also behind words."""
     part: PartScene | None = None
-    """The part, which may hide items; None for none."""
+    """Part that may hide items; None for none."""
 
     def is_seen_as(self, other: StillScene) -> bool:
-        """Return whether the other scene is seen from the same place, in a picture of this size.
+        """Return whether the other scene has the same view and picture size.
 
-        One on another background is of another theme: words over it could not be read.
+        Another background means another theme, with illegible labels.
         """
         same = self.size == other.size and self.ratio == other.ratio
         return same and self.orbit is other.orbit and self.background == other.background
@@ -76,17 +73,14 @@ class KeptScene:
     def made(
         self, things: tuple[object, ...], values: tuple[object, ...], make: Callable[[], StillScene]
     ) -> StillScene:
-        """Return the scene; ``make`` makes another where it would not be the same.
+        """Return the scene, created by ``make`` if an input changed.
 
         Parameters
         ----------
         things
-            What it is made of and holds arrays, such as orbits and items: it is the same, or it is
-            another one.
+            Inputs with arrays, such as orbits and items, compared by identity.
         values
-            What can be compared.
-        make
-            Called where one of them is another.
+            Inputs compared by value.
         """
         made_of = (*things, *values)
         count = len(things)
@@ -99,14 +93,14 @@ class KeptScene:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StillPicture:
-    """A picture, and the depths of the part in it; None where it shows none."""
+    """A picture, and the depths of its part; None without a part."""
 
     image: QImage
     depth: Depth | None
 
 
 class _Drawing:
-    """A picture, and what of its scene is left to paint."""
+    """A picture in progress, and the remaining work."""
 
     def __init__(
         self, scene: StillScene, font: QFont, canvases: _Canvases, share: float = 1.0
@@ -121,8 +115,8 @@ class _Drawing:
         part = scene.part
         if part is not None:
             self._scale = scale = part.scale(scene.size, scene.ratio, share)
-            # A picture that was painted before has memory for this one; new memory of some
-            # megabytes would cost milliseconds, and so would a copy.
+            # Reuse memory of an earlier picture: allocating or copying megabytes would take
+            # milliseconds.
             self.canvas = canvas = canvases.take(
                 max(round(scene.size.width() * scale), 1),
                 max(round(scene.size.height() * scale), 1),
@@ -147,7 +141,7 @@ class _Drawing:
 
     @property
     def seen(self) -> StillPicture:
-        """Return the picture as far as it is; nothing of a part that is half painted."""
+        """Return the picture so far, without a half-painted part."""
         if self._left is None:
             nothing = QImage(1, 1, QImage.Format.Format_RGB32)
             nothing.fill(QColor(self.scene.background))
@@ -155,7 +149,7 @@ class _Drawing:
         return StillPicture(self.image, self._depth)
 
     def go_on(self) -> None:
-        """Paint for a slice of time; what is shown while the view moves is painted at once."""
+        """Paint for a slice of time; completely during motion."""
         until = math.inf if self.is_moving else perf_counter() + _SLICE_S
         if self._left is None:
             if not self._canvases.has_part(self.scene, self.canvas):
@@ -170,7 +164,7 @@ class _Drawing:
             painter.end()
 
     def _lay_part(self) -> None:
-        """Lay fields and lines that are before the part or on it over the painted part."""
+        """Draw faces and lines in front of or on the painted part."""
         canvas, scene = self.canvas, self.scene
         if canvas is None or scene.part is None:
             return
@@ -190,7 +184,7 @@ class _Drawing:
         self._items = tuple(item for item in scene.items if not isinstance(item, Face | Lines))
 
     def _hidden(self) -> float:
-        """Return how much of its colour is left of what the part hides, 0 to 1."""
+        """Return the opacity of items hidden by the part, 0 to 1."""
         part = self.scene.part
         return _THROUGH if part is not None and part.style.mode is RenderMode.TRANSPARENT else 0.0
 
@@ -203,14 +197,14 @@ class _Drawing:
 
 
 class _Canvases:
-    """Buffers for two pictures, one shown and one painted: new memory would cost milliseconds."""
+    """Buffers for two pictures, shown and in progress, to avoid slow allocation."""
 
     def __init__(self) -> None:
         self._free: list[Canvas] = []
         self._part: tuple[StillScene, Canvas] | None = None
 
     def keep_part(self, scene: StillScene, canvas: Canvas | None) -> None:
-        """Keep a part that stands still, without what is drawn over it: only that may change."""
+        """Cache a static part without the items drawn over it."""
         if canvas is None or scene.part is None or scene.part.moving:
             return
         if canvas.width * canvas.height > _KEPT_PIXELS:
@@ -224,7 +218,7 @@ class _Canvases:
         self._part = (scene, own)
 
     def has_part(self, scene: StillScene, canvas: Canvas | None) -> bool:
-        """Put the part into a canvas if it is the one that was kept; return whether it is."""
+        """Copy the cached part into a canvas if it matches; return whether it does."""
         kept = self._part
         if canvas is None or kept is None or not scene.has_part_of(kept[0]):
             return False
@@ -232,7 +226,7 @@ class _Canvases:
         return True
 
     def take(self, width: int, height: int) -> Canvas:
-        """Return one that nobody uses."""
+        """Return an unused canvas."""
         for canvas in self._free:
             if (canvas.width, canvas.height) == (width, height):
                 self._free.remove(canvas)
@@ -241,13 +235,13 @@ class _Canvases:
         return Canvas(width, height)
 
     def give_back(self, canvas: Canvas | None) -> None:
-        """Say that it is no longer shown."""
+        """Return a canvas that is not shown any longer."""
         if canvas is not None and len(self._free) < 2:
             self._free.append(canvas)
 
 
 def painted_still(scene: StillScene, font: QFont) -> StillPicture:
-    """Return the whole picture of a scene, for paper."""
+    """Return the complete picture of a scene, for reports."""
     drawing = _Drawing(scene, font, _Canvases())
     while not drawing.is_done:
         drawing.go_on()
@@ -255,16 +249,10 @@ def painted_still(scene: StillScene, font: QFont) -> StillPicture:
 
 
 class SceneLayer(QObject):
-    """Keep the picture of a still scene.
-
-    Parameters
-    ----------
-    parent
-        Whose scene it is.
-    """
+    """Cache of a static scene's picture."""
 
     changed = Signal()
-    """There is more to show of a picture that takes longer."""
+    """More of a slow picture is ready."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
@@ -279,8 +267,7 @@ class SceneLayer(QObject):
     def picture(self, scene: StillScene, font: QFont) -> StillPicture:
         """Return the picture of a scene.
 
-        While a new one is painted it is that of the scene before, if that was seen from the same
-        place, else as much as is painted.
+        During painting, the previous picture if it has the same view, otherwise the partial one.
         """
         before = self._shown
         if before is not None and before.scene is scene:
@@ -296,15 +283,15 @@ class SceneLayer(QObject):
         return before.seen
 
     def is_done(self) -> bool:
-        """Return whether the picture that was asked for last is the one that is shown."""
+        """Return whether the last requested picture is shown."""
         return self._shown is not None and self._next is None
 
     def shows(self, scene: StillScene) -> bool:
-        """Return whether the picture of a scene is shown, all of it."""
+        """Return whether a scene is shown completely."""
         return self._shown is not None and self._shown.scene is scene
 
     def canvas(self) -> Canvas | None:
-        """Return the buffers of the part that is shown; None where none is."""
+        """Return the buffers of the shown part, or None."""
         return None if self._shown is None else self._shown.canvas
 
     def _drop_next(self) -> None:
@@ -313,13 +300,12 @@ class SceneLayer(QObject):
             self._next = None
 
     def _go_on(self) -> None:
-        """Paint a little more; what is done is shown."""
         drawing = self._next
         if drawing is None:
             return
         began = perf_counter()
         drawing.go_on()
-        # As long as the view moves; the next time it may have the processor for itself.
+        # Keep for this motion; the next one may have more CPU time.
         slow = perf_counter() - began > _FRAME_S
         self._share = min(self._share + slow, len(_SHARES) - 1) if drawing.is_moving else 0
         if drawing.is_done:
@@ -331,5 +317,5 @@ class SceneLayer(QObject):
 
     def _finish(self) -> None:
         self._go_on()
-        # Also while it grows: there may be nothing else to look at.
+        # Also while incomplete: there may be no other picture.
         self.changed.emit()

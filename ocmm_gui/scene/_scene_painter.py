@@ -1,6 +1,6 @@
-"""QPainter draws a scene, before, in or behind a part that was painted already.
+"""Drawing of a scene by QPainter, in front of, in or behind a painted part.
 
-Where words stand in a picture: beside their place, over nothing, and the same every time.
+Labels are placed next to their points, without overlap and deterministically.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ _NEAR_PX = 8.0
 _RINGS_PX = (26.0, 46.0, 70.0, 100.0, 140.0, 190.0)
 _TURN = 16
 _GAP_PX = 1.0
-"""Between two words."""
+"""Between two labels."""
 
 _MARK_PX = 3.0
-"""A mark reaches so far round its place."""
+"""Extent of a mark around its place."""
 
 _DETOUR = 0.4
-"""To stand one ring farther away is as bad as to cover so much of a mark."""
+"""Cost of one ring farther, relative to covering a mark."""
 
 _DETOURS = _DETOUR * np.repeat(np.arange(1 + len(_RINGS_PX)), (4, *(_TURN for _ in _RINGS_PX)))
 LEADER_PX = 14.0
-"""A word that stands farther from its place gets a line to it."""
+"""A label farther from its place gets a leader line."""
 
 
 def place_labels(
@@ -43,19 +43,18 @@ def place_labels(
     taken: Iterable[QRectF] = (),
     marks: Float | None = None,
 ) -> list[QRectF | None]:
-    """Return where each word stands, px; None for one that has no room anywhere near its place.
+    """Return the place of each label, px; None without room near its point.
 
     Parameters
     ----------
     anchors, sizes
-        The place that a word belongs to, and its width and height, px. The first words have the
-        right of way.
+        Point of each label, and its width and height, px. Earlier labels have priority.
     bounds
-        Words stand inside; one whose place lies outside is left out.
+        Area of the labels; those with points outside are omitted.
     taken
-        Where no word may stand.
+        Label-free areas.
     marks
-        Places (n, 2), px, of marks that a word covers only where it has no other room nearby.
+        Places (n, 2), px, of marks, covered only if there is no other room nearby.
     """
     walls = [_edges(rect) for rect in taken]
     placed: list[QRectF | None] = []
@@ -92,7 +91,7 @@ def place_labels(
 
 
 def leader(anchor: QPointF, rect: QRectF) -> QPointF | None:
-    """Return where a line from the place ends at its word; None where it stands beside it."""
+    """Return the end of a leader line at its label; None if adjacent."""
     end = QPointF(
         min(max(anchor.x(), rect.left()), rect.right()),
         min(max(anchor.y(), rect.top()), rect.bottom()),
@@ -102,7 +101,7 @@ def leader(anchor: QPointF, rect: QRectF) -> QPointF | None:
 
 
 def _covered(corners: Float, wide: float, high: float, marks: Float) -> Float:
-    """Return how many marks a word would cover at each of its corners (n, 2)."""
+    """Return the number of marks covered by a label at each corner (n, 2)."""
     low = corners.min(axis=0) - _MARK_PX
     high_most = corners.max(axis=0) + np.array([wide, high]) + _MARK_PX
     near = marks[np.all((marks > low) & (marks < high_most), axis=1)]
@@ -117,14 +116,14 @@ def _edges(rect: QRectF) -> tuple[float, float, float, float]:
 
 
 def _corners(x: float, y: float, wide: float, high: float) -> Float:
-    """Return upper left corners (n, 2) of a word round its place, the best first."""
+    """Return candidate upper left corners (n, 2) of a label, best first."""
     found = [
         (x + _NEAR_PX, y - high - 2.0),
         (x + _NEAR_PX, y + 4.0),
         (x - _NEAR_PX - wide, y - high - 2.0),
         (x - _NEAR_PX - wide, y + 4.0),
     ]
-    # Right above first, then round: the word stands with its nearest point on the ring.
+    # Upper right first, then around: the label touches the ring with its nearest point.
     angles = np.radians(45.0) + np.arange(_TURN) * 2.0 * np.pi / _TURN
     angles = angles[np.argsort(np.abs(np.arange(_TURN) - 0.25), kind="stable")]
     for ring in _RINGS_PX:
@@ -137,22 +136,21 @@ def _corners(x: float, y: float, wide: float, high: float) -> Float:
 
 _PIECE_PX = 5.0
 _MOST_PIECES = 400
-"""A line is seen or hidden by pieces of this length, but is not cut into more of them."""
+"""Visibility of lines is tested in pieces, at most this many."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Depth:
-    """The part that may hide what is drawn."""
+    """Part that may hide items."""
 
     canvas: Canvas
-    """What was painted."""
     scale: float
-    """Its pixels for each of the scene's."""
+    """Its pixels per scene pixel."""
     bias: float
-    """mm: what lies so deep behind the surface still counts as on it."""
+    """mm: depth below the surface that still counts as on it."""
 
     def in_sight(self, places: Float) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-        """Return which places (n, 3), px of the scene and mm, the part does not hide."""
+        """Return which places (n, 3), px of the scene and mm, are not hidden."""
         return self.canvas.in_sight(places * np.array([self.scale, self.scale, 1.0]), self.bias)
 
 
@@ -164,26 +162,19 @@ def paint_scene(
 
 
 class ScenePainter:
-    """Paint faces, then lines, then dots, then words, at once or a few at a time.
+    """Paint faces, then lines, dots and labels, at once or in slices.
 
-    Faces and dots are painted from far to near. A word stands where it covers no other one, and no
-    mark if there is room nearby; it has a line to its place where that is not beside it. The first
-    ones have the right of way.
+    Faces and dots are painted from far to near. Labels do not overlap, and cover marks only without
+    other room nearby; distant ones have a leader line. Earlier ones have priority.
 
     Parameters
     ----------
-    items
-        What is painted.
-    box
-        Where, px.
-    font, halo
-        Of the words, and the colour behind them.
     taken
-        Where no words may stand, px from the upper left corner of ``box``.
+        Label-free areas, px from the upper left corner of ``box``.
     depth
-        What hides lines and dots; None hides nothing.
+        Part that hides lines and dots; None hides nothing.
     ghost
-        How much of the colour is left of what is hidden, 0 to 1.
+        Opacity of hidden items, 0 to 1.
     """
 
     def __init__(
@@ -204,7 +195,7 @@ class ScenePainter:
         self._depth, self._ghost = depth, ghost
         self._marks: list[Float] = []
         self.words: list[tuple[str, QRectF]] = []
-        """Where the words that were painted stand, with what they say."""
+        """Painted labels with their places."""
         items = tuple(items)
         faces = [item for item in items if isinstance(item, Face)]
         heights = [float(self._picture.apply(item.corners)[:, 2].mean()) for item in faces]
@@ -219,9 +210,9 @@ class ScenePainter:
         self._tags = [item for item in items if isinstance(item, Tag)]
 
     def paint(self, painter: QPainter, until_s: float = math.inf) -> bool:
-        """Paint what is left, until a time of `time.perf_counter`; return whether all is painted.
+        """Continue until a time of `time.perf_counter`; return whether all is painted.
 
-        One item at least is painted.
+        Paints one item at least.
         """
         painter.save()
         painter.setClipRect(self._box)
@@ -262,7 +253,7 @@ class ScenePainter:
     def _paint_face(self, painter: QPainter, face: Face) -> None:
         colour = QColor(face.colour)
         colour.setAlpha(face.alpha)
-        # Their edges are drawn as lines: smoothing large translucent areas would only cost time.
+        # Edges are drawn as lines: antialiasing large translucent areas would only cost time.
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(colour)
@@ -320,7 +311,7 @@ def _draw_lines(painter: QPainter, ends: Float) -> None:
 
 
 def _cut(ends: Float, depth: Depth, box: QRectF) -> tuple[Float, Float]:
-    """Return the stretches of lines (n, 2, 3), px, that are in sight and those that are hidden."""
+    """Return visible and hidden sections of lines (n, 2, 3), px."""
     start, run = ends[:, 0], ends[:, 1] - ends[:, 0]
     length = np.hypot(run[:, 0], run[:, 1])
     limit = min(_MOST_PIECES, int((box.width() + box.height()) / _PIECE_PX) + 1)
@@ -330,7 +321,7 @@ def _cut(ends: Float, depth: Depth, box: QRectF) -> tuple[Float, Float]:
     number = np.arange(len(line)) - first[line]
     count = pieces[line]
     seen = depth.in_sight(start[line] + ((number + 0.5) / count)[:, None] * run[line])
-    # A stretch begins where the line does or where it comes into sight or leaves it.
+    # A section starts with the line or at a change of visibility.
     begins = np.ones(len(line), dtype=bool)
     begins[1:] = (line[1:] != line[:-1]) | (seen[1:] != seen[:-1])
     at = np.flatnonzero(begins)
@@ -345,7 +336,7 @@ def _cut(ends: Float, depth: Depth, box: QRectF) -> tuple[Float, Float]:
 def _paint_diamonds(painter: QPainter, item: Diamonds, places: Float, halo: str) -> None:
     half = 0.5 * item.size
     painter.setBrush(Qt.BrushStyle.NoBrush)
-    # The halo keeps the mark in sight on lines and dots of its own colour.
+    # The halo separates the mark from lines and dots of the same colour.
     for pen in (QPen(QColor(halo), 6.0), QPen(QColor(item.colour), 2.6)):
         painter.setPen(pen)
         for x, y, _ in places.tolist():

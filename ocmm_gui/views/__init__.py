@@ -1,15 +1,14 @@
-"""Pictures of the machine at work: the camera images and the 3-D view.
+"""Views of the machine at work: camera images and 3-D view.
 
-In: spots with their labels, poses, points, features. Out: painted widgets; no graphics card is
-needed.
+In: labelled spots, poses, points, features. Out: painted widgets; no graphics card is needed.
 
-Read `_shapes` (wire shapes in mm, world frame), `_contents` (what is shown of a job) with
+Start with `_shapes` (wire shapes in mm, world frame) and `_contents` (items of a job) with
 `_nominal_items`, `_deviations` (whiskers of touched places, and their scale), `_deviation_surface`
-(their colours on the part), `_placed` (where the part is), `_following` (where the eye has to be),
-`_rig_sides`, `_view_dress` (what stands round a scene); `_part_picture` (the part by itself),
-`_point_view` (the 3-D view), `_camera_view` (spots of each camera), `_step_picture` (the picture of
-a step). The 3-D scene itself is the room `scene`.
-It must not know the station or the bridge: it is given what it draws.
+(their colours on the part), `_placed` (pose of the part), `_following` (view control),
+`_rig_sides`, `_view_dress` (axes and overview); `_part_picture` (part only), `_point_view` (3-D
+view), `_camera_view` (spots of each camera), `_step_picture` (picture of a step). The 3-D scene
+itself is the package `scene`.
+It must not import the station or the bridge: it receives its data.
 """
 
 from __future__ import annotations

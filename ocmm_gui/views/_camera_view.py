@@ -1,4 +1,4 @@
-"""The live camera images: where each camera sees its spots, which slot follows which LED."""
+"""Live camera images: spots, slots and LEDs of each camera."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TRAIL = 60
 """Snapshots in the trail: two seconds."""
 
 _GAP_S = 0.3
-"""After a longer pause, e.g. in the far view, the trail begins anew."""
+"""After a longer pause, such as in the far view, the trail restarts."""
 
 _FADE_STEPS = 4
 _SIDES_PX = tuple(280.0 * 2.0 ** (step / 2.0) for step in range(7))
@@ -34,35 +34,28 @@ _FILL = 0.62
 """Share of the picture that the spots may fill."""
 
 _EDGE = 0.1
-"""A spot that comes this near to the edge of the picture, in parts of its side, moves it."""
+"""A spot this near to the edge, relative to the side, moves the picture."""
 
 
 _MARK_PX, _MANY_MARK_PX = 11, 6
 _MOST_WORDS = 16
-"""Of more spots in one picture nobody reads the words, and no trail is told from another; the title
-counts those that are named."""
+"""With more spots labels are illegible and trails indistinguishable; the title counts the labelled
+ones."""
 
 _ROW = 4
-"""Up to so many cameras stand in a row, with axes; more in a square, without."""
+"""Up to this many cameras are in a row, with axes; more in a square, without."""
 
 _WAYS = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
-"""Where a word may stand, seen from its spot; the first one that is free is taken."""
+"""Label positions relative to the spot; the first free one is used."""
 
 _Box = tuple[float, float, float, float]
 
 
 class CameraPlot(QWidget):
-    """One camera: spots in pixels as crosses with slot and LED, and where they came from.
+    """One camera: spots as crosses with slot, LED, and trail.
 
-    The picture shows the part of the sensor where the spots are. It moves only when a spot comes
-    to its edge, so that motion of a spot is seen as such.
-
-    Parameters
-    ----------
-    camera
-        Whose image it is.
-    small
-        It is one of many, and shows no axes.
+    Shows the sensor region with the spots. It moves only when a spot reaches its edge, so that spot
+    motion is visible.
     """
 
     def __init__(self, camera: CameraModel, *, small: bool = False) -> None:
@@ -75,7 +68,7 @@ class CameraPlot(QWidget):
         self._side = _SIDES_PX[-1]
         self._title = FitText(tr("Camera {name}").format(name=camera.name), limit=14)
         self._title.setFixedHeight(20)
-        # View box and axes alone: a PlotItem brings menus and buttons that nobody may use here.
+        # View box and axes only: a PlotItem adds unwanted menus and buttons.
         self._plot: Any = pg.GraphicsLayoutWidget()
         self._plot.setAccessibleName(tr("Image of camera {name}").format(name=camera.name))
         self._plot.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -109,7 +102,7 @@ class CameraPlot(QWidget):
         self._move()
 
     def show_spots(self, spots: Float, names: Sequence[str]) -> None:
-        """Show the spots (S, 2), px, of the slots and what is followed in each of them."""
+        """Show the spots (S, 2), px, of the slots with their labels."""
         seen = np.asarray(np.isfinite(spots).all(axis=1))
         count = int(seen.sum())
         told = tr("{name}:  %n spots", "{name}:  1 spot", count).format(name=self._camera.name)
@@ -134,7 +127,6 @@ class CameraPlot(QWidget):
             self._keep_in_sight(spots[seen])
 
     def labels(self) -> tuple[str, ...]:
-        """Return the words beside the visible spots."""
         return tuple(label.toPlainText().strip() for label in self._labels if label.isVisible())
 
     def set_theme(self, theme: Theme) -> None:
@@ -143,7 +135,7 @@ class CameraPlot(QWidget):
         self._paint()
 
     def _place_labels(self, spots: Float, names: Sequence[str], seen: NDArray[np.bool_]) -> None:
-        """Put the words beside their spots, each where it covers no other word or spot."""
+        """Place the labels, each without covering another label or spot."""
         self._add_labels(len(spots))
         if int(seen.sum()) > _MOST_WORDS:
             seen = np.zeros_like(seen)
@@ -163,12 +155,12 @@ class CameraPlot(QWidget):
             free = [not any(_overlap(box, other) for other in taken) for box in boxes]
             choice = free.index(True) if any(free) else 0
             taken.append(boxes[choice])
-            # The anchor is the point of the word that stands on the spot.
+            # The anchor is the point of the label at the spot.
             label.setAnchor(0.5 * (1.0 - _WAYS[choice]))
             label.setPos(*spots[slot])
 
     def _add_labels(self, count: int) -> None:
-        """Have a word ready for each of so many slots."""
+        """Create labels up to this number."""
         while len(self._labels) < count:
             label = pg.TextItem()
             label.setFont(text_font(12, bold=True))
@@ -183,7 +175,7 @@ class CameraPlot(QWidget):
                 curve.setData(np.empty(0), np.empty(0))
             return
         history = np.stack(self._trail)
-        # Each curve is one age: they share a sample, so that the trail has no gaps.
+        # One curve per age: they share a sample, so that the trail has no gaps.
         bounds = np.linspace(0, len(history) - 1, _FADE_STEPS + 1).astype(int)
         gap = np.full((1, *history.shape[1:]), np.nan)
         for curve, first, last in zip(self._fading, bounds[:-1], bounds[1:], strict=True):
@@ -235,14 +227,6 @@ def _overlap(first: _Box, second: _Box) -> bool:
 
 
 class CameraViews(QWidget):
-    """All cameras: a few side by side, many in a square.
-
-    Parameters
-    ----------
-    rig
-        Whose cameras they are.
-    """
-
     def __init__(self, rig: Rig) -> None:
         super().__init__()
         self.setAccessibleName(tr("Camera images"))
@@ -261,9 +245,9 @@ class CameraViews(QWidget):
             layout.setColumnStretch(column, 1)
 
     def show_live(self, live: LiveView) -> None:
-        """Show the spots of every camera; of many, those of a few at a time, in turn.
+        """Show the spots of every camera; with many, a few at a time in turn.
 
-        A picture takes milliseconds to draw: all of sixteen would hold up the window.
+        A picture takes milliseconds to draw: sixteen would block the window.
         """
         turns = math.ceil(len(self._plots) / _ROW)
         for camera in range(self._turn, len(self._plots), turns):
@@ -271,5 +255,4 @@ class CameraViews(QWidget):
         self._turn = (self._turn + 1) % turns
 
     def plots(self) -> tuple[CameraPlot, ...]:
-        """Return the plot of every camera, in the order of the rig."""
         return self._plots

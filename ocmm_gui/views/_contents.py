@@ -1,4 +1,4 @@
-"""What the 3-D view shows: probe, measured points and features, and a grid under them."""
+"""Contents of the 3-D view: probe, measured points and features, and a grid."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _ARROW_MM = 9.0
 _STEM_MM = 25.0
 _AIM_MM = 3.0
 _RING_MM = 40.0
-"""Greatest radius of the ring round the next place."""
+"""Maximum radius of the target ring."""
 
 
 def probe_places(live: LiveView, body: ProbeBody) -> Float:
@@ -45,7 +45,7 @@ def probe_places(live: LiveView, body: ProbeBody) -> Float:
 
 
 def probe_items(places: Float, body: ProbeBody, theme: Theme, *, named: bool) -> tuple[Item, ...]:
-    """Return the probe at ``places`` (L + 1, 3) from `probe_places`, its LEDs named or not."""
+    """Return the probe at ``places`` (L + 1, 3) from `probe_places`."""
     if not len(places):
         return ()
     leds, tip = places[:-1], places[-1]
@@ -62,7 +62,7 @@ def probe_items(places: Float, body: ProbeBody, theme: Theme, *, named: bool) ->
 
 
 def reference_items(live: LiveView | None, theme: Theme, *, named: bool) -> tuple[Item, ...]:
-    """Return the reference body in the world of the job, where it always stands."""
+    """Return the reference body at its fixed pose in the job's world."""
     if live is None or live.reference is None or live.reference.leds_world is None:
         return ()
     leds = live.reference.leds_world
@@ -77,13 +77,13 @@ def reference_items(live: LiveView | None, theme: Theme, *, named: bool) -> tupl
 
 
 def job_items(job: JobView, theme: Theme) -> tuple[tuple[Item, ...], Float]:
-    """Return points and features of a job, and all places (n, 3) that a view should contain."""
+    """Return points and features of a job, and all places (n, 3) to be in view."""
     return JobDrawing().items(job, theme)
 
 
 @dataclass(frozen=True, slots=True)
 class _Look:
-    """What a feature looks like beside what it is: colours, and which of its points stand out."""
+    """Appearance of a feature: colours and highlighted points."""
 
     theme: Theme
     colour: str
@@ -92,7 +92,7 @@ class _Look:
 
 
 class JobDrawing:
-    """Points and features of a job that grows: what has not changed is not made again."""
+    """Points and features of a growing job; unchanged items are cached."""
 
     def __init__(self) -> None:
         self._kept: dict[str, tuple[FeatureView, _Look, tuple[Item, ...], Float]] = {}
@@ -106,23 +106,23 @@ class JobDrawing:
         self._reach: dict[str, Float] = {}
 
     def reach(self, name: str = "") -> Float:
-        """Return the places (n, 3) that a feature reaches, points wanted on it too; of all without.
+        """Return the places (n, 3) of a feature with its targets; of all without a name.
 
-        They are those of the job that was drawn last.
+        From the job drawn last.
         """
         places = [part for key, part in self._reach.items() if not name or key == name]
         return np.concatenate([np.empty((0, 3)), *places])
 
     def items(self, job: JobView, theme: Theme, chosen: int = 0) -> tuple[tuple[Item, ...], Float]:
-        """Return the same as `job_items`; the very tuple of before where nothing has changed.
+        """Return `job_items`; the same tuple as before if nothing changed.
 
-        ``chosen`` is the number of the point that is to be seen at once.
+        ``chosen`` is the number of the highlighted point.
         """
         items: list[Item] = []
         self._reach = {}
         touched = [feature for feature in job.features if feature.points]
         last = max((feature.points[-1].number for feature in touched), default=0)
-        # The active feature comes first: its name has the right of way.
+        # The active feature first: its label has priority.
         for feature in sorted(touched, key=lambda f: f.state is not FeatureState.ACTIVE):
             active = feature.state is FeatureState.ACTIVE
             verdict = job.verdict_of(feature.name).verdict
@@ -146,13 +146,13 @@ class JobDrawing:
         return self._items, self.reach()
 
     def _planned_items(self, job: JobView, theme: Theme) -> tuple[Item, ...]:
-        """Return the active feature where the plan has it, with its name, before it is measured."""
+        """Return the active feature as planned, with its name, before it is measured."""
         planned = job.planned
         if planned is None:
             return ()
         before = self._planned_of
         pose = planned.T_world_from_nominal
-        # Of a part that nobody located the motion is made anew, and the same, for every view.
+        # The pose of an unlocated part is recreated, but equal, for every view.
         at = np.column_stack([pose.rotation, pose.translation])
         look = (planned.nominal, theme)
         same = len(before) == len(look) and all(map(is_, look, before))
@@ -181,7 +181,7 @@ class JobDrawing:
 
 
 def _feature_items(feature: FeatureView, look: _Look) -> tuple[tuple[Item, ...], Float]:
-    """Return a feature that has points, and the places (n, 3) that it reaches."""
+    """Return a feature with points, and the places (n, 3) that it covers."""
     items: list[Item] = []
     active, theme, colour = feature.state is FeatureState.ACTIVE, look.theme, look.colour
     surface = np.stack([point.surface_world for point in feature.points])
@@ -192,7 +192,7 @@ def _feature_items(feature: FeatureView, look: _Look) -> tuple[tuple[Item, ...],
             items.append(Face(corners, colour, 36))
         items.append(Lines(lines, colour, 2.2 if active else 1.4))
         items.append(Tag(feature.fit.point, feature.name, colour))
-        # Both ends of a segment belong to its neighbours, too, and a ring has 48 of them.
+        # Segment ends are shared with neighbours, and a ring has 48 of them.
         reach = np.concatenate([surface, lines.reshape(-1, 3)[:: 4 if len(lines) > 40 else 1]])
     items += _sides(feature, surface, theme, active=active, has_last=look.has_last)
     items.append(
@@ -205,20 +205,20 @@ def _feature_items(feature: FeatureView, look: _Look) -> tuple[tuple[Item, ...],
 def _sides(
     feature: FeatureView, surface: Float, theme: Theme, *, active: bool, has_last: bool
 ) -> list[Item]:
-    """Return from which side points were touched: of the active feature, and of the last point."""
+    """Return touch directions of the active feature, and of the last point."""
     outward = np.stack([point.direction for point in feature.points])
     tails = surface + _ARROW_MM * outward
     items: list[Item] = []
     if active:
         items.append(Lines(_arrows(tails, surface), theme.text, 1.4))
     if has_last:
-        # This one is turned round by a flip.
+        # A flip reverses this one.
         items.append(Lines(_arrows(tails[-1:], surface[-1:]), theme.warn, 2.6))
     return items
 
 
 def _marked_points(feature: FeatureView, theme: Theme, chosen: int) -> list[Item]:
-    """Return outliers in red, and the chosen point large and named."""
+    """Return outliers in red, and the selected point large and named."""
     items: list[Item] = []
     for point in feature.points:
         place = point.surface_world
@@ -232,18 +232,18 @@ def _marked_points(feature: FeatureView, theme: Theme, chosen: int) -> list[Item
 
 
 def active_targets(job: JobView) -> tuple[Target, ...]:
-    """Return where the active feature still wants points."""
+    """Return the missing points of the active feature."""
     return next((item.targets for item in job.features if item.name == job.active), ())
 
 
 def shown_targets(job: JobView) -> tuple[Target, ...]:
-    """Return `active_targets`, or where they are supposed as long as nobody knows."""
+    """Return `active_targets`, or supposed ones until the pose is known."""
     known = active_targets(job)
     return known if known or job.planned is None else job.planned.targets
 
 
 def shown_target(job: JobView | None) -> Target | None:
-    """Return where the next point is wanted, or where that is supposed; None where it is not."""
+    """Return the next target, possibly supposed, or None."""
     if job is None:
         return None
     return job.target or next(iter(shown_targets(job)), None)
@@ -252,10 +252,10 @@ def shown_target(job: JobView | None) -> Target | None:
 def target_items(
     job: JobView | None, tip_world: Float | None, theme: Theme, up: Float
 ) -> tuple[Item, ...]:
-    """Return where points are wanted, and a ring that shrinks round the next place.
+    """Return targets, and a ring that shrinks round the next one.
 
-    The ring closes when the ball, ``tip_world`` (3,), is there; None shows none. It lies level,
-    square to ``up`` (3,), where the plan does not say which side the place is touched from.
+    The ring closes when the ball, ``tip_world`` (3,), is there; None shows none. It is horizontal,
+    perpendicular to ``up`` (3,), if the plan has no touch direction.
     """
     if job is None:
         return ()
@@ -277,14 +277,14 @@ def target_items(
         items.append(Lines(shapes.polyline(corners, closed=True), theme.accent, 3.0))
     where = tr("next, roughly") if target.approximate else tr("next")
     if job.target is None:
-        # Where the part is supposed: no ring leads there.
+        # Supposed part pose: no ring leads there.
         where = tr("touch here first, roughly")
     items.append(Tag(place, where, theme.accent))
     return tuple(items)
 
 
 def aim_items(aim: tuple[Float, Float] | None, probe: Float, theme: Theme) -> tuple[Item, ...]:
-    """Return the place that somebody means on the part, and the way of the ball to it."""
+    """Return the place aimed at on the part, and the path of the ball."""
     if aim is None:
         return ()
     place, normal = aim
@@ -299,12 +299,12 @@ def aim_items(aim: tuple[Float, Float] | None, probe: Float, theme: Theme) -> tu
 
 
 def grid_step(orbit: Orbit) -> float:
-    """Return the distance of the grid lines, mm: the power of ten that suits the view."""
+    """Return the grid spacing, mm: the power of ten that suits the view."""
     return float(10.0 ** np.floor(np.log10(orbit.radius)))
 
 
 def grid_items(orbit: Orbit, low: float | None, theme: Theme) -> tuple[Item, ...]:
-    """Return a level grid as high as the lowest of the work, mm, or through the target."""
+    """Return a level grid at the lowest point of the work, mm, or through the target."""
     up, step = orbit.up, grid_step(orbit)
     level = float(orbit.target @ up) if low is None else low
     first, second = (np.eye(3)[i] for i in range(3) if i != int(np.argmax(np.abs(up))))
@@ -322,7 +322,7 @@ def grid_items(orbit: Orbit, low: float | None, theme: Theme) -> tuple[Item, ...
 def _arrows(tails: Float, heads: Float) -> Float:
     """Return arrows (3 n segments, 2, 3) from tails to heads, both (n, 3)."""
     shaft = tails - heads
-    # A side that no nominal direction of a plan is parallel to.
+    # Not parallel to any usual nominal direction.
     side = np.cross(shaft, np.array([0.31, 0.52, 0.79]))
     side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-9)
     length = np.linalg.norm(shaft, axis=1, keepdims=True)

@@ -1,7 +1,7 @@
-"""Deviations as colours on the part: near the points that were touched, grey everywhere else.
+"""Deviations as colours on the part near touched points; grey elsewhere.
 
-Where there is a colour, and which, is computed by `value_field` from the same whiskers that are
-drawn; here it gets the colours of their classes.
+`value_field` computes the coloured region and values from the drawn whiskers; this module assigns
+class colours.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from ocmm_gui.views._deviations import limit_colour, surface_colour
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FieldRequest:
-    """What a field is made of: places on the model (k, 3), mm, shares of the limits, accepted."""
+    """Input of a field: places on the model (k, 3), mm, shares of the limits, accepted."""
 
     points: Float
     shares: Float
     good: NDArray[np.bool_]
 
     def is_like(self, other: FieldRequest | None) -> bool:
-        """Return whether the other one asks for the same."""
+        """Return whether the requests are equal."""
         return (
             other is not None
             and np.array_equal(self.points, other.points)
@@ -51,7 +51,7 @@ class FieldRequest:
 
 
 def field_request(picture: DeviationPicture, placed: PlacedPart | None) -> FieldRequest | None:
-    """Return what is to be coloured; None without a part, or while nobody knows where it is."""
+    """Return the request of a picture; None without a part or its pose."""
     whiskers = [item for item in picture.whiskers if item.kind is not DeviationClass.HELD]
     if placed is None or placed.is_rough or not whiskers:
         return None
@@ -65,7 +65,7 @@ def field_request(picture: DeviationPicture, placed: PlacedPart | None) -> Field
 
 
 def make_field(mesh: RenderMesh, model: PartModel, wanted: FieldRequest) -> ValueField | None:
-    """Return the field on a whole mesh of a model; None where no place lies on it."""
+    """Return the field on a whole mesh of a model; None if no place lies on it."""
     return value_field(mesh, wanted.points, wanted.shares, wanted.good.tolist(), owners_of(model))
 
 
@@ -75,7 +75,7 @@ def owners_of(model: PartModel) -> Sequence[str]:
 
 
 def field_colours(field: ValueField, colours: Colours, theme: Theme) -> Colours:
-    """Return the colours (n, 3) of the vertices of a field; ``colours`` are those of the mesh."""
+    """Return the vertex colours (n, 3) of a field; ``colours`` are those of the mesh."""
     found = colours[field.parents].copy()
     rows = np.flatnonzero(np.isfinite(field.values))
     shares, good = field.values[rows, None], field.good[rows, None]
@@ -101,10 +101,10 @@ def field_colours(field: ValueField, colours: Colours, theme: Theme) -> Colours:
 def deviation_part(
     picture: DeviationPicture, placed: PlacedPart | None, theme: Theme, mode: RenderMode
 ) -> tuple[PartScene | None, float | None]:
-    """Return a placed part with its deviations, and how far from a point its colour reaches, mm.
+    """Return a placed part with its deviations, and the colour reach of a point, mm.
 
-    For paper: it is made at once. None for a part that is not there, or nobody knows where, and
-    for a reach where nothing is coloured.
+    For reports: computed at once. None for an absent or unlocated part, and for the reach if
+    nothing is coloured.
     """
     if placed is None or placed.is_rough or not len(placed.model.triangles):
         return None, None
@@ -119,7 +119,7 @@ def deviation_part(
 
 @dataclass(frozen=True, slots=True)
 class _Made:
-    """A model and what is asked of it; equal to another of the same model that asks the same."""
+    """A model and a request; equal for equal requests on the same model."""
 
     model: PartModel
     wanted: FieldRequest | None
@@ -133,13 +133,13 @@ class _Made:
         )
 
     def __hash__(self) -> int:
-        """Return the same number for all that ask of one model."""
+        """Return a hash common to all requests of one model."""
         return id(self.model)
 
 
 @lru_cache(maxsize=1)
 def _made(made: _Made) -> tuple[RenderMesh, ValueField | None]:
-    """Make a field; pages are laid out again and again for one job."""
+    """Make a field; cached, because pages are laid out repeatedly for one job."""
     mesh = mesh_of(made.model)
     return mesh, None if made.wanted is None else make_field(mesh, made.model, made.wanted)
 

@@ -1,9 +1,9 @@
-"""Deviations of touched places: whiskers in the 3-D view, and the scale that says what they mean.
+"""Deviations of touched places: whiskers in the 3-D view, and their scale.
 
-The classes of the whiskers come from the core (`deviation_picture`); here they get a colour and a
-mark. Too much material is red with a diamond, too little is blue with a diamond, within the limits
-and accepted is green with a filled end, within and not accepted amber with a hollow one, held back
-grey: nothing rests on telling red from green.
+Whisker classes come from the core (`deviation_picture`); here they get a colour and a mark. Too
+much material is red with a diamond, too little blue with a diamond, within the limits and accepted
+green with a filled end, within and not accepted amber with a hollow one, held back grey: nothing
+depends on distinguishing red from green.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ocmm_gui.scene import Diamonds, Dots, Item, Lines, Tag, blended
 
 _LEAST_PX = 9
 _BLUES = ("#0a4fb4", "#7db4ff")
-"""Too little material, on light and on dark ground; no theme has a colour for it."""
+"""Too little material, on light and on dark ground; the themes have no colour for it."""
 
 _WORDS = {
     DeviationClass.MORE: later("{count} too much"),
@@ -34,13 +34,13 @@ _SCALE = later("Deviation from the middle of the zone, × {factor:g}")
 _LOWER, _UPPER = later("lower limit"), later("upper limit")
 _REACH = later("Colour: between points, to {reach:.1f} mm. Grey: not measured.")
 Say = Callable[[str], str]
-"""Gives a sentence that was marked with `later` in a language."""
+"""Translates a `later` sentence."""
 _OUTSIDE = (DeviationClass.MORE, DeviationClass.LESS)
 SHADES = {DeviationClass.MORE: 0.35, DeviationClass.LESS: 0.55}
-"""At the limit a colour within it has so much red, or so much white: with blue it would be grey,
-which means that nothing was measured."""
+"""Share of red or white in the colour at the limit: mixed with blue it would be grey, which means
+not measured."""
 SCALE_PX = (340.0, 80.0)
-"""Width and height of the scale at the letters of a screen."""
+"""Width and height of the scale at screen type size."""
 
 
 def deviations_of(job: JobView) -> DeviationPicture:
@@ -60,19 +60,19 @@ def deviation_colour(theme: Theme, kind: DeviationClass) -> str:
 
 
 def surface_colour(theme: Theme, kind: DeviationClass) -> str:
-    """Return the colour of a class on the part: what is dark as a line is too dark with shadows."""
+    """Return the colour of a class on the part: dark line colours are lightened."""
     light = QColor(theme.panel).lightnessF() > 0.5
     return blended(deviation_colour(theme, kind), "#ffffff", 0.4 if light else 0.0)
 
 
 def limit_colour(theme: Theme, kind: DeviationClass, end: DeviationClass) -> str:
-    """Return the colour at a limit of what is within it: a class ``kind``, at the end ``end``."""
+    """Return the colour at a limit for a class ``kind`` within it, at the end ``end``."""
     beyond = surface_colour(theme, end) if end is DeviationClass.MORE else "#ffffff"
     return blended(surface_colour(theme, kind), beyond, SHADES[end])
 
 
 def deviation_items(picture: DeviationPicture, theme: Theme) -> tuple[Item, ...]:
-    """Return the whiskers; the worst one is named with its deviation."""
+    """Return the whiskers; the worst one is labelled with its deviation."""
     items: list[Item] = []
     for kind in DeviationClass:
         own = [whisker for whisker in picture.whiskers if whisker.kind is kind]
@@ -97,7 +97,7 @@ def deviation_items(picture: DeviationPicture, theme: Theme) -> tuple[Item, ...]
 
 
 def scale_words(picture: DeviationPicture, say: Say = tr) -> tuple[str, str]:
-    """Return how long whiskers are drawn, and how many say what."""
+    """Return the magnification of whiskers, and the counts per class."""
     counts = [(kind, picture.count(kind)) for kind in DeviationClass]
     return (
         say(_SCALE).format(factor=picture.factor),
@@ -106,7 +106,7 @@ def scale_words(picture: DeviationPicture, say: Say = tr) -> tuple[str, str]:
 
 
 def limit_words(picture: DeviationPicture, say: Say = tr) -> tuple[str, str, str]:
-    """Return what stands at the ends and the middle of the part of the scale that is within."""
+    """Return the labels at the ends and the middle of the inner scale."""
     if picture.limit is None:
         return say(_LOWER), "0", say(_UPPER)
     limit = picture.limit
@@ -114,7 +114,7 @@ def limit_words(picture: DeviationPicture, say: Say = tr) -> tuple[str, str, str
 
 
 def scale_place(box: QRectF) -> QRectF:
-    """Return where the scale stands in a view: in the lower right corner."""
+    """Return the place of the scale in a view: the lower right corner."""
     wide, high = min(SCALE_PX[0], box.width() - 220.0), SCALE_PX[1]
     return QRectF(box.right() - wide - 10.0, box.bottom() - high - 4.0, wide, high)
 
@@ -123,16 +123,14 @@ def paint_scale(
     painter: QPainter, box: QRectF, picture: DeviationPicture, theme: Theme, scale: float = 1.0,
     reach_mm: float | None = None, say: Say = tr,
 ) -> None:  # fmt: skip
-    """Paint the scale: too little, within, too much, with the limits at the ends of the middle.
+    """Paint the scale: too little, within, too much, with limits at the middle's ends.
 
     Parameters
     ----------
     scale
-        Of the letters; one is that of a screen.
+        Type size relative to the screen's.
     reach_mm
-        The part is coloured so far from its points; None where it has no colours.
-    say
-        Says it in a language: that of the window, unless a report speaks another.
+        Colour reach of a point; None without colours.
     """
     if not picture.whiskers:
         return
@@ -181,7 +179,7 @@ def paint_scale(
 
 
 def reach_words(reach_mm: float, say: Say = tr) -> str:
-    """Return where the part has a colour, and what it means where it has none."""
+    """Return the meaning of coloured and uncoloured regions."""
     return say(_REACH).format(reach=reach_mm)
 
 

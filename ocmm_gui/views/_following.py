@@ -1,4 +1,4 @@
-"""Where the eye has to be so that the work is in the picture, without moving more than it must."""
+"""View control: keep the work in view with minimal motion."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from ocmm_gui.scene import Orbit
 
 _MARGIN = 1.18
 _CHASE = 1.4
-"""So much more room a view takes that the ball has left: it will go on, and a view that moves with
-it cannot be read."""
+"""Additional room after the ball left the view: it will move on, and a view moving along is
+illegible."""
 _CALM = 1.45
-"""A view that is so much wider than it has to be takes in what is nearer."""
+"""A view wider than necessary by this factor zooms in."""
 _LATER = 8
 _RIM = 0.03
-"""What is nearer to the edge of the picture than this part of it is about to leave it."""
+"""Relative edge zone that is about to be left."""
 
 
 def _none() -> Float:
@@ -29,18 +29,17 @@ def _none() -> Float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Work:
-    """What a view has to show; places are (n, 3), mm, world."""
+    """Contents to be shown; places are (n, 3), mm, world."""
 
     ball: Float = field(default_factory=_none)
-    """The centre of the ball, or none."""
     target: Target | None = None
-    """Where the next point is wanted; None where nobody knows."""
+    """Next target; None if unknown."""
     active: Float = field(default_factory=_none)
     whole: Float = field(default_factory=_none)
-    """The part, or what of it is known."""
+    """The part, as far as known."""
 
     def needed(self) -> Float:
-        """Return what must never be out of the picture."""
+        """Return what must stay in view."""
         target = _none() if self.target is None else self.target.surface_world[None]
         return np.concatenate([self.ball, target, self.active])
 
@@ -52,14 +51,12 @@ class Work:
 def side_for(
     orbit: Orbit, target: Target, later: Sequence[Target], is_hidden: Callable[[Float], bool]
 ) -> Orbit:
-    """Return the view turned so that the next place is in sight; the very same if it is.
+    """Return the view turned to make the next place visible; the same object if it is.
 
     Parameters
     ----------
-    target, later
-        The next place, and those that come after it.
     is_hidden
-        Whether the part stands between the next place and an eye in a direction (3,).
+        Whether the part is between the next place and an eye in a direction (3,).
     """
     toward = orbit.axes()[2]
     normals = np.array([one.normal_world for one in later[:_LATER]]).reshape(-1, 3)
@@ -68,14 +65,12 @@ def side_for(
 
 
 def following(orbit: Orbit, work: Work, width: float, height: float, *, turned: bool) -> Orbit:
-    """Return a view that shows the work; the very same as long as it does so well enough.
+    """Return a view that shows the work; the same object while sufficient.
 
     Parameters
     ----------
-    width, height
-        Of the picture, px.
     turned
-        It was turned just now: it is fitted whatever it shows.
+        Just turned: refit in any case.
     """
     everything = work.all()
     if not len(everything):
@@ -91,6 +86,6 @@ def following(orbit: Orbit, work: Work, width: float, height: float, *, turned: 
 
 
 def in_picture(orbit: Orbit, places: Float, width: float, height: float, rim: float) -> bool:
-    """Return whether places (n, 3) lie in the picture, a part ``rim`` of it away from its edge."""
+    """Return whether places (n, 3) are in view, a relative margin ``rim`` from its edge."""
     seen = orbit.project(places, width, height)[:, :2] / np.array([width, height])
     return bool(((seen >= rim) & (seen <= 1.0 - rim)).all())

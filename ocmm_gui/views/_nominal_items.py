@@ -1,4 +1,4 @@
-"""A feature of the plan as it is drawn before anything is measured."""
+"""Drawing of planned features before measurement."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ocmm_gui.scene import Dots, Face, Item, Lines, Tag
 from ocmm_gui.views import _shapes as shapes
 
 _PLAIN_MM = 20.0
-"""Half the size of a drawn plane or line whose size the plan does not say."""
+"""Half size of a plane or line without nominal size."""
 
 
 def nominal_items(
     nominal: NominalFeature, colour: str, arrow: str
 ) -> tuple[tuple[Item, ...], Float]:
-    """Return a nominal feature as wires with its direction, and all places it reaches (n, 3)."""
+    """Return a nominal feature as wires with direction, and all its places (n, 3)."""
     geometry = nominal_geometry(nominal)
     ends = _ends(nominal, geometry)
     fit = make_fit(nominal.shape, geometry, np.zeros((GEOMETRY_SIZE, 0)), np.zeros(1))
@@ -35,7 +35,7 @@ def nominal_items(
 
 
 def _ends(nominal: NominalFeature, geometry: Float) -> Float:
-    """Return places that say how far a drawn plane, line or cylinder reaches, (n, 3)."""
+    """Return the end places of a drawn plane, line or cylinder, (n, 3)."""
     point, direction = geometry[0:3], np.array(nominal.direction)
     direction = direction / np.linalg.norm(direction)
     half = 0.5 * nominal.length or (nominal.diameter or _PLAIN_MM)
@@ -52,7 +52,7 @@ def _ends(nominal: NominalFeature, geometry: Float) -> Float:
 
 
 def planned_items(planned: PlannedFeature, theme: Theme) -> tuple[tuple[Item, ...], Float]:
-    """Return a feature where the plan has it, with its name, and all places it reaches (n, 3)."""
+    """Return a feature at its planned pose, with its name, and all its places (n, 3)."""
     nominal, place = planned.nominal, planned.T_world_from_nominal
     geometry = nominal_geometry(nominal)
     fit = make_fit(nominal.shape, geometry, np.zeros((GEOMETRY_SIZE, 0)), np.zeros(1))

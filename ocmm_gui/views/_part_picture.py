@@ -1,4 +1,4 @@
-"""A picture of the nominal part by itself, to look at and to choose faces on."""
+"""Picture of the nominal part, with selectable faces."""
 
 from __future__ import annotations
 
@@ -19,22 +19,21 @@ _IN_PLACE = RigidTransform.identity()
 
 
 class PartPicture(OrbitView):
-    """Shows a part shaded, as hidden lines or transparent, z upwards, in the frame of its model.
+    """Shows a part shaded, as hidden lines or transparent, z upwards, in its model frame.
 
-    A face is known by its place in ``model.faces``, which is what ``model.triangle_faces`` holds.
-    Turn it with the left button or the arrow keys, move it with the right one, zoom with the wheel
-    or plus and minus; F shows all of it.
+    Faces are indices of ``model.faces``, as in ``model.triangle_faces``. Turn with the left button
+    or arrow keys, pan with the right one, zoom with wheel or plus and minus; F fits.
 
     Parameters
     ----------
     name
-        Accessible name; empty for that of a part.
+        Accessible name; default "part".
     """
 
     face_clicked = Signal(int)
-    """Place of the face in the model; `NO_FACE` (-1) beside the part."""
+    """Face index in the model; `NO_FACE` (-1) next to the part."""
     face_hovered = Signal(int)
-    """The same, of the face under the mouse, when it becomes another one."""
+    """Emits the face under the mouse when it changes."""
 
     def __init__(self, name: str = "") -> None:
         super().__init__(name or tr("Picture of the part"), SCENE_SIZE, SCENE_LEAST, _START)
@@ -56,10 +55,7 @@ class PartPicture(OrbitView):
         self._fits = True
 
     def show_part(self, model: PartModel | None, colours: Colours | None = None) -> None:
-        """Show a part, all of it; ``colours`` (n, 3) are those of its vertices, else of its faces.
-
-        None shows none.
-        """
+        """Show and fit a part, None for none; vertex `colours` (n, 3) replace face colours."""
         self._model, self._colours = model, colours
         self._marked = {}
         self._drawing.use(model)
@@ -67,34 +63,32 @@ class PartPicture(OrbitView):
         self.update()
 
     def colour(self, colours: Colours | None) -> None:
-        """Show another colour (n, 3) at each vertex; None gives the faces theirs back."""
+        """Set vertex colours (n, 3); None restores the face colours."""
         self._colours = colours
         self.update()
 
     def highlight(self, marked: Mapping[int, str]) -> None:
-        """Show faces in other colours, ``#rrggbb`` by their place in the model, and no others."""
+        """Show only these faces in other colours, ``#rrggbb`` by index in the model."""
         self._marked = dict(marked)
         self.update()
 
     def say(self, words: str) -> None:
-        """Write a line into the picture, below the part."""
+        """Show a line of text below the part."""
         self._words = words
         self.setToolTip(literal(words))
         self.update()
 
     def set_mode(self, mode: RenderMode) -> None:
-        """Paint it in another way."""
         self._mode = mode
         self.update()
 
     def mode(self) -> RenderMode:
-        """Return how it is painted."""
         return self._mode
 
     def face_at(self, place: QPointF) -> int:
-        """Return the place in the model of the face at a place of the widget; `NO_FACE` for none.
+        """Return the face index at a place of the widget; `NO_FACE` for none.
 
-        Before the first picture is painted there is none.
+        None before the first picture is painted.
         """
         canvas, inside = self._layer.canvas(), self._inside()
         if canvas is None or self._model is None:
@@ -105,18 +99,18 @@ class PartPicture(OrbitView):
         )
 
     def is_painted(self) -> bool:
-        """Return whether what is shown is all there is to show; for tests and screenshots."""
+        """Return whether painting is complete; for tests and screenshots."""
         if self._model is None:
             return True
         return self._layer.shows(self._still_scene(self._inside()))
 
     def look_at(self, normal: Float) -> None:
-        """Turn so that a face with this outward normal (3,) is seen well."""
+        """Turn to a good view of a face with this outward normal (3,)."""
         flat = Orbit(np.zeros(3), 0.0, 0.0, 1.0, self._orbit.up).axes()
         right, up, out = (flat @ normal).tolist()
         azimuth = self._orbit.azimuth
         if np.hypot(right, out) > 0.2:
-            # Not square to it: the edges round it show how it lies.
+            # Not perpendicular: the edges around it show its orientation.
             azimuth = float(np.arctan2(right, out)) - np.radians(25.0)
         elevation = float(np.arcsin(np.clip(up, -0.85, 0.85)))
         elevation += np.radians(20.0) if elevation < np.radians(45.0) else 0.0
@@ -127,12 +121,10 @@ class PartPicture(OrbitView):
         self._moved(turned)
 
     def fit(self) -> None:
-        """Show all of the part."""
         self._fits = True
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the part and its marks."""
         painter = self._painter()
         self._paint_panel(painter)
         inside, theme = self._inside(), self._theme
@@ -155,7 +147,7 @@ class PartPicture(OrbitView):
         painter.drawText(line, Qt.AlignmentFlag.AlignLeft, self._words)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Show all with F, else as every view."""
+        """Fit with F, otherwise as every view."""
         if event.key() == Qt.Key.Key_F:
             self.fit()
         else:
@@ -188,7 +180,7 @@ class PartPicture(OrbitView):
 
 
 def _corners(model: PartModel) -> Float:
-    """Return the corners (8, 3) of the upright box round a part, mm."""
+    """Return the corners (8, 3) of the bounding box of a part, mm."""
     low, high = model.box
     return np.array(
         [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]

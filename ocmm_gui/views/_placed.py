@@ -1,4 +1,4 @@
-"""The part where it is thought to be, for the 3-D view: what it reaches, hides and looks like."""
+"""Placed part for the 3-D view: extent, visibility and appearance."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._deviation_surface import FieldRequest, field_colours, field_request, make_field
 
 _ACTIVE_SHARE = 0.55
-"""Faces of the feature that is measured have so much of the colour of what is marked."""
+"""Share of highlight colour on faces of the active feature."""
 _ALIGNED_MM, _ROUGH_MM = 1.0, 8.0
-"""So deep in the part a measured point may seem to lie, and is still drawn over it."""
+"""Maximum apparent depth of a measured point that is still drawn over the part."""
 _REST_MS = 250
 _NO_PLACES = np.empty((0, 3))
 
 
 class PlacedScene(PartDrawing):
-    """Keeps a placed part; without one it reaches nothing, hides nothing and looks like nothing.
+    """Holder of a placed part; empty without one.
 
     Parameters
     ----------
     parent
-        Who shows it.
+        Owner.
     """
 
     _field_made = Signal(object, object)
@@ -45,7 +45,7 @@ class PlacedScene(PartDrawing):
         self._field: tuple[ValueField, RenderMesh] | None = None
         self._shaded: tuple[Colours, Theme, Colours] | None = None
         self._makes = False
-        # Points come one after another while somebody touches: the colours follow when he rests.
+        # Points arrive in quick succession: recolour when they pause.
         self._soon = QTimer(self)
         self._soon.setSingleShot(True)
         self._soon.setInterval(_REST_MS)
@@ -53,7 +53,7 @@ class PlacedScene(PartDrawing):
         self._field_made.connect(self._keep_field)
 
     def place(self, placed: PlacedPart | None) -> None:
-        """Show a part where it is thought to be; None shows none."""
+        """Set the part at its pose; None for none."""
         before = self._placed
         self.use(None if placed is None else placed.model)
         if before is not None and placed is not None and before.model is placed.model:
@@ -62,14 +62,14 @@ class PlacedScene(PartDrawing):
                 old.translation, new.translation
             )
             if alike:
-                # Another object would have the part painted again.
+                # Another object would repaint the part.
                 placed = PlacedPart(placed.model, old, placed.is_rough)
         self._placed = placed
 
     def show_deviations(self, picture: DeviationPicture) -> None:
-        """Colour the part near the touched places; nothing while nobody knows where the part is.
+        """Colour the part near the touched places, unless unlocated.
 
-        The colours of before stay until the others are made, in a thread of their own.
+        The previous colours stay until the new ones are computed in a thread.
         """
         wanted = field_request(picture, self._placed)
         if wanted is None or self.mesh is None:
@@ -80,7 +80,7 @@ class PlacedScene(PartDrawing):
             self._soon.start()
 
     def _begin_field(self) -> None:
-        """Make the colours that are wanted now, if none are being made: one thread at a time."""
+        """Compute the wanted colours, one thread at a time."""
         whole, placed, wanted = self.mesh, self._placed, self._wanted
         if self._makes or whole is None or placed is None or wanted is None:
             return
@@ -92,15 +92,15 @@ class PlacedScene(PartDrawing):
 
     @property
     def reach_mm(self) -> float | None:
-        """Return how far from its points the part is coloured; None where it is not."""
+        """Return the colour reach of a point; None without colours."""
         return None if self._field is None else self._field[0].reach_mm
 
     def is_coloured(self) -> bool:
-        """Return whether the colours that were asked for are there; for tests and screenshots."""
+        """Return whether the requested colours are ready; for tests and screenshots."""
         return self._wanted is None or self._made_for is self._wanted
 
     def use(self, model: PartModel | None) -> None:
-        """Show another part; None shows none."""
+        """Set another part; None for none."""
         if model is not self._model:
             self._wanted = self._made_for = self._field = None
         super().use(model)
@@ -111,7 +111,7 @@ class PlacedScene(PartDrawing):
             field = make_field(whole, model, wanted)
             made = None if field is None else (field, coarser(field.mesh, MOVING_TRIANGLES))
         except (MemoryError, ValueError):
-            # Without memory, or with places that nothing can be computed from, it stays grey.
+            # Without memory, or with invalid places, it stays grey.
             pass
         finally:
             with contextlib.suppress(RuntimeError):
@@ -138,15 +138,14 @@ class PlacedScene(PartDrawing):
         return few if moving else field.mesh, known[2]
 
     def is_rough(self) -> bool:
-        """Return whether there is a part and nobody knows where it is."""
+        """Return whether there is a part at an unknown pose."""
         return self._placed is not None and self._placed.is_rough
 
     def is_there(self) -> bool:
-        """Return whether there is a part."""
         return self._placed is not None
 
     def corners(self) -> Float:
-        """Return the corners (n, 3) of the box round the part, mm, world."""
+        """Return the corners (n, 3) of the part's bounding box, mm, world."""
         placed = self._placed
         if placed is None or not len(placed.model.vertices):
             return _NO_PLACES
@@ -154,7 +153,7 @@ class PlacedScene(PartDrawing):
         return placed.T_world_from_model.apply(corners)
 
     def extent(self, feature: str) -> Float:
-        """Return the extent (n, 3) of the faces that belong to a feature, mm, world."""
+        """Return the extent (n, 3) of a feature's faces, mm, world."""
         placed, faces = self._placed, self._faces(feature)
         if placed is None or not faces:
             return _NO_PLACES
@@ -166,19 +165,19 @@ class PlacedScene(PartDrawing):
         return placed.T_world_from_model.apply(extent)
 
     def hides(self, target: Target, side: Float) -> bool:
-        """Return whether the part stands between a place and an eye in a direction (3,), unit."""
+        """Return whether the part hides a place from an eye in a direction (3,), unit."""
         placed, mesh = self._placed, self.ray_mesh
         if placed is None or mesh is None:
             return False
         place = placed.T_world_from_model
-        # Who touches looks at the ball, which lies clear of the surface that it touches.
+        # Use the ball centre, which is clear of the touched surface.
         point = (target.ball_world - place.translation) @ place.rotation
         return is_hidden(mesh, point, side @ place.rotation, 2.0 * mesh.cell_mm)
 
     def part(
         self, theme: Theme, mode: RenderMode, active: str, *, moving: bool
     ) -> PartScene | None:
-        """Return the part as it is to be painted, the faces of the active feature marked."""
+        """Return the part for painting, with the active feature's faces marked."""
         placed = self._placed
         if placed is None:
             return None

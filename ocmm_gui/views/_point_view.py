@@ -1,4 +1,4 @@
-"""The 3-D view: the part, what was measured on it, the probe and where it has to go."""
+"""3-D view: part, measurements, probe and target."""
 
 from __future__ import annotations
 
@@ -54,26 +54,26 @@ from ocmm_gui.views._view_dress import (
 )
 
 _NAMED_MM = 250.0
-"""In a wider view the names of the LEDs would cover each other."""
+"""In a wider view LED labels would overlap."""
 _BALL_PX = 13.0
-"""At least so much round the middle of the ball and of the next place is kept free of words."""
+"""Minimum label-free radius round ball and target."""
 _GHOST = 0.4
 _LED_ELEVATION = float(np.radians(46.0))
-"""Steep enough to see into bores, flat enough to see what stands."""
+"""Steep enough to see into bores, flat enough for upright objects."""
 _NO_PLACES = np.empty((0, 3))
 
 
 class PointView(OrbitView):
-    """Shows the work from where it can be seen, until somebody turns the view; F gives it back.
+    """Keeps the work visible until the user turns the view; F resumes.
 
     Orbit with the left button or the arrow keys, pan with the right one, zoom with the wheel.
 
     Parameters
     ----------
     rig, body
-        What measures.
+        In use.
     animated
-        It turns to another side in some tenths of a second, not at once.
+        View changes take some tenths of a second.
     """
 
     def __init__(self, rig: Rig, body: ProbeBody, *, animated: bool = False) -> None:
@@ -119,7 +119,7 @@ class PointView(OrbitView):
         self._overview = Overview(rig, overview, self._rig_lines)
 
     def show_live(self, live: LiveView) -> None:
-        """Show where the probe is; without a trusted pose it is not drawn."""
+        """Show the probe; not drawn without a trusted pose."""
         self._live = live
         self._probe = probe_places(live, self._body)
         if len(self._probe):
@@ -127,7 +127,6 @@ class PointView(OrbitView):
         self.update()
 
     def show_job(self, job: JobView) -> None:
-        """Show points and features as they stand."""
         self._job = job
         self._part.place(job.placed_part or self._own_part)
         self._draw_job(job)
@@ -142,7 +141,7 @@ class PointView(OrbitView):
             self.show_job(self._job)
 
     def fit(self) -> None:
-        """Show the whole work, and keep doing so."""
+        """Fit and follow the whole work."""
         self._follows = True
         self._seen_target = None
         self._work = self._work_now()
@@ -153,7 +152,7 @@ class PointView(OrbitView):
         self.update()
 
     def close_up(self) -> None:
-        """Show the feature that is being measured, until F gives the view back."""
+        """Zoom to the active feature, until F."""
         feature = None if self._job is None else self._job.shown
         if feature is not None and feature.points:
             self._follows = False
@@ -164,9 +163,9 @@ class PointView(OrbitView):
             self._easing.begin(self._orbit, wanted)
 
     def lead(self, *, led: bool, part: PlacedPart | None) -> None:
-        """Hold the view still while somebody leads the ball in it, and show the part he touches.
+        """Hold the view still while the user leads the ball, and show the touched part.
 
-        What follows the ball would move the part away from under the mouse.
+        A following view would move the part under the mouse.
         """
         self._led, self._own_part, self._aim = led, part, None
         if self._job is not None:
@@ -177,17 +176,16 @@ class PointView(OrbitView):
             self.fit()
 
     def show_aim(self, place: Float | None, normal: Float | None) -> None:
-        """Show what is meant on the part: a place (3,), mm, and the way out; None shows none."""
+        """Show the aim on the part: a place (3,), mm, and the way out; None hides it."""
         self._aim = None if place is None or normal is None else (place, normal)
         self.update()
 
     def next_mode(self) -> None:
-        """Paint the part in the next of its ways: shaded, hidden lines, transparent."""
+        """Switch to the next mode: shaded, hidden lines, transparent."""
         self._mode = self._mode.following
         self.update()
 
     def mode(self) -> RenderMode:
-        """Return how the part is painted."""
         return self._mode
 
     def set_theme(self, theme: Theme) -> None:
@@ -197,11 +195,11 @@ class PointView(OrbitView):
             self._draw_job(self._job)
 
     def work(self) -> Work:
-        """Return what the view keeps in its picture; for tests."""
+        """Return the contents kept in view; for tests."""
         return self._work
 
     def sees(self, target: Target) -> bool:
-        """Return whether the view looks at the side of the part that a target is on; for tests."""
+        """Return whether a target's side of the part is visible; for tests."""
         toward = self._orbit.axes()[2]
         facing = float(toward @ target.normal_world)
         return (facing > 0.0 or not np.any(target.normal_world)) and not self._part.hides(
@@ -209,29 +207,29 @@ class PointView(OrbitView):
         )
 
     def words(self) -> list[tuple[str, QRectF]]:
-        """Return the words in the picture as painted last and where they stand, px; for tests."""
+        """Return the painted labels with their places, px; for tests."""
         return list(self._words)
 
     def kept_free(self) -> list[QRectF]:
-        """Return where no word may stand in the picture as painted last, px; for tests."""
+        """Return the label-free regions of the last painting, px; for tests."""
         return list(self._kept_free)
 
     def still_scene(self) -> StillScene | None:
-        """Return what was painted once and is shown again; for tests."""
+        """Return the cached static scene; for tests."""
         return self._still.scene
 
     def is_easing(self) -> bool:
-        """Return whether the view is on its way to another place."""
+        """Return whether the view is moving."""
         return self._easing.is_running()
 
     def is_painted(self) -> bool:
-        """Return whether what is shown is all there is to show; for tests and screenshots."""
+        """Return whether painting is complete; for tests and screenshots."""
         if self._easing.is_running() or not self._part.is_coloured():
             return False
         return self._layer.shows(self._still_scene(self._inside()))
 
     def rough_words(self) -> str:
-        """Return what the picture says while nobody knows where the part is; empty where known."""
+        """Return the note on an unlocated part; empty if located."""
         if self._part.is_rough():
             return self._supposed_words() or tr("Part placed roughly: not aligned yet")
         job = self._job
@@ -242,7 +240,7 @@ class PointView(OrbitView):
         return tr("Part not located yet. Touch {feature}.").format(feature=job.active)
 
     def _supposed_words(self) -> str:
-        """Return what is said while the part stands where it may be; empty where more is known."""
+        """Return the note on a supposed part pose; empty if known better."""
         planned = None if self._job is None else self._job.planned
         if planned is None or not planned.supposed:
             return ""
@@ -269,7 +267,7 @@ class PointView(OrbitView):
         )
 
     def _look_for_work(self) -> None:
-        """Keep what is worked with in the picture: calmly, but at once if the ball has left it."""
+        """Keep the work in view: calmly, but at once if the ball has left it."""
         self._work = self._work_now()
         if not self._follows or self._led:
             return
@@ -283,7 +281,7 @@ class PointView(OrbitView):
             self._easing.finish()
 
     def _turned(self, start: Orbit | None = None) -> tuple[Orbit, bool]:
-        """Return the view from where the next place is seen, and whether that is another side."""
+        """Return the view of the next place, and whether it is another side."""
         orbit = self._orbit if start is None else start
         target = self._work.target
         if target is None or _is_same(target, self._seen_target):
@@ -294,7 +292,7 @@ class PointView(OrbitView):
         return turned, turned is not orbit
 
     def _look_again(self) -> None:
-        """See whether the next place is hidden: now there is a mesh that tells."""
+        """Check the visibility of the next place again, with the mesh available."""
         self._seen_target = None
         self._look_for_work()
         self.update()
@@ -310,7 +308,7 @@ class PointView(OrbitView):
         super()._moved(orbit)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the work, and the whole rig small in a corner."""
+        """Paint the work, and a small overview of the rig in a corner."""
         painter = self._painter()
         theme, orbit = self._theme, self._orbit
         self._paint_panel(painter)
@@ -349,7 +347,7 @@ class PointView(OrbitView):
         self._words = [(text, rect.translated(inside.topLeft())) for text, rect in scene.words]
 
     def _free_of_words(self, inside: QRectF, corner: QRectF | None) -> list[QRectF]:
-        """Return where no word may stand: ball, next place, and what lies over the picture."""
+        """Return label-free regions: ball, target, and overlays."""
         free = [triad_place(inside), grid_place(inside)]
         if self._drawing.deviations.whiskers:
             free.append(scale_place(inside))
@@ -369,14 +367,14 @@ class PointView(OrbitView):
         return free
 
     def _still_scene(self, inside: QRectF) -> StillScene:
-        """Return what does not move with the probe; the same object while it is the same."""
+        """Return what does not move with the probe; cached."""
         theme, orbit, size = self._theme, self._orbit, inside.size().toSize()
         ratio = self.devicePixelRatioF()
         active = "" if self._job is None else self._job.active
         part = self._part.part(theme, self._mode, active, moving=self.is_moving())
 
         def make() -> StillScene:
-            # Beside a part they would be wires that lead nowhere: the overview has them.
+            # With a part the wires would be confusing: the overview has them.
             rig = () if part is not None else (Lines(self._rig_lines, theme.muted, 1.0),)
             grid = grid_items(orbit, self._job_low, theme)
             plain = (item for item in self._job_items if not isinstance(item, Tag))
@@ -387,7 +385,7 @@ class PointView(OrbitView):
 
 
 def _is_same(target: Target, other: Target | None) -> bool:
-    """Return whether two targets are one place: a job that is evaluated again makes others."""
+    """Return whether two targets are equal: re-evaluated jobs have new objects."""
     return other is not None and (
         np.array_equal(target.surface_world, other.surface_world)
         and np.array_equal(target.normal_world, other.normal_world)

@@ -1,4 +1,4 @@
-"""From where a rig is looked at: upright, and from the side of its cameras."""
+"""View directions of a rig: upright, and from the cameras' side."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ocmm_gui.scene import Orbit
 
 
 def upright(rig: Rig) -> Float:
-    """Return the world axis that is upright: opposite to the sensors' columns, (3,), unit."""
+    """Return the upright world axis: opposite to the sensors' columns, (3,), unit."""
     columns = np.mean([camera.T_camera_from_world.rotation[1] for camera in rig.cameras], axis=0)
     axis = int(np.argmax(np.abs(columns)))
     up: Float = -np.sign(columns[axis]) * np.eye(3)[axis]
@@ -18,7 +18,7 @@ def upright(rig: Rig) -> Float:
 
 
 def seen_from(rig: Rig, up: Float) -> Orbit:
-    """Return a view from the cameras' side, turned and raised enough to see depth."""
+    """Return a view from the cameras' side, turned and raised to show depth."""
     start = Orbit(np.zeros(3), 0.0, 0.0, 200.0, up)
     centre = rig.volume_world.mean(axis=0)
     seat = np.mean([camera.centre_world for camera in rig.cameras], axis=0) - centre
@@ -28,6 +28,6 @@ def seen_from(rig: Rig, up: Float) -> Orbit:
 
 
 def mean_distance(rig: Rig) -> float:
-    """Return how far the cameras are from the middle of the volume, mm."""
+    """Return the mean distance of the cameras from the middle of the volume, mm."""
     centre = rig.volume_world.mean(axis=0)
     return float(np.mean([np.linalg.norm(c.centre_world - centre) for c in rig.cameras]))

@@ -1,4 +1,4 @@
-"""Wire shapes of what the 3-D view shows; everything in mm, world frame."""
+"""Wire shapes of the 3-D view; mm, world frame."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def sphere(centre: Float, radius: float) -> Float:
 
 
 def camera_pyramid(camera: CameraModel, depth: float) -> Float:
-    """Return the sensor's view as a pyramid of a given depth, segments (8, 2, 3)."""
+    """Return the camera's view as a pyramid of a given depth, segments (8, 2, 3)."""
     u = np.array([0.0, camera.width, camera.width, 0.0]) - camera.u0
     v = np.array([0.0, 0.0, camera.height, camera.height]) - camera.v0
     rays = np.stack(
@@ -52,7 +52,7 @@ def camera_pyramid(camera: CameraModel, depth: float) -> Float:
 
 
 def box(corners: Float) -> Float:
-    """Return the twelve edges (12, 2, 3) of an upright box given by two corners (2, 3)."""
+    """Return the twelve edges (12, 2, 3) of a box between two corners (2, 3)."""
     edges = []
     for axis in range(3):
         others = [i for i in range(3) if i != axis]
@@ -69,8 +69,8 @@ def box(corners: Float) -> Float:
 def fitted_shape(fit: Fit, surface: Float) -> tuple[Float, Float]:
     """Return a fitted feature as segments (n, 2, 3) and the corners (m, 3) of a face.
 
-    ``surface`` (n, 3) are the compensated points: they say how far lines, planes and cylinders
-    reach. Either part may be empty.
+    ``surface`` (n, 3) are the compensated points, which bound lines, planes and cylinders. Either
+    part may be empty.
     """
     return DRAWN[fit.shape](fit, surface)
 
@@ -100,7 +100,7 @@ def _tube(fit: Fit, surface: Float) -> tuple[Float, Float]:
     """Return a cylinder or cone as both its ends, its sides and its axis."""
     along = (surface - fit.point) @ fit.direction
     ends = fit.point + np.outer(_stretched(along), fit.direction)
-    # The radius of a cone grows along its direction; that of a cylinder stays.
+    # The radius of a cone grows along its direction; that of a cylinder is constant.
     growth = np.tan(fit.half_angle) * _stretched(along)
     rings = [
         ring(end, fit.direction, max(fit.radius + float(more), 0.0))
@@ -133,13 +133,13 @@ def _rectangle(fit: Fit, surface: Float) -> tuple[Float, Float]:
 
 
 def _outline(fit: Fit, flat: Float) -> tuple[Float, Float]:
-    """Return an ellipse, a slot or a rectangle by its corners (n, 2) in its plane."""
+    """Return an ellipse, slot or rectangle by its corners (n, 2) in its plane."""
     corners = fit.point + flat @ np.stack([fit.across, np.cross(fit.direction, fit.across)])
     return polyline(corners, closed=True), corners
 
 
 def _torus(fit: Fit, surface: Float) -> tuple[Float, Float]:
-    """Return a torus as its greatest, smallest and highest circles and eight of its tube."""
+    """Return a torus as its largest, smallest and highest circles and eight of its tube."""
     lift = fit.second * fit.direction
     circles = [
         ring(fit.point, fit.direction, fit.radius + fit.second),
@@ -157,7 +157,7 @@ def _torus(fit: Fit, surface: Float) -> tuple[Float, Float]:
 def _plane(fit: Fit, surface: Float) -> tuple[Float, Float]:
     first, second = perpendicular_pair(fit.direction)
     flat = (surface - fit.point) @ np.stack([first, second], axis=1)
-    # The rectangle lies along the greatest spread of the points, not along arbitrary axes.
+    # The rectangle follows the principal spread of the points.
     _, _, turn = np.linalg.svd(flat - flat.mean(axis=0), full_matrices=True)
     spread = flat @ turn.T
     (low_x, high_x), (low_y, high_y) = (_stretched(spread[:, i]) for i in (0, 1))
@@ -186,4 +186,4 @@ DRAWN: dict[Shape, Callable[[Fit, Float], tuple[Float, Float]]] = {
     Shape.CONE: _tube,
     Shape.TORUS: _torus,
 }
-"""The registry of drawings: how each shape is drawn, see `fitted_shape`."""
+"""Drawing function per shape, see `fitted_shape`."""

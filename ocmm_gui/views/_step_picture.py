@@ -1,4 +1,4 @@
-"""The picture of a step: the file that the plan names, or the feature drawn from its nominals."""
+"""Picture of a step: the plan's file, or the nominal feature."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from ocmm_gui.scene import Orbit, paint_scene
 from ocmm_gui.views._nominal_items import nominal_items
 
 _LARGEST_PX = 4000
-"""A picture with a longer side is read at a smaller scale."""
+"""Pictures with longer sides are read at reduced scale."""
 _VIEW = (np.radians(35.0), np.radians(28.0))
 
 
 class StepPicture(Painted):
-    """Shows where to touch; the feature stands in the frame of the part, z upwards."""
+    """Shows where to touch; the feature is in the frame of the part, z upwards."""
 
     def __init__(self) -> None:
         super().__init__(tr("Picture of the step"), (240, 150), (120, 70))
@@ -28,7 +28,7 @@ class StepPicture(Painted):
         self._shown: tuple[str, Path | None] = ("", None)
 
     def show_step(self, nominal: NominalFeature | None, folder: Path | None) -> None:
-        """Show the step of a feature; ``folder`` is where the pictures of the plan are."""
+        """Show the step of a feature; ``folder`` has the plan's pictures."""
         file = None
         if nominal is not None and nominal.picture and folder is not None:
             file = folder / nominal.picture
@@ -45,7 +45,7 @@ class StepPicture(Painted):
         self.update()
 
     def has_picture(self) -> bool:
-        """Return whether a file is shown, and not the nominals; for tests."""
+        """Return whether a file is shown instead of nominals; for tests."""
         return self._image is not None
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -69,7 +69,7 @@ class StepPicture(Painted):
 
 
 def read_picture(path: Path) -> QImage | None:
-    """Return a picture, or None where the file is none or cannot be read."""
+    """Return a picture, or None if it cannot be read."""
     reader = QImageReader(str(path))
     reader.setAutoTransform(True)
     size = reader.size()

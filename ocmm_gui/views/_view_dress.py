@@ -1,4 +1,4 @@
-"""What stands round the 3-D scene: axes, step of the grid, the rig in a corner, a line of words."""
+"""Frame of the 3-D scene: axes, grid step, rig overview, and a line of text."""
 
 from __future__ import annotations
 
@@ -20,12 +20,10 @@ _WORDS_PX = 26.0
 
 
 class Overview:
-    """The whole rig, small in a corner where nothing is that must be seen.
+    """Small overview of the rig in a free corner.
 
     Parameters
     ----------
-    rig
-        What is shown.
     lines
         Its cameras, segments (n, 2, 3), mm, world.
     """
@@ -36,7 +34,7 @@ class Overview:
         self._kept_of: tuple[object, ...] = ()
 
     def place(self, inside: QRectF, avoided: Float) -> QRectF | None:
-        """Return its corner of the picture; None where all of them are needed.
+        """Return a free corner of the picture, or None.
 
         ``avoided`` (n, 2), px, must not be covered. The lower left corner has the axes.
         """
@@ -51,7 +49,7 @@ class Overview:
         return None
 
     def paint(self, painter: QPainter, corner: QRectF, probe: Float, theme: Theme) -> None:
-        """Paint the rig with the probe, places (n, 3), in it."""
+        """Paint the rig with the probe at places (n, 3)."""
         ratio = painter.device().devicePixelRatio()
         made_of = (theme, corner.size(), ratio)
         if self._kept is None or made_of != self._kept_of:
@@ -61,7 +59,7 @@ class Overview:
         paint_scene(painter, dots, self._orbit, corner, text_font(10), theme.background)
 
     def _picture(self, size: QSizeF, ratio: float, theme: Theme) -> QImage:
-        """Return what stands still of it."""
+        """Return its static image."""
         image = QImage(
             (size * ratio).toSize() + QSize(1, 1), QImage.Format.Format_ARGB32_Premultiplied
         )
@@ -86,12 +84,11 @@ class Overview:
 
 
 def triad_place(box: QRectF) -> QRectF:
-    """Return where axes and grid step stand."""
     return QRectF(box.left(), box.bottom() - 96, 100, 96)
 
 
 def paint_triad(painter: QPainter, box: QRectF, orbit: Orbit, theme: Theme) -> None:
-    """Paint the directions of the world, and the step of the grid beside them."""
+    """Paint the world directions, with the grid step next to them."""
     axes = orbit.axes()
     centre = QPointF(box.left() + 46, box.bottom() - 46)
     painter.setPen(QColor(theme.muted))
@@ -116,13 +113,13 @@ def paint_triad(painter: QPainter, box: QRectF, orbit: Orbit, theme: Theme) -> N
 
 
 def grid_place(box: QRectF) -> QRectF:
-    """Return where the step of the grid is written, in two lines where it is narrow."""
+    """Return the place of the grid step, two lines if narrow."""
     wide = min(180.0, box.width() - SCALE_PX[0] - 118.0)
     return QRectF(box.left() + 100, box.bottom() - 40, max(wide, 60.0), 34)
 
 
 def words_place(box: QRectF, words: str) -> QRectF:
-    """Return where a sentence stands: in the upper left corner, in two lines where it is long."""
+    """Return the place of a sentence: the upper left corner, two lines if long."""
     metrics, most = QFontMetricsF(text_font(14, bold=True)), 0.66 * box.width()
     wide = metrics.horizontalAdvance(words) + 20.0
     lines = 1 if wide <= most else 2
@@ -131,7 +128,7 @@ def words_place(box: QRectF, words: str) -> QRectF:
 
 
 def paint_words(painter: QPainter, place: QRectF, words: str, theme: Theme) -> None:
-    """Paint a sentence that nobody should overlook."""
+    """Paint a prominent sentence."""
     painter.setPen(QPen(QColor(theme.warn), 1.4))
     painter.setBrush(QColor(theme.panel))
     painter.drawRoundedRect(place, 4, 4)

@@ -1,13 +1,12 @@
-"""Wizards: guided calibration, relocation and verification, as pages over core procedures.
+"""Wizards: guided calibration, relocation and verification over core procedures.
 
 In: a guided procedure of the core and its snapshots. Out: commands to it, and pages of each step.
 
-Read `_registry` (one entry a wizard says everything), `_wizard` (begin or resume, then run),
-`_wizard` with `_camera_sessions` and `_probe_sessions` (what is asked, how a session begins),
-`_site` (rig, probe, records, frames), `_driver` (commands out, snapshots in, nothing waits),
-`_runner` (rail, page, why Next is closed), `_guided_stack` (one at a time, behind its first page).
-`parts` is what pages are made of, `pages` the pages themselves.
-Steps, gates and numbers are in `ocmm_core.calibration`. It must not know the inspector's screens.
+Start with `_registry` (one entry per wizard) and `_wizard` (start or resume, then run); then
+`_camera_sessions` and `_probe_sessions` (fields, start and resume), `_site` (rig, probe, records,
+frames), `_driver` (commands and snapshots without blocking), `_runner` (rail, page, gate),
+`_guided_stack` (one wizard at a time). `parts` has the building blocks of pages, `pages` the pages.
+Steps, gates and numbers are in `ocmm_core.calibration`. It must not import the inspector's screens.
 """
 
 from __future__ import annotations

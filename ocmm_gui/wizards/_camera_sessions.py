@@ -1,4 +1,4 @@
-"""How sessions about the cameras begin and go on: what is filled in, and what comes of it."""
+"""Fields, start and resume of camera sessions."""
 
 from __future__ import annotations
 
@@ -7,20 +7,28 @@ from datetime import datetime
 from pathlib import Path
 from typing import get_args
 
-from ocmm_core.calibration.cameras import KnownPointsProcedure, load_reference_points
+from ocmm_core.calibration.cameras import KnownPointsProcedure, read_reference_points
 from ocmm_core.calibration.records import CalibrationStore, load_bar, load_sphere
 from ocmm_core.calibration.relocation import GeometryMode, LensMode, RelocationProcedure, World
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.documents import resource
 from ocmm_gui.kit import later
-from ocmm_gui.wizards._site import SessionPlace, WizardSite, chosen, given, named, temperature
+from ocmm_gui.wizards._site import (
+    SessionPlace,
+    WizardSite,
+    chosen,
+    given,
+    named,
+    table_options,
+    temperature,
+)
 from ocmm_gui.wizards.parts import TEMPERATURE, WHO, Field
 
 _BAR = "Length bar document"
 
 
 def known_points_fields(site: WizardSite) -> tuple[Field, ...]:
-    """Return what is filled in before the cameras are calibrated."""
+    """Return the fields of a camera calibration."""
     return (
         WHO,
         TEMPERATURE,
@@ -29,6 +37,7 @@ def known_points_fields(site: WizardSite) -> tuple[Field, ...]:
             later("Reference points"),
             later("List of positions: unit, uncertainty, points"),
             "" if site.practice is None else str(site.practice.points),
+            table=read_reference_points,
         ),
     )
 
@@ -36,9 +45,10 @@ def known_points_fields(site: WizardSite) -> tuple[Field, ...]:
 def begin_known_points(
     place: SessionPlace, values: Mapping[str, str], now: datetime
 ) -> KnownPointsProcedure:
-    """Begin to calibrate the cameras; raise OcmmError where that is not possible."""
+    """Start a camera calibration; raise OcmmError if impossible."""
     who, warm = named(values), temperature(values["temperature"])
-    points = load_reference_points(given(values, "points", "the list of reference points"))
+    path = given(values, "points", "the list of reference points")
+    points = read_reference_points(path, table_options(values, "points")).points
     store = CalibrationStore(place.folder)
     return KnownPointsProcedure.begin(
         place.sessions, place.rig, store, points, now, who=who, temperature_c=warm
@@ -51,7 +61,7 @@ def resume_known_points(place: SessionPlace, path: Path) -> KnownPointsProcedure
 
 
 def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
-    """Return what is filled in before a relocation."""
+    """Return the fields of a relocation."""
     return (
         WHO,
         TEMPERATURE,
@@ -70,6 +80,7 @@ def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
         Field(
             "control", later("Control points"),
             later("Their list, if known points keep the world frame"),
+            table=read_reference_points, only_with=("world", "points"),
         ),
         Field(
             "lens", later("Lenses"), later("Lens parameters"),
@@ -93,12 +104,13 @@ def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
 def begin_relocation(
     place: SessionPlace, values: Mapping[str, str], now: datetime
 ) -> RelocationProcedure:
-    """Begin a relocation; raise OcmmError where that is not possible."""
+    """Start a relocation; raise OcmmError if impossible."""
     who, warm = named(values), temperature(values["temperature"])
     bar = load_bar(given(values, "bar", _BAR))
     control = None
     if values["world"] == "points":
-        control = load_reference_points(given(values, "control", "the control points"))
+        path = given(values, "control", "the control points")
+        control = read_reference_points(path, table_options(values, "control")).points
     return RelocationProcedure.begin(
         place.sessions, place.rig, place.body, CalibrationStore(place.folder), bar, now,
         who=who, temperature_c=warm, control=control,
@@ -115,7 +127,7 @@ def resume_relocation(place: SessionPlace, path: Path) -> RelocationProcedure:
 
 
 def verification_fields(_site: WizardSite) -> tuple[Field, ...]:
-    """Return what is filled in before a verification."""
+    """Return the fields of a verification."""
     return (
         WHO,
         TEMPERATURE,
@@ -137,7 +149,7 @@ def verification_fields(_site: WizardSite) -> tuple[Field, ...]:
 def begin_verification(
     place: SessionPlace, values: Mapping[str, str], now: datetime
 ) -> VerificationProcedure:
-    """Begin a verification; raise OcmmError where that is not possible."""
+    """Start a verification; raise OcmmError if impossible."""
     who, warm = named(values), temperature(values["temperature"])
     bar = load_bar(given(values, "bar", _BAR))
     sphere = values["sphere"].strip()

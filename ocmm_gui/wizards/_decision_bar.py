@@ -1,4 +1,4 @@
-"""Accept or keep: asked in the window, with a reason that goes into the history."""
+"""Question in the window whether to accept or keep, with a reason for the history."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ _WELCOME, _NEEDED = later("Reason, for the history"), later("A reason is require
 
 
 class DecisionBar(QFrame):
-    """One line: question, reason, Yes, No. Everything else goes on while it is open."""
+    """One line: question, reason, Yes, No; non-modal."""
 
     decided = Signal(bool, str)
-    """Emits whether the result is accepted, and the reason."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -50,7 +49,7 @@ class DecisionBar(QFrame):
         self.hide()
 
     def ask(self, question: str, reason: str, *, accepts: bool, needs_reason: bool = False) -> None:
-        """Ask, with a proposed reason; where one is needed, Yes waits for it."""
+        """Ask, with a proposed reason; if one is required, Yes is disabled until then."""
         self._accepts, self._needs_reason = accepts, needs_reason
         self._reason.setPlaceholderText(tr(_NEEDED if needs_reason else _WELCOME))
         self._question.setText(question)
@@ -60,7 +59,6 @@ class DecisionBar(QFrame):
         self._reason.selectAll()
 
     def question(self) -> str:
-        """Return what is asked."""
         return self._question.text()
 
     def _confirm(self) -> None:

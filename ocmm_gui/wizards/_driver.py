@@ -1,7 +1,7 @@
-"""Between a guided procedure and the window: commands out, snapshots in, nothing waits.
+"""Non-blocking link between a guided procedure and the window.
 
-Every observation is on the disk before `Procedure.take` returns, and a calculation takes seconds.
-Both happen on threads of their own; the window pulls the latest snapshot with a timer.
+Every observation is on disk before `Procedure.take` returns, and a calculation takes seconds. Both
+run on their own threads; the window pulls the latest snapshot with a timer.
 """
 
 from __future__ import annotations
@@ -23,21 +23,23 @@ from ocmm_core.failure import contained
 from ocmm_gui.wizards.parts import Calculation, Seen, ShownProcedure, Tap, TemperatureReadings
 
 LOOK_S = 0.02
-"""Between two looks at whether something is ready to be taken by itself."""
+"""Interval of automatic takes."""
+NAME_S = 0.25
+"""Interval of comparing the session file with its name."""
 WARMTH_S = 5.0
-"""Between two looks at the temperature of the sensors."""
+"""Interval of sensor temperature readings."""
 
 NOT_READY = "session.not_ready"
-"""Code of the error when there is nothing to take."""
+"""Error code if nothing can be taken."""
 
 PULL_MS = 50
-"""Between two snapshots: pictures and scores of a wizard need not be faster."""
+"""Snapshot interval; displays of a wizard need not be faster."""
 
 PREDICT_S = 2.0
-"""Between two predictions, at least: each takes a second or some."""
+"""Minimum interval of predictions: each takes a second or more."""
 
 CLOSE_LIMIT_S = 3.0
-"""How long a command that is under way may take when the wizard is left."""
+"""Time limit of a running command when the wizard is left."""
 
 _PART = "The calibration procedure"
 _SAFE = "All observations so far are saved in the session."
@@ -46,28 +48,18 @@ _log = logging.getLogger(__name__)
 
 
 class WizardDriver(QObject):
-    """Drive one procedure; made and used on the window's thread.
+    """Drive one procedure; created and used on the window's thread.
 
     Parameters
     ----------
-    procedure
-        The procedure; also an attribute.
-    tap
-        Where its frames come from.
-    calculation
-        How its result is calculated.
     predict
-        Works out how good the result would be by now; None where nothing does.
-    clock
-        The time of day, with its zone.
+        Predicts the quality of the result so far; None if unsupported.
     """
 
     seen = Signal(object)
-    """Emits a `Seen` every `PULL_MS`."""
     failed = Signal(object)
     """Emits the `OcmmError` of a command or of the calculation."""
     taken = Signal()
-    """An observation is on the disk."""
 
     _failed_elsewhere = Signal(object)
     _taken_elsewhere = Signal()
@@ -88,18 +80,18 @@ class WizardDriver(QObject):
         self._calculation = calculation
         self._predict = predict
         self._warmth = temperature_state
-        self._warmth_at = -float("inf")
+        self._warmth_at = self._named_at = -float("inf")
         self._clock = clock
         self._view = procedure.view
         self._automatic = False
         self._blind = False
-        """The procedure failed over a block of frames; it gets no more."""
+        """The procedure failed on a block of frames and gets no more."""
         self._commands: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="ocmm-wizard")
         self._worker: threading.Thread | None = None
         self._stop = threading.Event()
-        # A prediction of thousands of poses takes seconds, changes nothing but one number, and
-        # cannot be interrupted: nobody waits for it.
+        # A prediction takes seconds, changes one number only, and cannot be interrupted: do not
+        # wait for it.
         self._predictor = threading.Thread(
             target=self._run_predictions, name="ocmm-prediction", daemon=True
         )
@@ -113,7 +105,7 @@ class WizardDriver(QObject):
         self._timer.timeout.connect(self._pull)
 
     def start(self) -> None:
-        """Let the procedure watch, and begin to send snapshots."""
+        """Connect the frames, and start sending snapshots."""
         self._tap(self._watch)
         self._thread.start()
         if self._predict is not None:
@@ -122,7 +114,7 @@ class WizardDriver(QObject):
         self._pull()
 
     def close(self) -> bool:
-        """End everything in bounded time and say whether it ended; the session can be resumed."""
+        """Stop in bounded time; return whether all ended; the session can be resumed."""
         if self._closed:
             return True
         self._closed = True
@@ -142,17 +134,17 @@ class WizardDriver(QObject):
 
     @property
     def now(self) -> Seen:
-        """Return what the window shows now."""
+        """Return the current state for display."""
         running = self._worker is not None and self._worker.is_alive()
         since = time.monotonic() - self._begun_at if running else None
         return Seen(self._view, self._automatic, since)
 
     def take(self) -> None:
-        """Take what is seen now."""
+        """Take the current observation."""
         self._commands.put(self._take)
 
     def drop(self) -> None:
-        """Take back the last observation of the step."""
+        """Undo the last observation of the step."""
         self.do(lambda now: self.procedure.drop(now))
 
     def advance(self) -> None:
@@ -160,27 +152,27 @@ class WizardDriver(QObject):
         self.do(lambda now: self.procedure.advance(now))
 
     def back(self) -> None:
-        """Return to the step before."""
+        """Return to the previous step."""
         self.do(lambda now: self.procedure.back(now))
 
     def accept(self, reason: str) -> None:
-        """Put the result in force, or store the verdict."""
+        """Activate the result, or store the verdict."""
         self.do(lambda now: self.procedure.accept(now, reason))
 
     def keep(self, reason: str) -> None:
-        """End and leave everything as it was."""
+        """End without changes."""
         self.do(lambda now: self.procedure.keep(now, reason))
 
     def do(self, call: Callable[[datetime], None]) -> None:
-        """Run a command of the procedure, after those that came before it."""
+        """Queue a command of the procedure."""
         self._commands.put(lambda: call(self._clock()))
 
     def set_automatic(self, automatic: bool) -> None:
-        """Take what is ready without a key, or no longer."""
+        """Enable or disable automatic takes."""
         self._automatic = automatic
 
     def calculate(self) -> None:
-        """Calculate the result, unless that is under way."""
+        """Calculate the result, unless already running."""
         if self._closed or (self._worker is not None and self._worker.is_alive()):
             return
         self._begun_at = time.monotonic()
@@ -188,7 +180,7 @@ class WizardDriver(QObject):
         self._worker.start()
 
     def cancel(self) -> None:
-        """Give up the calculation that is under way."""
+        """Cancel the running calculation."""
         self._calculation.cancel()
 
     def _run(self) -> None:
@@ -202,13 +194,13 @@ class WizardDriver(QObject):
                 command()
             except Exception as error:
                 if not isinstance(error, OcmmError):
-                    # What is taken by itself would fail by itself, again and again.
+                    # An automatic take would fail repeatedly.
                     self._automatic = False
                 self._failed_elsewhere.emit(contained(error, _PART, _SAFE))
             self._view = self.procedure.view
 
     def _run_predictions(self) -> None:
-        """Predict again and again, where something was taken or dropped since the last time."""
+        """Repeat the prediction after each take or drop."""
         known = -1
         while self._predict is not None and not self._stop.wait(PREDICT_S):
             base = self._view.base
@@ -222,7 +214,7 @@ class WizardDriver(QObject):
                     return
 
     def _watch(self, block: FrameBlock) -> None:
-        # On the thread that reads the frames: it must not end over what one of them holds.
+        # Runs on the frame thread, which must survive any frame.
         if self._blind:
             return
         try:
@@ -232,9 +224,17 @@ class WizardDriver(QObject):
             self._failed_elsewhere.emit(contained(error, _PART, _SAFE))
 
     def _look(self) -> None:
-        """Note the warmth, and take what is ready where nobody has to press a key."""
+        """Record the temperature, and take automatically if ready."""
         base = self.procedure.base
         now = time.monotonic()
+        if now - self._named_at >= NAME_S and base.decision is ProcedureDecision.OPEN:
+            self._named_at = now
+            try:
+                self.procedure.require_name()
+            except OcmmError:
+                # Reported once: from now on each step is refused for it.
+                self._named_at, self._automatic = float("inf"), False
+                raise
         if now - self._warmth_at >= WARMTH_S and base.decision is ProcedureDecision.OPEN:
             self._warmth_at = now
             self.procedure.record_temperature(self._clock(), self._warmth())
@@ -242,7 +242,7 @@ class WizardDriver(QObject):
             try:
                 self._take()
             except OcmmError as error:
-                # Between the look and the taking the target may have moved: that is no error.
+                # The target may have moved since the check: no error.
                 if error.code != NOT_READY:
                     self._automatic = False
                     raise
@@ -255,10 +255,10 @@ class WizardDriver(QObject):
         try:
             self._calculation.run()
         except Exception as error:
-            # What went wrong and was foreseen is in the snapshot, and stays there.
+            # Expected errors are in the snapshot and stay there.
             if isinstance(error, InternalError) or not isinstance(error, OcmmError):
                 self._failed_elsewhere.emit(contained(error, "The calculation", _SAFE))
-        # Whoever sees that the calculation is over must see what it gave.
+        # The result must be visible together with the end of the calculation.
         self._view = self.procedure.view
 
     def _pull(self) -> None:

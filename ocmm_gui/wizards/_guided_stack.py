@@ -1,4 +1,4 @@
-"""One guided procedure at a time behind its first page: begun, run, left, whatever it is about."""
+"""One guided procedure at a time: start page, then the running procedure."""
 
 from __future__ import annotations
 
@@ -11,18 +11,13 @@ from ocmm_gui.wizards._runner import Runner
 
 
 class GuidedStack(QStackedWidget):
-    """The first page, and the procedure that runs."""
-
     left = Signal()
-    """It was left; what ran has ended and can be resumed."""
+    """Left; the procedure has ended and can be resumed."""
     taken = Signal()
-    """An observation is on the disk."""
     sounded = Signal(object)
-    """Emits a `Sound` that is to be heard."""
     told = Signal(str)
-    """Emits what somebody should know who resumes a session."""
+    """Emits a note for resumed sessions."""
     failed = Signal(object)
-    """Emits the `OcmmError` of a command."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -30,12 +25,12 @@ class GuidedStack(QStackedWidget):
         self.runner: Runner | None = None
 
     def leave(self) -> None:
-        """End what runs and give the window back; the session can be resumed."""
+        """Stop the procedure and leave; the session can be resumed."""
         self.close_runner()
         self.left.emit()
 
     def close_runner(self) -> bool:
-        """End what runs within bounded time and say whether it ended."""
+        """Stop the procedure in bounded time; return whether it ended."""
         runner, self.runner = self.runner, None
         if runner is None:
             return True
@@ -45,11 +40,11 @@ class GuidedStack(QStackedWidget):
         return ended
 
     def set_theme(self, theme: Theme) -> None:
-        """Remember the theme for pages that are made later."""
+        """Store the theme for later pages."""
         self._theme = theme
 
     def _show_runner(self, runner: Runner, driver: WizardDriver, torn: str) -> None:
-        """Run a procedure; ``torn`` is what is missing of its session since it was interrupted."""
+        """Run a procedure; ``torn`` describes data lost by an interruption."""
         runner.left.connect(self.leave)
         runner.sounded.connect(self.sounded)
         driver.taken.connect(self.taken)

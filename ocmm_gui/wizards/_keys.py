@@ -1,4 +1,4 @@
-"""Everything that a key or a button of a wizard does, as one table."""
+"""All keys and buttons of a wizard as one table."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ WIZARD_ACTIONS = (
 def make_wizard_actions(
     wizard: QWidget, calls: Mapping[str, Callable[[], None]]
 ) -> dict[str, QAction]:
-    """Return the actions by key; their shortcuts act while ``wizard`` has the keyboard."""
+    """Return the actions by key; shortcuts work while ``wizard`` has the focus."""
     actions: dict[str, QAction] = {}
     for info in WIZARD_ACTIONS:
         action = QAction(tr(info.text), wizard)

@@ -1,4 +1,4 @@
-"""How sessions about the probe and its tips begin and go on."""
+"""Fields, start and resume of probe and tip sessions."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SPHERE_FILE = "the document of the sphere"
 
 
 def pivot_fields(site: WizardSite) -> tuple[Field, ...]:
-    """Return what is filled in before the probe is calibrated."""
+    """Return the fields of a probe calibration."""
     return (
         WHO,
         TEMPERATURE,
@@ -41,7 +41,7 @@ def pivot_fields(site: WizardSite) -> tuple[Field, ...]:
 
 
 def begin_pivot(place: SessionPlace, values: Mapping[str, str], now: datetime) -> PivotProcedure:
-    """Begin to calibrate the probe; raise OcmmError where that is not possible."""
+    """Start a probe calibration; raise OcmmError if impossible."""
     return PivotProcedure.begin(
         place.sessions, place.rig, place.body, ProbeStore(place.folder), values["tip"].strip(), now,
         who=named(values), temperature_c=temperature(values["temperature"]),
@@ -55,7 +55,7 @@ def resume_pivot(place: SessionPlace, path: Path) -> PivotProcedure:
 
 
 def qualification_fields(site: WizardSite) -> tuple[Field, ...]:
-    """Return what is filled in before a tip is qualified."""
+    """Return the fields of a tip qualification."""
     nominal = "" if site.probe is None else localised(f"{2.0 * site.probe.design.tip_radius:g}")
     ball = Field("nominal", later("Ball, mm"), later("Nominal diameter"), nominal)
     return (WHO, TEMPERATURE, _mounted(site), ball, _SPHERE, _CONE)
@@ -64,7 +64,7 @@ def qualification_fields(site: WizardSite) -> tuple[Field, ...]:
 def begin_qualification(
     place: SessionPlace, values: Mapping[str, str], now: datetime
 ) -> TipQualificationProcedure:
-    """Begin to qualify a tip; raise OcmmError where that is not possible."""
+    """Start a tip qualification; raise OcmmError if impossible."""
     who, warm = named(values), temperature(values["temperature"])
     sphere = load_sphere(given(values, "sphere", _SPHERE_FILE))
     return TipQualificationProcedure.begin(
@@ -83,14 +83,14 @@ def resume_qualification(place: SessionPlace, path: Path) -> TipQualificationPro
 
 
 def tip_check_fields(site: WizardSite) -> tuple[Field, ...]:
-    """Return what is filled in before a tip is checked."""
+    """Return the fields of a tip check."""
     return (WHO, TEMPERATURE, _mounted(site), _SPHERE, _CONE)
 
 
 def begin_tip_check(
     place: SessionPlace, values: Mapping[str, str], now: datetime
 ) -> TipCheckProcedure:
-    """Begin to check a tip; raise OcmmError where that is not possible."""
+    """Start a tip check; raise OcmmError if impossible."""
     who, warm = named(values), temperature(values["temperature"])
     sphere = load_sphere(given(values, "sphere", _SPHERE_FILE))
     return TipCheckProcedure.begin(
@@ -109,7 +109,7 @@ def resume_tip_check(place: SessionPlace, path: Path) -> TipCheckProcedure:
 
 
 def _mounted(site: WizardSite) -> Field:
-    """Return the choice among the tips that were calibrated, the mounted one first."""
+    """Return the choice of calibrated tips, the mounted one first."""
     tips: tuple[str, ...] = ()
     if site.probe is not None and site.probe.store is not None:
         store = ProbeStore(site.probe.store)

@@ -1,4 +1,4 @@
-"""The steps of a wizard as a rail: which are done, which is current, which are still to come."""
+"""Rail with the done, current and remaining steps of a wizard."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
 class Rail(Painted):
-    """One row for each step: a mark, its title and its count."""
+    """One row per step: mark, title and count."""
 
     def __init__(self) -> None:
         super().__init__(tr("Steps"), (180, round(5 * _ROW_PX)), (140, 160))

@@ -1,4 +1,4 @@
-"""All wizards: one entry for each says everything that start page, sessions and window ask."""
+"""All wizards, one complete entry each."""
 
 from __future__ import annotations
 
@@ -57,36 +57,33 @@ Command = Callable[[datetime], None]
 class WizardSpec(Generic[P]):
     """One wizard over a procedure of the core.
 
-    What is heard, read from afar and painted in a step belongs to the page of that step.
+    Sounds, far reading and painting of a step belong to its page.
     """
 
     kind: ProcedureKind
-    """Of its procedure; session files begin with it."""
+    """Procedure kind; prefix of its session files."""
     subject: Subject
-    """Which records it works on, and on which page of Maintain it is offered."""
+    """Determines its records and its page of Maintain."""
     action: str
-    """Key of the action of the window that opens it, in `kit.ACTIONS`."""
+    """Key of the window action that opens it, in `kit.ACTIONS`."""
     texts: WizardTexts
-    """What it is called and for, and what it says when it ends."""
     fields: Callable[[WizardSite], tuple[Field, ...]]
-    """What is filled in before a session begins."""
     begin: Callable[[SessionPlace, Mapping[str, str], datetime], P]
     resume: Callable[[SessionPlace, Path], P]
-    """`begin`, `resume`: Make the procedure, from what was filled in or from a session file. Both
-    are functions of a module: the process of a calculation calls `resume`."""
+    """`begin`, `resume`: make the procedure from fields or a session file. Module-level functions:
+    the calculation process calls `resume`."""
     pages: Callable[[SessionPlace, P], dict[str, StepPage]]
-    """One for each step, by the step's name; the last one shows the result."""
+    """Pages by step name; the last one shows the result."""
     is_slow: bool
-    """The result is calculated in a process of its own, so that the window never stands still."""
+    """Calculate the result in a separate process, so that the window never freezes."""
     predict: Callable[[P], None] | None = None
-    """Works out meanwhile how good the result would be by now; None where nothing does."""
+    """Predicts the quality of the result so far; None if unsupported."""
     commands: Mapping[str, Callable[[P], Command]] = field(default_factory=dict)
-    """What the keys ``skip``, ``repeat`` and ``anew`` of `WIZARD_ACTIONS` do, where a page has
-    them."""
+    """Commands of the keys ``skip``, ``repeat`` and ``anew`` of `WIZARD_ACTIONS`, if available."""
 
 
 def wizard_of(kind: ProcedureKind) -> WizardSpec[Any]:
-    """Return the wizard over a kind of procedure; raise InputError where there is none."""
+    """Return the wizard of a kind of procedure; raise InputError if there is no such wizard."""
     for spec in WIZARDS:
         if spec.kind is kind:
             return spec
@@ -283,4 +280,4 @@ _TIP_CHECK = WizardSpec(
 WIZARDS: tuple[WizardSpec[Any], ...] = (
     _KNOWN_POINTS, _RELOCATION, _VERIFICATION, _TIP_CHECK, _QUALIFICATION, _PIVOT,
 )  # fmt: skip
-"""In the order in which the pages of Maintain offer them."""
+"""In the order of the pages of Maintain."""

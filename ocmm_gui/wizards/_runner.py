@@ -1,4 +1,4 @@
-"""One running procedure: rail, instruction, page, why Next is closed, and the buttons."""
+"""Running procedure: rail, instruction, page, gate, and buttons."""
 
 from __future__ import annotations
 
@@ -55,28 +55,25 @@ _ORDER = (
 )  # fmt: skip
 _PRIMARY = ("take", "accept")
 GO_ON_MS = 1500
-"""Between the end of a step and the next one, where it is entered by itself: time to hear it."""
+"""Delay before entering the next step automatically, for the sound."""
 
 
 class Runner(QWidget):
-    """Show a procedure and pass its commands on; it decides nothing by itself.
+    """Show a procedure and forward commands; contains no logic.
 
     Parameters
     ----------
     driver
-        Of the procedure; not started yet, closed by `close_driver`.
-    pages
-        One for each step, by the step's name.
+        Not started; closed by `close_driver`.
     extra
-        What the actions ``skip``, ``repeat`` and ``anew`` do, where a page has them.
+        Commands of the actions ``skip``, ``repeat`` and ``anew``, if available.
     practice
-        Nothing of it counts, and the heading says so on every page.
+        Results do not count, as every heading states.
     """
 
     left = Signal()
-    """Back to where the wizard was opened; the session stays as it is."""
+    """Return to the caller; the session stays as it is."""
     sounded = Signal(object)
-    """Emits a `Sound` that is to be heard."""
 
     def __init__(
         self,
@@ -129,13 +126,13 @@ class Runner(QWidget):
         driver.seen.connect(self.show_seen)
 
     def close_driver(self) -> bool:
-        """End everything that runs and say whether it ended; the session can be resumed."""
+        """Stop everything; return whether all ended; the session can be resumed."""
         ended = self.driver.close()
         self.driver.deleteLater()
         return ended
 
     def page(self) -> StepPage:
-        """Return the page that is shown."""
+        """Return the current page."""
         page = self._stack.currentWidget()
         assert isinstance(page, StepPage)  # noqa: S101 - nothing else is in the stack
         return page
@@ -151,7 +148,7 @@ class Runner(QWidget):
             self.driver.set_automatic(page.hands_are_full)
             self.decision.hide()
             self.setFocus()
-            # Whoever comes back to what is complete wants to look at it.
+            # Do not skip a complete step that the user has returned to.
             self._was_open = True
             self._go_on.stop()
         self._note_completion(base, page)
@@ -168,7 +165,7 @@ class Runner(QWidget):
             self.driver.calculate()
 
     def show_page(self, page: StepPage) -> None:
-        """Show a page and the buttons that belong to it."""
+        """Show a page and its buttons."""
         self._stack.setCurrentWidget(page)
         self._show_buttons(page)
 
@@ -198,7 +195,7 @@ class Runner(QWidget):
         }
 
     def _note_completion(self, base: ProcedureView, page: StepPage) -> None:
-        """Say that a step was completed, and go on where nobody has a hand for a key."""
+        """Signal a completed step, and continue automatically if hands are full."""
         is_open = base.step.gate.open and base.decision is ProcedureDecision.OPEN
         if is_open and not self._was_open and base.step.wanted:
             self.sounded.emit(Sound.FEATURE_COMPLETE)

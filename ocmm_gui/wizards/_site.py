@@ -1,9 +1,9 @@
-"""What a wizard works on: rig, probe, records and frames."""
+"""Site of a wizard: rig, probe, records and frames."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from datetime import datetime
 from enum import Enum, auto
 from pathlib import Path
@@ -14,6 +14,7 @@ from ocmm_core.calibration.probe_design import require_temperature
 from ocmm_core.calibration.records import CalibrationStore, ProbeStore, rig_in_force
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError, InputError, OcmmError
+from ocmm_core.tables import TableOptions
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import plain_number, tr
@@ -22,53 +23,50 @@ from ocmm_gui.wizards.parts import Calculation, ShownProcedure, Tap, Temperature
 C = TypeVar("C", bound=str)
 
 SESSIONS = "sessions"
-"""Folder of the sessions in that of the store."""
+"""Session folder within the store."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProbeSite:
-    """What wizards about the probe work on."""
+    """Site of wizards about the probe."""
 
     design: ProbeBody
     store: Path | None
-    """Folder of its records; None where none are kept."""
+    """Folder of its records; None if not kept."""
     tip: str = "1"
-    """Name of the tip that is proposed."""
     blocker: tuple[str, str] = ("", "")
-    """Why no records are kept, and what to do; empty where they are."""
+    """Why no records are kept, and the remedy; empty if they are."""
     hold_s: float = 0.5
-    """The ball rests for so long before a touch is taken by itself: a hand needs time to settle."""
+    """Rest time before an automatic touch: a hand needs time to settle."""
 
 
 @dataclass(frozen=True, slots=True)
 class WizardSite:
-    """Where wizards work."""
+    """Site of wizards."""
 
     rig: Rig
-    """What is measured with."""
     body: ProbeBody
     store: Path | None
-    """Folder of the rig's calibrations; None where none are kept."""
+    """Folder of the rig's calibrations; None if not kept."""
     who: str
-    """Name that is proposed."""
     tap: Tap
     temperature_state: TemperatureReadings = tuple
-    """How warm the sensors are now, degrees Celsius, camera by camera; empty where nobody knows."""
+    """Sensor temperatures, degrees Celsius, by camera; empty if unknown."""
     blocker: tuple[str, str] = ("", "")
-    """Why no calibrations are kept, and what to do; empty where they are."""
+    """Why no calibrations are kept, and the remedy; empty if they are."""
     probe: ProbeSite | None = None
-    """Where wizards about the probe work; None where nobody asks for them."""
+    """Site of probe wizards; None if not needed."""
     practice: PracticeRoom | None = None
-    """A virtual hand does what the steps ask for, and nothing counts; None where it is meant."""
+    """Practice with a virtual hand; None for real use."""
 
     def tap_for(self, procedure: ShownProcedure, failed: Callable[[OcmmError], None]) -> Tap:
-        """Return where the frames come from: a hand in practice, else the cameras."""
+        """Return the frame source: a virtual hand in practice, otherwise the cameras."""
         if self.practice is None:
             return self.tap
         hand = self.practice.hand(procedure, failed)
 
         def practised(watcher: Callable[[FrameBlock], None] | None) -> None:
-            # Behind the wizard the robot goes on; what it touches meanwhile is no point.
+            # The robot continues in the background; its touches must not count.
             self.tap(None if watcher is None else _look_away)
             hand(watcher)
 
@@ -76,7 +74,7 @@ class WizardSite:
 
 
 class PracticeRoom(Protocol):
-    """Where somebody practises at a virtual rig (`ocmm_core.composition.practice.Practice`)."""
+    """Practice at a virtual rig (`ocmm_core.composition.practice.Practice`)."""
 
     @property
     def cameras(self) -> Path:
@@ -90,23 +88,23 @@ class PracticeRoom(Protocol):
 
     @property
     def points(self) -> Path:
-        """Return the list of reference points that the virtual machine visits."""
+        """Return the list of reference points of the virtual machine."""
         ...
 
     def prepare(self, now: datetime) -> None:
-        """Put something in force to begin with; raise OcmmError where that is not possible."""
+        """Activate initial records; raise OcmmError if impossible."""
         ...
 
     def hand(self, procedure: ShownProcedure, failed: Callable[[OcmmError], None]) -> Tap:
-        """Return the hand that does what the steps of a procedure ask for."""
+        """Return the hand that performs the steps of a procedure."""
         ...
 
 
 def practice_site(bridge: StationBridge, room: PracticeRoom) -> WizardSite:
-    """Return the site of somebody who practises: a virtual hand, and folders of its own."""
+    """Return a practice site: a virtual hand and separate folders."""
     site = site_of(bridge)
     tip = ProbeStore(room.probe).mounted or "1"
-    # The hand rests for as long as a pose needs, and no longer.
+    # The hand rests exactly as long as a pose needs.
     probe = ProbeSite(bridge.station.instruments.probe_in_use.design, room.probe, tip, hold_s=0.0)
     return replace(site, store=room.cameras, probe=probe, practice=room, blocker=("", ""))
 
@@ -156,30 +154,28 @@ def _probe_site(bridge: StationBridge) -> ProbeSite:
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """A session that was not ended."""
+    """An unfinished session."""
 
     path: Path
     title: str
-    """When it was begun and by whom, and where it stands."""
+    """Start time, user, and status."""
     blocker: str = ""
-    """Why it cannot go on; empty where it can."""
+    """Why it cannot be resumed; empty if it can."""
 
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """A procedure with everything that its pages need."""
+    """A procedure with the data of its pages."""
 
     procedure: ShownProcedure
-    """Begun or resumed."""
     place: SessionPlace
-    """What it works on."""
     calculation: Calculation
     predict: Callable[[], None] | None = None
-    """Works out how good the result would be by now; None where nothing does."""
+    """Predicts the quality of the result so far; None if unsupported."""
 
 
 class Subject(Enum):
-    """What a wizard is about: it decides which records it works on and where it is offered."""
+    """Subject of a wizard: determines its records and its page."""
 
     CAMERAS = auto()
     PROBE = auto()
@@ -187,15 +183,15 @@ class Subject(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SessionPlace:
-    """What a session works on; unlike a site it can be sent to another process."""
+    """Serialisable data of a session; unlike a site it can be sent to another process."""
 
     rig: Rig
     """With the calibration in force."""
     body: ProbeBody
     folder: Path
-    """Of the records that the wizard is about."""
+    """Records of the subject."""
     cameras: Path | None
-    """Folder of the rig's calibrations; None where none are kept."""
+    """Folder of the rig's calibrations; None if not kept."""
     hold_s: float
 
     @property
@@ -205,7 +201,7 @@ class SessionPlace:
 
 
 class DirectCalculation:
-    """A calculation that is over at once."""
+    """A synchronous calculation."""
 
     def __init__(self, procedure: ShownProcedure) -> None:
         self._procedure = procedure
@@ -215,11 +211,11 @@ class DirectCalculation:
         self._procedure.compute()
 
     def cancel(self) -> None:
-        """Do nothing: there is never time for it."""
+        """Do nothing: it is synchronous."""
 
 
 def place_of(site: WizardSite, subject: Subject) -> SessionPlace:
-    """Return what sessions work on; CalibrationError as `require_store`."""
+    """Return the data of a session; CalibrationError as `require_store`."""
     folder, rig = require_store(site, subject), running_rig(site)
     if subject is Subject.PROBE and site.probe is not None:
         return SessionPlace(rig, site.probe.design, folder, site.store, site.probe.hold_s)
@@ -227,7 +223,7 @@ def place_of(site: WizardSite, subject: Subject) -> SessionPlace:
 
 
 def require_store(site: WizardSite, subject: Subject) -> Path:
-    """Return where the records of a subject are kept; raise CalibrationError where they are not."""
+    """Return the record folder of a subject; raise CalibrationError if not kept."""
     folder, probe = store_of(site, subject), site.probe
     if folder is not None:
         return folder
@@ -238,20 +234,20 @@ def require_store(site: WizardSite, subject: Subject) -> Path:
 
 
 def store_of(site: WizardSite, subject: Subject) -> Path | None:
-    """Return the folder of the records of a subject; None where none are kept."""
+    """Return the record folder of a subject; None if not kept."""
     if subject is Subject.CAMERAS:
         return site.store
     return None if site.probe is None else site.probe.store
 
 
 def running_rig(site: WizardSite) -> Rig:
-    """Return the rig with the calibration in force, or what is measured with before the first."""
+    """Return the rig with the calibration in force, or the rig in use before the first."""
     record = None if site.store is None else CalibrationStore(site.store).active()
     return site.rig if record is None else rig_in_force(record, site.rig)
 
 
 def named(values: Mapping[str, str]) -> str:
-    """Return who does it; raise InputError where nobody is named."""
+    """Return the user's name; raise InputError if empty."""
     who = values["who"].strip()
     if not who:
         raise InputError("wizard.who", "No name given.", "Enter your name in 'Done by'.")
@@ -259,20 +255,32 @@ def named(values: Mapping[str, str]) -> str:
 
 
 def chosen(value: str, possible: tuple[C, ...]) -> C:
-    """Return a choice as what it stands for."""
+    """Return the choice with this value."""
     return next(one for one in possible if one == value)
 
 
 def given(values: Mapping[str, str], key: str, what: str) -> Path:
-    """Return a file that must be given; raise InputError where it is not."""
+    """Return a required file; raise InputError if empty."""
     text = values[key].strip()
     if not text:
         raise InputError("wizard.missing", f"No file given for {what}.", "Name one.")
     return Path(text).expanduser()
 
 
+def table_options(values: Mapping[str, str], key: str) -> TableOptions:
+    """Return the statements of the import page about the table of a field."""
+    return TableOptions(**{
+        one.name: values.get(f"{key}.{one.name}", "") for one in fields(TableOptions)
+    })  # fmt: skip
+
+
+def table_values(key: str, options: TableOptions) -> dict[str, str]:
+    """Return statements about a table as `table_options` reads them."""
+    return {f"{key}.{name}": text for name, text in asdict(options).items()}
+
+
 def temperature(text: str) -> float | None:
-    """Return a temperature, degrees Celsius; None where nothing is written."""
+    """Return a temperature, degrees Celsius; None if empty."""
     if not text.strip():
         return None
     try:

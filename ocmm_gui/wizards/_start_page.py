@@ -1,4 +1,4 @@
-"""The first page of a wizard: what it is for, what it needs, and what was not finished."""
+"""Start page of a wizard: purpose, fields, and unfinished sessions."""
 
 from __future__ import annotations
 
@@ -43,11 +43,10 @@ class StartPage(QWidget):
     """Fields of a new session on the left, unfinished sessions on the right."""
 
     begun = Signal(object)
-    """Emits what was filled in, ``dict[str, str]``."""
+    """Emits the fields, ``dict[str, str]``."""
     resumed = Signal(object)
-    """Emits the `Path` of the session that goes on."""
+    """Emits the `Path` of the session to resume."""
     left = Signal()
-    """Back to where the wizard was opened."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -97,7 +96,7 @@ class StartPage(QWidget):
         self, title: str, purpose: str, fields: Sequence[Field], offers: Sequence[Offer],
         *, practice: bool = False,
     ) -> None:  # fmt: skip
-        """Show what a wizard needs and what was not finished; that is proposed first."""
+        """Show fields and unfinished sessions, which are proposed first."""
         self._title.setText(practice_title(tr(title)) if practice else tr(title))
         self._purpose.setText(tr(purpose))
         self.show_trouble("")
@@ -118,7 +117,7 @@ class StartPage(QWidget):
         self._show_choice()
 
     def show_trouble(self, text: str) -> None:
-        """Show why a session could not begin or go on; an empty text takes it away."""
+        """Show why a session could not be started or resumed; empty text hides it."""
         self.trouble.setText(text)
         self.trouble.setVisible(bool(text))
         self._paint()
@@ -150,7 +149,7 @@ class StartPage(QWidget):
             row = len(self.fields)
             self._form.addWidget(label, row, 0)
             self._form.addWidget(field, row, 1)
-            # Only what is seen can have the keyboard.
+            # Only visible widgets can have the focus.
             label.show()
             field.show()
             self.fields[one.key] = field

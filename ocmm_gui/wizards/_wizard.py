@@ -1,7 +1,4 @@
-"""The wizards as one view of the window: begin or go on, then the running procedure.
-
-Sessions of all wizards: what is asked before they begin, how they begin and how they go on.
-"""
+"""View of the window with all wizards: start or resume, then run."""
 
 from __future__ import annotations
 
@@ -14,7 +11,8 @@ from typing import Any
 from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind, sessions
 from ocmm_core.calibration.records import practice_name, require_real_name
 from ocmm_core.errors import OcmmError
-from ocmm_gui.kit import said, said_word, time_words, tr
+from ocmm_core.tables import TableOptions, preview_table
+from ocmm_gui.kit import TableImport, Theme, said, said_word, time_words, tr
 from ocmm_gui.wizards._driver import WizardDriver
 from ocmm_gui.wizards._guided_stack import GuidedStack
 from ocmm_gui.wizards._registry import WIZARDS, WizardSpec, wizard_of
@@ -26,20 +24,22 @@ from ocmm_gui.wizards._site import (
     Opened,
     SessionPlace,
     WizardSite,
+    named,
     place_of,
     require_store,
     store_of,
+    table_values,
+    temperature,
 )
 from ocmm_gui.wizards._start_page import StartPage
 from ocmm_gui.wizards.parts import WHO, Field, ProcessCalculation, ShownProcedure
 
 _PAST = ("session.rig", "session.empty")
-"""Codes of sessions that nobody misses: of a calibration that is no longer in force, or without
-anything in them."""
+"""Sessions not offered: of a replaced calibration, or empty."""
 
 
 def fields(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Field, ...]:
-    """Return what is filled in before a session begins."""
+    """Return the fields of a session."""
     return tuple(
         Field(one.key, one.label, one.tip, site.who) if one is WHO else one
         for one in spec.fields(site)
@@ -49,13 +49,7 @@ def fields(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Field, ...]:
 def begin(
     site: WizardSite, spec: WizardSpec[Any], values: Mapping[str, str], now: datetime
 ) -> Opened:
-    """Begin a session with what was filled in.
-
-    Raises
-    ------
-    OcmmError
-        A document cannot be used, something is missing, or the session cannot be stored.
-    """
+    """Start a session with filled-in fields; raise OcmmError if impossible."""
     place = place_of(site, spec.subject)
     sign = require_real_name if site.practice is None else practice_name
     signed = {**values, "who": sign(values["who"])}
@@ -63,13 +57,13 @@ def begin(
 
 
 def resume(site: WizardSite, spec: WizardSpec[Any], path: Path) -> Opened:
-    """Go on with a session; raise OcmmError where that is not possible."""
+    """Resume a session; raise OcmmError if impossible."""
     place = place_of(site, spec.subject)
     return _opened(spec, place, spec.resume(place, path))
 
 
 def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
-    """Return the sessions of a wizard that were not ended, the newest first."""
+    """Return the unfinished sessions of a wizard, newest first."""
     store = store_of(site, spec.subject)
     if store is None:
         return ()
@@ -81,7 +75,7 @@ def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
             if error.code not in _PAST:
                 found.append(Offer(path, path.name, said(f"{error.what} {error.remedy}")))
             continue
-        # What was accepted, but is not in the store, was interrupted just before it got there.
+        # Accepted but not in the store: interrupted just before storing.
         if not (base.stored or base.decision is ProcedureDecision.KEPT):
             begun = datetime.fromisoformat(base.begun_utc).astimezone()
             step = base.step
@@ -94,7 +88,6 @@ def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
 
 
 def _opened(spec: WizardSpec[Any], place: SessionPlace, procedure: ShownProcedure) -> Opened:
-    """Return a procedure with what calculates its result."""
     predict = None if spec.predict is None else partial(spec.predict, procedure)
     if not spec.is_slow:
         return Opened(procedure, place, DirectCalculation(procedure), predict)
@@ -103,15 +96,7 @@ def _opened(spec: WizardSpec[Any], place: SessionPlace, procedure: ShownProcedur
 
 
 class Wizard(GuidedStack):
-    """One wizard at a time.
-
-    Parameters
-    ----------
-    site
-        Rig, probe, store and frames.
-    clock
-        The time of day, with its zone.
-    """
+    """One wizard at a time."""
 
     def __init__(
         self, site: WizardSite, clock: Callable[[], datetime] = lambda: datetime.now(UTC)
@@ -126,13 +111,22 @@ class Wizard(GuidedStack):
         self.start.begun.connect(self._begin)
         self.start.resumed.connect(self._resume)
         self.start.left.connect(self.leave)
+        self._asked: tuple[Field, ...] = ()
+        self._values: dict[str, str] = {}
+        self._reads: Field | None = None
+        self.tables = TableImport("name,x,y,z,-")
+        self.tables.changed.connect(self._read_table)
+        self.tables.taken.connect(self._take_table)
+        self.tables.declined.connect(self._decline_table)
+        self.tables.setContentsMargins(18, 12, 18, 12)
+        self.addWidget(self.tables)
 
     def topic(self) -> str:
-        """Return which procedure it is, for the manual."""
+        """Return the manual topic of the procedure."""
         return self._spec.kind.value
 
     def open(self, kind: ProcedureKind) -> None:
-        """Show the first page of a wizard, with what was not finished."""
+        """Show the start page of a wizard with unfinished sessions."""
         self.close_runner()
         self._spec = spec = wizard_of(kind)
         trouble = ""
@@ -149,11 +143,57 @@ class Wizard(GuidedStack):
             spec.texts.title, spec.texts.purpose, asked, offered,
             practice=self._site.practice is not None,
         )  # fmt: skip
+        self._asked = asked
         self.setCurrentWidget(self.start)
         self.start.show_trouble(trouble)
 
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        super().set_theme(theme)
+        self.tables.set_theme(theme)
+
     def _begin(self, values: dict[str, str]) -> None:
-        self._run(lambda: begin(self._site, self._spec, values, self._clock()))
+        """Start a session, after the tables that it reads were shown and accepted."""
+        try:
+            named(values)
+            temperature(values.get("temperature", ""))
+        except OcmmError as error:
+            self._refuse(error)
+            return
+        self._values = values
+        self._reads = next((one for one in self._asked if _is_to_be_shown(one, values)), None)
+        if self._reads is None:
+            self._run(lambda: begin(self._site, self._spec, values, self._clock()))
+            return
+        path = Path(values[self._reads.key].strip()).expanduser()
+        self.tables.open_table(path)
+        self._read_table(path, TableOptions())
+
+    def _read_table(self, path: Path, options: TableOptions) -> None:
+        if self._reads is None or self._reads.table is None:
+            return
+        try:
+            found = preview_table(path, options, self._reads.table)
+        except OcmmError as error:
+            self._refuse(error)
+            return
+        self.tables.show_preview(found)
+        self.setCurrentWidget(self.tables)
+
+    def _take_table(self, _table: object) -> None:
+        if self._reads is not None:
+            stated = table_values(self._reads.key, self.tables.options())
+            self.setCurrentWidget(self.start)
+            self._begin({**self._values, **stated})
+
+    def _refuse(self, error: OcmmError) -> None:
+        """Show on the first page why a session cannot start."""
+        self._decline_table()
+        self.start.show_trouble(said(f"{error.what} {error.remedy}"))
+
+    def _decline_table(self) -> None:
+        self._reads = None
+        self.setCurrentWidget(self.start)
 
     def _resume(self, path: Path) -> None:
         self._run(lambda: resume(self._site, self._spec, path))
@@ -162,7 +202,7 @@ class Wizard(GuidedStack):
         try:
             opened = make()
         except OcmmError as error:
-            self.start.show_trouble(said(f"{error.what} {error.remedy}"))
+            self._refuse(error)
             return
         driver = WizardDriver(
             opened.procedure, self._site.tap_for(opened.procedure, self.failed.emit),
@@ -178,10 +218,17 @@ class Wizard(GuidedStack):
         self._show_runner(runner, driver, opened.procedure.base.torn)
 
 
+def _is_to_be_shown(field: Field, values: Mapping[str, str]) -> bool:
+    """Return whether a field names a table that the user has not seen yet."""
+    key, value = field.only_with
+    is_needed = field.table is not None and values.get(key, "") == value
+    return is_needed and bool(values[field.key].strip()) and f"{field.key}.unit" not in values
+
+
 def _commands(
     spec: WizardSpec[Any], opened: Opened, driver: WizardDriver
 ) -> dict[str, Callable[[], None]]:
-    """Return what the actions do that only some procedures have, by key of the action."""
+    """Return the commands specific to a procedure, by action key."""
 
     def call(key: str) -> None:
         driver.do(spec.commands[key](opened.procedure))

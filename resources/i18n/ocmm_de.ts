@@ -4557,10 +4557,6 @@ Startet: {source}</translation>
         <translation>noch nicht gespeichert</translation>
     </message>
     <message>
-        <source>Letters, digits, spaces, _ . -</source>
-        <translation>Buchstaben, Ziffern, Leerzeichen, _ . -</translation>
-    </message>
-    <message>
         <source>Names, separated by commas</source>
         <translation>Namen, durch Komma getrennt</translation>
     </message>
@@ -4897,6 +4893,14 @@ Startet: {source}</translation>
         <translation>Konstruktion</translation>
     </message>
     <message>
+        <source>Letters, digits, spaces, _ . - /</source>
+        <translation>Buchstaben, Ziffern, Leerzeichen, _ . - /</translation>
+    </message>
+    <message>
+        <source>proposed: not yet set; change or confirm them</source>
+        <translation>vorgeschlagen: noch nicht gesetzt; ändern oder bestätigen</translation>
+    </message>
+    <message>
         <source>Constructed features</source>
         <translation>Konstruierte Elemente</translation>
     </message>
@@ -5103,6 +5107,14 @@ Startet: {source}</translation>
     <message>
         <source>no</source>
         <translation>nein</translation>
+    </message>
+    <message>
+        <source>set</source>
+        <translation>gesetzt</translation>
+    </message>
+    <message>
+        <source>proposed</source>
+        <translation>vorgeschlagen</translation>
     </message>
     <message>
         <source>Faces to align by</source>
@@ -5391,6 +5403,10 @@ Startet: {source}</translation>
     <message>
         <source>▲  The plan can be measured. {doubts}</source>
         <translation>▲  Der Plan kann gemessen werden. {doubts}</translation>
+    </message>
+    <message>
+        <source>✖  The plan is not valid: no job can be started by it. {errors}</source>
+        <translation>✖  Der Prüfplan ist nicht gültig: Mit ihm lässt sich kein Auftrag beginnen. {errors}</translation>
     </message>
     <message>
         <source>Picture of {names} not found beside the plan: the feature is drawn instead.</source>
@@ -8632,8 +8648,16 @@ Startet: {source}</translation>
         <translation>Spalten</translation>
     </message>
     <message>
-        <source>as in the heading; name,shape,x,y,z,-</source>
-        <translation>wie in der Kopfzeile; name,shape,x,y,z,-</translation>
+        <source>as in the heading; {example}</source>
+        <translation>wie in der Kopfzeile; {example}</translation>
+    </message>
+    <message>
+        <source>Take the table over</source>
+        <translation>Die Tabelle übernehmen</translation>
+    </message>
+    <message>
+        <source>Go back without the table</source>
+        <translation>Zurück ohne die Tabelle</translation>
     </message>
     <message>
         <source>Lines to skip</source>
@@ -8658,10 +8682,6 @@ Startet: {source}</translation>
     <message>
         <source>Sign before the decimals</source>
         <translation>Zeichen vor den Dezimalen</translation>
-    </message>
-    <message>
-        <source>Take the features of the table over</source>
-        <translation>Elemente der Tabelle übernehmen</translation>
     </message>
     <message>
         <source>Line</source>

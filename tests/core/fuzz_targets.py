@@ -17,7 +17,7 @@ from ocmm_core.export.report import load_profile
 from ocmm_core.features.shapes import read_points_file
 from ocmm_core.fieldbus.objects import ObjectRequest, decode_request, encode_line
 from ocmm_core.fieldbus.wire import decode_frame
-from ocmm_core.inspection.plan import features_from_csv, load_plan
+from ocmm_core.inspection.plan import feature_table, load_plan
 from ocmm_core.simulation.scene import load_part
 from ocmm_core.storage import JobFile, JobHead, read_summary
 from ocmm_core.tracking import load_probe, load_reference
@@ -140,6 +140,6 @@ PARSERS: dict[str, Callable[[], Parser]] = {
     "recording": lambda: Parser((sample_recording(),), _from_file(read_recording, "r.ocrec")),
     "reference": lambda: Parser(_documents("references"), _from_file(load_reference, "r.toml")),
     "rig": lambda: Parser(_documents("rigs"), _from_file(load_rig, "rig.toml")),
-    "table": lambda: Parser((_TABLE,), _from_file(features_from_csv, "table.csv")),
+    "table": lambda: Parser((_TABLE,), _from_file(feature_table, "table.csv")),
 }
 """By name; samples are made when they are asked for."""

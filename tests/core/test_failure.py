@@ -34,9 +34,7 @@ def test_what_nobody_foresaw_is_named_with_its_place_and_written_down() -> None:
     assert re.fullmatch(
         r"The part failed: ValueError: bad shape \(test_failure.py, line \d+\)\.", told.what
     )
-    found = re.fullmatch(
-        r"Nothing is lost\. Open the job again\. Log for support: (.+)", told.remedy
-    )
+    found = re.fullmatch(r"Nothing is lost\. Try again\. Log for support: (.+)", told.remedy)
     assert found is not None
     path = Path(found[1])
     assert path.parent == log_folder()

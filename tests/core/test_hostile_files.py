@@ -15,7 +15,7 @@ from ocmm_core.documents import LARGEST_DOCUMENT, read_bytes, read_text, resourc
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export.report import load_profile
 from ocmm_core.features.shapes import read_points_file
-from ocmm_core.inspection.plan import features_from_csv, load_plan
+from ocmm_core.inspection.plan import feature_table, load_plan
 from ocmm_core.simulation.scene import load_part
 from ocmm_core.tracking import load_probe, load_reference
 from tests.core.acquisition.recording_samples import read_recording, sample_recording
@@ -42,7 +42,7 @@ KINDS: list[tuple[Kind, Callable[[Path], object]]] = [
       for kind in document_kinds(word, good.read_text("utf-8"), 25, seed=2)
       if word == "plan" or not kind.name.endswith(SLOW)),
     *((kind, read_points_file) for kind in points_kinds() if not kind.name.endswith(SLOW)),
-    *((kind, features_from_csv) for kind in table_kinds()),
+    *((kind, feature_table) for kind in table_kinds()),
     *((kind, read_recording) for kind in recording_kinds(sample_recording())),
 ]  # fmt: skip
 SHAPES = ("one point", "the same point", "a line", "1e9", "serials", "a text", "tiny")

@@ -70,8 +70,8 @@ def test_what_did_not_pass_says_so_first(paper: Certificate) -> None:
 
 @pytest.mark.usefixtures("qapp")
 def test_the_pages_are_a_whole_pdf(paper: Certificate) -> None:
-    assert pages.certificate_pdf(paper).startswith(b"%PDF")
-    assert pages.certificate_pdf(replace(paper, runs=())).startswith(b"%PDF")
+    assert pages.certificate_pdf(paper, {}).startswith(b"%PDF")
+    assert pages.certificate_pdf(replace(paper, runs=()), {}).startswith(b"%PDF")
 
 
 @pytest.mark.usefixtures("qapp")
@@ -97,7 +97,7 @@ def test_the_command_writes_certificate_signature_and_pages_and_checks_them(
     done = runner.invoke(app, ["certificate", "make", str(folder), "--out", str(out)])
     assert done.exit_code == 0, done.output
     names = sorted(path.name for path in out.iterdir())
-    assert [name.partition(".")[2] for name in names] == ["dcc.xml", "dcc.xml.sig.json", "pdf"]
+    assert [name.partition(".")[2] for name in names] == ["dcc.xml", "pdf"]
     again = ["certificate", "make", str(folder), "--calibration", "--out", str(tmp_path / "cal")]
     assert runner.invoke(app, again).exit_code == 0
     assert {path.name[:2] for path in (tmp_path / "cal").iterdir()} == {"C-"}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zlib
 from functools import partial
 from pathlib import Path
 
@@ -21,7 +20,7 @@ from ocmm_core.inspection.archive import (
 )
 from ocmm_gui.reports import _pdf_writer as pdf_writer
 from ocmm_gui.reports import _recall as recall
-from ocmm_gui.reports._canvas import Canvas
+from ocmm_gui.reports._archival import attached
 from tests.gui.pdf_texts import drawn, texts
 
 RECORD = RecallRecord(
@@ -62,7 +61,7 @@ def test_the_record_is_inside_and_every_page_names_it() -> None:
     assert "Bore 60" in said
     made = recall.pdf_bytes(RECORD)
     assert made.startswith(b"%PDF-")
-    assert seal(RECORD) in pdf_writer.streams(made)
+    assert attached(made)[1] == {"recall.json": seal(RECORD)}
     foot = f"Recall SHA-256 {record_hash(RECORD)}"
     for index in range(len(canvas.pages)):
         paint = partial(pdf_writer.paint_with_foot, canvas=canvas, index=index, foot=foot)
@@ -99,7 +98,7 @@ def test_a_file_without_the_record_is_not_kept(
 ) -> None:
     sealed, pages = tmp_path / "recall.json", tmp_path / "recall.pdf"
     sealed.write_bytes(seal(RECORD))
-    monkeypatch.setattr(pdf_writer, "streams", lambda made: [])
+    monkeypatch.setattr(pdf_writer, "attached", lambda made: (1, {}))
     with pytest.raises(StorageError) as caught:
         recall.pdf_bytes(RECORD)
     assert caught.value.code == "export.pdf"
@@ -109,18 +108,3 @@ def test_a_file_without_the_record_is_not_kept(
     monkeypatch.undo()
     assert recall.main([str(sealed), str(pages)]) == 0
     assert pages.exists()
-
-
-@pytest.mark.usefixtures("qapp")
-def test_what_is_packed_may_end_like_a_line() -> None:
-    canvas = Canvas()
-    canvas.text("A page")
-    # The checksum of what is packed stands at its end, and may be the sign of a line's end.
-    found = (b'{"n": "' + number * b"y" + b'"}' for number in range(256))
-    content = next(one for one in found if zlib.adler32(one) & 0xFF == ord("\r"))
-    made = pdf_writer.written_pdf(
-        canvas, lambda painter, index: pdf_writer.paint_with_foot(painter, canvas, index, "Foot"),
-        {"n.json": content}, title="A page", software="1.0",
-    )  # fmt: skip
-    assert b"\r\nendstream" in made
-    assert content in pdf_writer.streams(made)

@@ -29,6 +29,7 @@ from ocmm_gui.reports import _batch as batch
 from ocmm_gui.reports import _pdf as pdf
 from ocmm_gui.reports import _pdf_writer as pdf_writer
 from ocmm_gui.reports import _sections as sections
+from ocmm_gui.reports._archival import attached
 from ocmm_gui.reports._canvas import BODY, PAGE, Canvas, text_height, whole_words
 from ocmm_gui.reports._sections import paint_symbol
 from tests.gui.pdf_texts import pages, texts
@@ -191,8 +192,9 @@ def test_the_file_is_whole_and_holds_the_numbers_for_programs(
     made = path.read_bytes()
     assert path.name == f"{data.stem}_report.pdf"
     assert made.startswith(b"%PDF-")
-    inside = [stream for stream in pdf_writer.streams(made) if b"ocmm.report/" in stream]
-    assert json.loads(inside[0])["job"]["uuid"] == data.head.job_uuid
+    _, files = attached(made)
+    (inside,) = (content for content in files.values() if b"ocmm.report/" in content)
+    assert json.loads(inside)["job"]["uuid"] == data.head.job_uuid
 
 
 def test_the_command_line_writes_it_by_the_program_that_draws(
@@ -215,7 +217,7 @@ def test_the_command_line_writes_it_by_the_program_that_draws(
 def test_a_file_without_what_was_put_in_is_not_kept(
     data: ReportData, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pdf_writer, "streams", lambda made: [])
+    monkeypatch.setattr(pdf_writer, "attached", lambda made: (1, {}))
     with pytest.raises(StorageError) as caught:
         pdf.write_pdf(data, tmp_path)
     assert caught.value.code == "export.pdf"

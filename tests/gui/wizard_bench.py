@@ -88,6 +88,9 @@ class WizardBench:
             assert isinstance(field, QLineEdit)
             field.setText(value)
         self.key(Qt.Key.Key_Return, self.wizard.start.fields["who"])
+        if self.wizard.currentWidget() is self.wizard.tables:
+            # The table is shown before anything is accepted.
+            self.key(Qt.Key.Key_Return, self.wizard.tables)
 
     def go_on(self, kind: ProcedureKind) -> None:
         """Open a wizard and go on with the session that is proposed."""

@@ -13,6 +13,8 @@ from tests.host import HANG_S, needs_tools
 _INSTALLER = Path(__file__).resolve().parents[2] / "installer"
 _LINUX = _INSTALLER / "linux"
 _WORST_SCORE = 2.0
+_OTHER_SCORES = {"ocmm-tune.service": 7.0, "ocmm-window.service": 9.0}
+"""Of units that need root or a login session with the graphics card; their comments say why."""
 _BUS = _LINUX / "ocmm-acq@.service"
 _EXCEPTIONS = {
     "ocmm-archive.service": {"ProcSubset", "MemoryDenyWriteExecute", "IPAddressDeny", "RemoveIPC"},
@@ -79,7 +81,10 @@ def test_a_service_has_the_protections_of_the_bus_service(path: Path) -> None:
             assert faults(path.name, "\n".join(lines)) == [name]
 
 
-@pytest.mark.parametrize("path", _UNITS, ids=lambda path: path.name)
+_ALL = sorted((*_LINUX.glob("*.service"), *(_INSTALLER / "station" / "root").rglob("*.service")))
+
+
+@pytest.mark.parametrize("path", _ALL, ids=lambda path: path.name)
 def test_systemd_finds_a_service_well_protected(path: Path) -> None:
     needs_tools("systemd-analyze")
     done = subprocess.run(
@@ -88,4 +93,4 @@ def test_systemd_finds_a_service_well_protected(path: Path) -> None:
     )  # fmt: skip
     found = re.search(r"Overall exposure level for [^:]+: ([\d.]+)", done.stdout)
     assert found is not None, done.stderr
-    assert float(found[1]) <= _WORST_SCORE, done.stdout
+    assert float(found[1]) <= _OTHER_SCORES.get(path.name, _WORST_SCORE), done.stdout

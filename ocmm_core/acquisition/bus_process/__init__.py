@@ -1,16 +1,15 @@
-"""The camera bus as a process of its own: its commands, its rights, and the side that starts it.
+"""Camera bus in a separate process: program, rights, and client.
 
 In: a configuration as JSON, and requests for objects of cameras, line by line.
-Out: frames in the shared ring, the report of the bus, answers, and the reason of its end.
+Out: frames in the shared ring, the bus report, replies, and the reason for stopping.
 
-Inside the process: `_start` (one thread, least rights), `_process` (the program ``ocmm-acq``),
-`_ethercat` (one read is one bus cycle), `_commands`, `_rights`, `_realtime`; `_scan_process`,
-`_maintenance_process`, `_conform_process` and `_record_process` are errands (`_errand`) in a
-process of their own;
-`_stepped_time` for a virtual bus, whose time waits for a slow computer.
-In the application: `_config`, `_launch`, `_client`, `_remote_objects`, and `_service_client` for
-a bus that runs as a service.
-It must not know tracking or any later room: a crash there must not stop the bus.
+In the process: `_start` (single thread, least rights), `_process` (the program ``ocmm-acq``),
+`_ethercat` (one read per bus cycle), `_commands`, `_rights`, `_realtime`; `_scan_process`,
+`_maintenance_process`, `_conform_process` and `_record_process` are other programs (`_errand`);
+`_stepped_time` for a virtual bus that waits for a slow computer.
+In the application: `_config`, `_launch`, `_client`, `_remote_objects`, and `_service_client` for a
+bus that runs as a service.
+It must not import tracking or later packages: a crash there must not stop the bus.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The application's side of the bus process: start it, ask it to stop, learn why it ended."""
+"""Client of the bus process: start, stop, and reason for stopping."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from ocmm_core.acquisition.frames import (
     leave_error,
 )
 from ocmm_core.errors import AcquisitionError, BusError
-from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained
 
 _KILL_S = 2.0
 _SEND_S = 2.0
@@ -31,33 +31,25 @@ _READ_BYTES = 65536
 
 
 class Acquisition(Protocol):
-    """Something that fills a ring: a worker in a thread, or a process."""
+    """Fills a ring, in a thread or a process."""
 
     def start(self) -> None:
-        """Begin; what goes wrong later is told by the ring."""
+        """Start; later errors are reported in the ring."""
         ...
 
     def request_stop(self) -> None:
-        """Ask for the end; returns at once."""
+        """Request the end; returns at once."""
         ...
 
     def join(self, timeout_s: float) -> bool:
-        """Wait for the end and say whether it came in time."""
+        """Wait for the end; return whether it came in time."""
         ...
 
 
 class ChildProcess:
-    """A process that fills a ring, fed with lines of JSON and watched until it ends.
+    """A process that fills a ring, with JSON lines as input.
 
-    Parameters
-    ----------
-    command
-        What to start.
-    first_lines
-        What to write to its standard input, which then stays open for requests: its end tells
-        the process that this one is gone.
-    ring
-        The ring it fills; this process keeps it.
+    Its standard input stays open for requests: its end signals the end of this process.
     """
 
     def __init__(self, command: Sequence[str], first_lines: bytes, ring: FrameRing) -> None:
@@ -74,22 +66,16 @@ class ChildProcess:
 
     @property
     def pid(self) -> int | None:
-        """Return the process number, or None before the start."""
+        """Return the process id, or None before the start."""
         return None if self._process is None else self._process.pid
 
     @property
     def objects(self) -> ObjectLine:
-        """Return the requests for camera objects that are under way; see `RemoteObjects`."""
+        """Return the pending object requests; see `RemoteObjects`."""
         return self._objects
 
     def start(self) -> None:
-        """Start the process.
-
-        Raises
-        ------
-        BusError
-            It cannot be started.
-        """
+        """Start the process; raise BusError on failure."""
         if self._process is not None:
             raise AcquisitionError(
                 "acquisition.started", "The acquisition is already started.", "Make a new one."
@@ -116,19 +102,13 @@ class ChildProcess:
         self._ring.set_word(RingHeaderField.STOP_REQUEST, 1)
 
     def close_input(self) -> None:
-        """End the process's input, as if this program had ended; no more requests then."""
+        """Close the process's input, as if this program had ended; no more requests."""
         if self._process is not None and self._process.stdin is not None:
             with self._sending, contextlib.suppress(BrokenPipeError):
                 self._process.stdin.close()
 
     def join(self, timeout_s: float) -> bool:
-        """Wait for the end; a process that does not end in time is killed.
-
-        Returns
-        -------
-        bool
-            True where it ended by itself in time.
-        """
+        """Wait for the end, killing after the limit; return whether it ended in time."""
         if self._process is None or self._watch is None:
             return True
         self._watch.join(timeout_s)
@@ -139,13 +119,7 @@ class ChildProcess:
         return in_time
 
     def send(self, line: bytes) -> None:
-        """Pass a line on to the process.
-
-        Raises
-        ------
-        BusError
-            The process is not there, or takes nothing.
-        """
+        """Send a line to the process; raise BusError if it is gone or blocked."""
         process = self._process
         if process is None or process.stdin is None:
             raise _gone("is not started")
@@ -161,7 +135,7 @@ class ChildProcess:
             while rest:
                 left = max(0.0, deadline - time.monotonic())
                 if not select.select([], [process.stdin], [], left)[1]:
-                    # Half a line may be on its way; nothing that follows would be understood.
+                    # A partial line may be in transit; nothing after it would be understood.
                     self._cut = len(rest) < len(line)
                     raise _gone("takes nothing")
                 try:
@@ -173,7 +147,7 @@ class ChildProcess:
         try:
             self._until_end(process)
         except Exception as error:
-            # A process that nobody watches any more must not go on filling the ring.
+            # An unwatched process must not continue to fill the ring.
             process.kill()
             process.wait()
             leave_error(self._ring, error)
@@ -182,10 +156,9 @@ class ChildProcess:
             self._objects.end(_gone("has ended"))
 
     def _until_end(self, process: subprocess.Popen[bytes]) -> None:
-        """Feed the process, wait for its end and leave the reason in the ring."""
         if process.stdin is None or process.stdout is None or process.stderr is None:
             return
-        # A process that ended at once says why in its last words.
+        # A process that ended at once reports why in its last output.
         with self._sending:
             with contextlib.suppress(BrokenPipeError):
                 process.stdin.write(self._first_lines)
@@ -224,7 +197,7 @@ class ChildProcess:
                 for line in lines.push(content):
                     self._objects.receive(line)
         except Exception as error:
-            told = contained(error, "Reading from the bus process")
+            told = contained(error, "Reading from the bus process", remedy=REOPEN)
             end = BusError(told.code, told.what, told.remedy)
         self._objects.end(end)
 
@@ -236,15 +209,7 @@ def _gone(why: str) -> BusError:
 
 
 class BusProcess(ChildProcess):
-    """The program ``ocmm-acq`` on an interface of this computer.
-
-    Parameters
-    ----------
-    config
-        What to do there.
-    ring
-        The ring named in it.
-    """
+    """The program ``ocmm-acq`` on an interface of this computer."""
 
     def __init__(self, config: BusConfig, ring: FrameRing) -> None:
         super().__init__(bus_command(), config.to_json(), ring)

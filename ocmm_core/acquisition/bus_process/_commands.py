@@ -1,8 +1,8 @@
-"""The bus process's ear and mouth: requests from standard input, answers to standard output.
+"""Command port of the bus process: requests on standard input, replies on output.
 
-One thread of its own does all reading, writing and JSON, so that the thread that runs the bus
-cycle never waits and hardly works: it takes a request from a queue and puts an answer into
-another. Both queues are bounded and count what does not fit.
+A separate thread does all reading, writing and JSON, so that the bus cycle thread never waits: it
+takes requests from a queue and puts replies into another. Both queues are bounded and count
+overflows.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from collections import deque
 from collections.abc import Callable
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.failure import contained
+from ocmm_core.failure import REOPEN, contained
 from ocmm_core.fieldbus.objects import (
     MAX_LINE_BYTES,
     CancelRequest,
@@ -31,12 +31,12 @@ MAX_REPLIES = 256
 _MAX_CANCELLED = 256
 _READ_BYTES = 65536
 _WRITE_BYTES = 4096
-"""A pipe that can be written to has room for so much at least (POSIX, PIPE_BUF of Linux)."""
+"""Minimum room in a writable pipe (POSIX, PIPE_BUF of Linux)."""
 _LAST_WORDS_S = 0.5
 
 
 def read_first_line(descriptor: int) -> bytes:
-    """Return the first line of a stream, and take nothing beyond it."""
+    """Return the first line of a stream without reading beyond it."""
     line = bytearray()
     while not line.endswith(b"\n") and len(line) < MAX_LINE_BYTES:
         byte = os.read(descriptor, 1)
@@ -47,17 +47,16 @@ def read_first_line(descriptor: int) -> bytes:
 
 
 class LineBuffer:
-    """Cuts a stream into lines; a line that is too long is left out and counted."""
+    """Splits a stream into lines; skips and counts overlong ones."""
 
     def __init__(self, longest: int = MAX_LINE_BYTES) -> None:
         self._longest = longest
         self._rest = bytearray()
         self._skipping = False
         self.too_long = 0
-        """How many lines were left out."""
 
     def push(self, content: bytes) -> list[bytes]:
-        """Take what came and return the lines that are complete now, without their ends."""
+        """Add input; return the completed lines without line ends."""
         *ends, rest = content.split(b"\n")
         lines = []
         for end in ends:
@@ -79,16 +78,16 @@ class LineBuffer:
 
 
 class CommandPort:
-    """Requests in, answers out; see the module.
+    """Queues of requests and replies.
 
     Parameters
     ----------
     input_, output
-        Descriptors of the streams; they stay open.
+        Descriptors; they stay open.
     on_end
-        Called, once and in another thread, when the input ends: whoever asked is gone.
+        Called once from another thread when the input ends.
     on_failure
-        Called before that with what ended the thread, where something nobody foresaw did.
+        Called before that with an unexpected error of the thread.
     """
 
     def __init__(
@@ -109,12 +108,12 @@ class CommandPort:
         self._deaf = self._mute = False
         self._closing = False
         self.refused = 0
-        """Requests that could not be read or had no room."""
+        """Requests unreadable or without room."""
         self.dropped = 0
-        """Answers that had no room."""
+        """Replies without room."""
         self._bell_out, self._bell_in = os.pipe()
         os.set_blocking(self._bell_in, False)
-        # A daemon: a process that fails must end without asking this thread.
+        # A daemon: a failing process must end without waiting for it.
         self._thread = threading.Thread(target=self._run, name="ocmm-bus-commands", daemon=True)
         self._thread.start()
 
@@ -126,8 +125,8 @@ class CommandPort:
     ) -> CommandPort:
         """Return the port on standard input and output.
 
-        What was read from ``sys.stdin`` before may have taken requests with it; read the
-        configuration with `read_first_line`.
+        Read the configuration with `read_first_line`: ``sys.stdin`` buffers and could consume
+        requests.
         """
         return cls(sys.stdin.fileno(), sys.stdout.fileno(), on_end, on_failure)
 
@@ -142,13 +141,13 @@ class CommandPort:
                 return request
 
     def is_cancelled(self, number: int) -> bool:
-        """Return whether nobody waits for this request any more; never waits."""
+        """Return whether a request was cancelled; never waits."""
         return number in self._cancelled
 
     def reply(self, reply: ObjectReply) -> None:
-        """Send an answer; never waits.
+        """Send a reply; never waits.
 
-        Where nobody reads the answers, what tells only progress is left out first.
+        If replies are not read, progress is dropped first.
         """
         room = MAX_REPLIES if reply.finished else MAX_REPLIES // 2
         if self._closing or len(self._replies) >= room:
@@ -158,7 +157,7 @@ class CommandPort:
         self._ring()
 
     def close(self) -> None:
-        """Send what waits, for a moment at most, and end the thread; may be called twice."""
+        """Flush briefly, and end the thread; idempotent."""
         if self._closing:
             return
         self._closing = True
@@ -172,7 +171,7 @@ class CommandPort:
         try:
             os.write(self._bell_in, b"\x00")
         except BlockingIOError:
-            # It rings already.
+            # Already signalled.
             return
 
     def _run(self) -> None:
@@ -184,15 +183,14 @@ class CommandPort:
             while self._output_waits() and self._step(0.0):
                 pass
         except Exception as error:
-            # Without this thread nobody would notice that whoever asked is gone.
-            self._on_failure(contained(error, "The connection to the application"))
+            # Without this thread the end of the application would not be noticed.
+            self._on_failure(contained(error, "The connection to the application", remedy=REOPEN))
             self._on_end()
 
     def _output_waits(self) -> bool:
         return not self._mute and bool(self._pending or self._replies)
 
     def _step(self, timeout_s: float | None) -> bool:
-        """Wait for something to do, do it, and say whether there was something."""
         sources = [self._bell_out] if self._deaf else [self._bell_out, self._input]
         sinks = [self._output] if self._output_waits() else []
         readable, writable, _ = select.select(sources, sinks, [], timeout_s)
@@ -248,7 +246,7 @@ class CommandPort:
         try:
             written = os.write(self._output, self._pending[:_WRITE_BYTES])
         except OSError:
-            # Nobody listens any more; the end of the input tells what to do about that.
+            # The reader is gone; the end of the input determines the reaction.
             self._mute = True
             self._pending.clear()
             return

@@ -1,4 +1,4 @@
-"""What the bus process is told to do, as JSON."""
+"""Configuration of the bus process, as JSON."""
 
 from __future__ import annotations
 
@@ -10,29 +10,24 @@ from ocmm_core.fieldbus.device import CameraIdentity, Intrinsics
 
 
 class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Configuration of the bus process."""
-
     interface: str
-    """Network interface of the cameras."""
     ring_path: str
-    """File of the ring that frames and status go into."""
+    """Ring file for frames and status."""
     cameras: tuple[CameraIdentity, ...]
-    """Cameras of the rig, in its order."""
     frame_period_ns: int = 125_000
     cycle_period_ns: int = 1_000_000
-    """`frame_period_ns`, `cycle_period_ns`: Between two exposures, and between two bus cycles."""
+    """`frame_period_ns`, `cycle_period_ns`: exposure and bus cycle periods."""
     force: bool = False
     """Use the interface although the computer uses it for its network."""
     redundant_interface: str = ""
-    """Interface at the other end of the ring; empty without a redundancy cable."""
+    """Interface at the other end of the ring; empty without redundancy."""
     stretched: bool = False
-    """The interface is one end of a virtual wire whose time waits for this computer."""
+    """The interface belongs to a virtual wire whose time waits for this computer."""
     processor: int | None = None
-    """Number of the processor that the bus process stays on; None chooses by itself."""
+    """CPU of the bus process; None: automatic."""
     device: DeviceDescription | None = None
     lenses: tuple[Intrinsics, ...] = ()
-    """`device`, `lenses`: Description of cameras that are not ours, and what each of them corrects
-    with."""
+    """`device`, `lenses`: description of cameras of other makers, and their correction lenses."""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -40,7 +35,7 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 
 def read_config(content: bytes) -> BusConfig:
-    """Return the configuration in ``content``; raise InputError where it is none."""
+    """Return the configuration; raise InputError if invalid."""
     try:
         config = msgspec.json.decode(content, type=BusConfig)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:

@@ -1,7 +1,7 @@
-"""The conformance test of a camera in a process of its own, which has the rights that this needs.
+"""Conformance test of a camera in a process with the necessary rights.
 
-It reads one line of JSON from standard input and writes lines of JSON: how far it is, and at the
-end the report. The bus must not be in operation.
+Reads one line of JSON from standard input and writes lines of JSON: progress, then the report. The
+bus must be idle.
 """
 
 from __future__ import annotations
@@ -22,15 +22,12 @@ _MODULE = "ocmm_core.acquisition.bus_process._conform_process"
 
 
 class ConformConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Which camera to test."""
-
     interface: str
     force: bool = False
-    """`interface`, `force`: As in `ScanConfig`."""
     serial: int = 0
-    """Of the camera; 0: the only one there."""
+    """Serial number; 0: the only camera."""
     firmware: str = ""
-    """File that its maker signed; empty: none."""
+    """File signed by its maker; empty: none."""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -38,23 +35,22 @@ class ConformConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
 
 class ConformNews(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How far it is, or what was found."""
+    """Progress or result."""
 
     done: int = 0
     total: int = 0
-    """`done`, `total`: Rules."""
     title: str = ""
     report: ConformanceReport | None = None
     """At the end; None before."""
 
 
 def conform_command() -> list[str]:
-    """Return the command that does it, with the interpreter of the bus process."""
+    """Return the command of this process, with the bus process interpreter."""
     return [*bus_command()[:-1], _MODULE]
 
 
 def main() -> None:
-    """Do it; see the module."""
+    """Run the conformance test."""
     run_errand(_run, "The conformance test")
 
 

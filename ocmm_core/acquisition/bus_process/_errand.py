@@ -1,4 +1,4 @@
-"""One errand on the wire in a process of its own, which has the rights that this needs."""
+"""Short task on the wire in a process with the necessary rights."""
 
 from __future__ import annotations
 
@@ -14,10 +14,9 @@ EXIT_FAILED = 2
 
 
 def run_errand(run: Callable[[bytes], None], what: str) -> None:
-    """Keep no more rights than it needs, and do what one line on standard input asks for.
+    """Drop unneeded rights, and run the task with one line of standard input.
 
-    What goes wrong is told on standard error, and the process ends with 2, or 3 where nobody
-    foresaw it.
+    Errors go to standard error; exit code 2, or 3 if unexpected.
     """
     try:
         give_up_all_but(NEEDED)

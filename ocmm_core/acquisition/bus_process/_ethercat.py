@@ -1,4 +1,4 @@
-"""Frames from the EtherCAT bus: one read is one bus cycle, judged and accounted for."""
+"""Frames from the EtherCAT bus: each read is one validated and counted bus cycle."""
 
 from __future__ import annotations
 
@@ -40,20 +40,20 @@ from ocmm_core.fieldbus.report import Alarm, BusPhase, BusReport, encode_report,
 from ocmm_core.fieldbus.wire import HostTime, is_virtual_cable, is_virtual_interface
 
 _FOREIGN_NS = 20_000_000
-"""After a frame of another master no cycle is used for so long."""
+"""Cycles are refused for this long after a frame of another master."""
 _VERDICT = {Trouble.LOST: CycleVerdict.LOST, Trouble.BAD: CycleVerdict.BAD}
 _PASSING = frozenset(
     {"bus.no_answer", "bus.map", "bus.clock", "bus.state", "bus.duplicate_address"}
 )
-"""May come from a computer that stood still for a moment; the first start tries again."""
+"""May result from a computer that stalled briefly; the first start retries."""
 _ANSWER_SHARE = 0.7
-"""Part of a cycle that is spent waiting for the answer."""
+"""Part of a cycle spent waiting for the answer."""
 _BUSY_SHARE = 0.5
-"""A cycle that begins later than by this part of it was spoilt by this computer."""
+"""A cycle starting later than by this part was spoilt by this computer."""
 _PHASE_NS = 100_000
-"""After a block of exposures is finished the cameras need a moment to have it ready."""
+"""Time the cameras need to prepare a finished block of exposures."""
 _SLICE_NS = 20_000_000
-"""A bring-up goes on for so long before the caller is told that cycles were lost."""
+"""Duration of bring-up work before the lost cycles are returned."""
 _REPORT_NS = 50_000_000
 _DRIFT_LIMIT_PPM = 500.0
 
@@ -61,27 +61,19 @@ _DRIFT_LIMIT_PPM = 500.0
 class EthercatSource:
     """Cameras on an EtherCAT bus, as a `FrameSource`.
 
-    A fault of the bus does not end it: cycles are lost or refused until the cameras are in
-    operation again, brought up anew where that is needed. The cycle follows the bus clock, so
-    that frames are exchanged right after a block of exposures is finished.
+    Bus faults do not end it: cycles are lost or refused until the cameras are in operation again,
+    after a new bring-up if needed. The cycle follows the bus clock, so that frames are exchanged
+    right after a block of exposures ends.
 
     Parameters
     ----------
-    settings
-        Interface, cameras and periods.
     publish
-        Gets the encoded `BusReport`, at every change and 20 times a second.
-    port
-        Requests to the cameras that are served beside the cycle.
-    notes
-        What this computer does not allow the process; for the report.
-    host_time
-        In which the bus lives; by default that of this computer, which waits for nobody.
+        Receives the encoded `BusReport`, at every change and 20 times a second.
 
     Raises
     ------
     BusError
-        A time that waits was given for an interface that is not virtual.
+        A waiting time was given for a physical interface.
     """
 
     def __init__(
@@ -114,11 +106,9 @@ class EthercatSource:
         self._published: tuple[BusPhase, str, str] | None = None
         self._published_ns = self._foreign = self._foreign_until_ns = 0
         self.lateness_ns = 0
-        """How late the last cycle began."""
 
     @property
     def description(self) -> SourceDescription:
-        """Return what the source says about itself."""
         return SourceDescription(
             name=f"EtherCAT ({self._settings.interface})",
             camera_serials=tuple(camera.serial for camera in self._settings.cameras),
@@ -131,7 +121,7 @@ class EthercatSource:
 
     @property
     def report(self) -> BusReport:
-        """Return what can be said about the bus now."""
+        """Return the current report."""
         phase_ns = 0.0 if self._pacer is None else self._pacer.phase_ns
         return self._accounts.report(
             self._bus,
@@ -143,7 +133,7 @@ class EthercatSource:
         )
 
     def open(self) -> None:
-        """Bring the cameras to operation; raise BusError with the remedy if that fails."""
+        """Bring the cameras to operation; raise BusError with the remedy on failure."""
         for last in (False, False, True):
             try:
                 for phase in self._bus.open_steps():
@@ -163,13 +153,7 @@ class EthercatSource:
         self._pacer = CyclePacer(self._settings.cycle_period_ns, self._time.now_ns())
 
     def read(self) -> Cycle:
-        """Run the next bus cycle, or go on with the recovery of the bus.
-
-        Raises
-        ------
-        BusError
-            The source is not open.
-        """
+        """Run the next bus cycle or recovery step; raise BusError if not open."""
         if self._pacer is None or self._exposures.joiner is None:
             raise BusError("bus.closed", "The camera bus is not open.", "Open it first.")
         wanted = self._supervisor.next(self._time.now_ns())
@@ -184,7 +168,7 @@ class EthercatSource:
         return cycle
 
     def close(self) -> None:
-        """Give the bus back; may be called twice, and after a failed open."""
+        """Close the bus; idempotent, also after a failed open."""
         self._bus.close()
         if self._pacer is not None:
             self._pacer = None
@@ -234,11 +218,11 @@ class EthercatSource:
         )
 
     def _second_master(self) -> CycleFault | None:
-        """Return why a cycle is refused in which another master sent frames, too."""
+        """Return the fault of a cycle with frames of another master."""
         before, self._foreign = self._foreign, self._bus.foreign_frames
         now_ns = self._time.now_ns()
         if self._foreign > before:
-            # It may send less often than we do, and works on the cameras in between as well.
+            # It may send less often than we do, and affects the cameras in between.
             self._foreign_until_ns = now_ns + _FOREIGN_NS
         elif now_ns >= self._foreign_until_ns:
             return None
@@ -246,9 +230,9 @@ class EthercatSource:
         return CycleFault(Trouble.BAD, Alarm.SECOND_MASTER, words)
 
     def _or_the_computer(self, fault: CycleFault, elapsed: int) -> CycleFault:
-        """Return a lost answer as what it is where this computer stood still in that cycle.
+        """Attribute a lost answer to this computer if it stalled in that cycle.
 
-        A disturbed cable loses answers of cycles that begin and end in time.
+        A disturbed cable loses answers of cycles that start and end in time.
         """
         if fault.alarm not in (Alarm.LOST_ANSWERS, Alarm.LATE_ANSWERS) or self._time.stretched:
             return fault
@@ -270,7 +254,7 @@ class EthercatSource:
         return Cycle(_VERDICT[fault.trouble], fault.reason, elapsed=elapsed)
 
     def _recover(self, pacer: CyclePacer) -> Cycle:
-        """Go on with the bring-up for a moment; every cycle of it is lost."""
+        """Continue the bring-up briefly; its cycles are lost."""
         supervisor = self._supervisor
         begin_ns = now_ns = self._time.now_ns()
         while now_ns - begin_ns < _SLICE_NS:
@@ -280,7 +264,7 @@ class EthercatSource:
             if wanted is not Next.STEP:
                 self._time.flow()
             if wanted is Next.PAUSE:
-                # Nothing is in a hurry now, and elsewhere nobody collects.
+                # Time is not critical now, and collection is disabled elsewhere.
                 gc.collect()
                 left_ns = min(supervisor.pause_left_ns(now_ns), _SLICE_NS - (now_ns - begin_ns))
                 time.sleep(max(0, left_ns) * 1e-9)
@@ -290,7 +274,7 @@ class EthercatSource:
         self._objects.work(now_ns)
         elapsed = pacer.passed(now_ns)
         if not elapsed:
-            # The cycle that is due stands for this call; the next one begins a period later.
+            # The due cycle counts for this call; the next one starts a period later.
             time.sleep(max(0, pacer.deadline_ns - now_ns) * 1e-9)
             elapsed = pacer.begin(max(self._time.now_ns(), pacer.deadline_ns))
         reason = supervisor.message or "The cameras are starting up."
@@ -313,7 +297,7 @@ class EthercatSource:
         self._begin_session()
 
     def _begin_session(self) -> None:
-        """Take up the exposures that a bring-up started."""
+        """Adopt the exposures started by a bring-up."""
         self._foreign = self._foreign_until_ns = 0
         schedule = self._bus.schedule
         self._records = [
@@ -327,7 +311,7 @@ class EthercatSource:
         self._supervisor.brought_up(self._time.now_ns())
 
     def _take(self, answer: CycleAnswer, joiner: FrameJoiner) -> Given:
-        """Take the frames that are new, by their counters; return what is complete with them."""
+        """Add frames that are new by their counters; return the completed ones."""
         schedule = self._bus.schedule
         places: list[tuple[int, int, int]] = []
         for camera, header in enumerate(answer.headers):
@@ -338,7 +322,7 @@ class EthercatSource:
             first = first_frame(header, schedule)
             places.append((first, max(0, record.next_frame - first), header.frames_valid))
             self._records[camera] = advance(record, header, schedule)
-        # A camera's whole input has one size, or `judge` had refused it.
+        # Input sizes are equal, or `judge` had refused them.
         frames_of = np.frombuffer(b"".join(answer.inputs), INPUT_DTYPE)["frames"]
         first, known, end = places[0]
         if known < end and places.count(places[0]) == len(places):
@@ -361,14 +345,14 @@ class EthercatSource:
         return self._exposures.pull()
 
     def _listen(self) -> None:
-        """Write down what the cameras told and what became of requests."""
+        """Log the cameras' messages and finished requests."""
         now_ns = self._time.now_ns()
         for camera, trouble in self._bus.port_news():
             self._note(Alarm.PORT_ERRORS, trouble.words(camera), now_ns, camera=camera)
         while self._objects.emergencies:
             camera, emergency = self._objects.emergencies.popleft()
             if emergency.is_over:
-                # Its own message says so; it is no emergency, and nobody has to do anything.
+                # This message reports the end of an error and needs no action.
                 words = f"Camera '{camera}' reports that its error is over"
                 rest = f"; its error register still shows {emergency.register:#04x}"
                 words += f"{rest if emergency.register else ''}."
@@ -405,7 +389,7 @@ class EthercatSource:
         )
 
     def _tell(self) -> None:
-        """Publish the report where something changed or the last one is old."""
+        """Publish the report after a change or an interval."""
         if self._publish is None:
             return
         supervisor, now_ns = self._supervisor, time.monotonic_ns()

@@ -1,8 +1,8 @@
-"""How the bus process is started: with which interpreter, and therefore with which rights.
+"""Start command of the bus process: interpreter, and so the rights.
 
-On a workstation a copy of the interpreter, made by ``installer/linux/grant-rights.sh``, carries
-the rights of the bus process; the application itself runs with the ordinary one and has none.
-In an installed package ``ocmm-acq`` is a program of its own, and the package gives it the rights.
+On a workstation a copy of the interpreter, made by ``installer/linux/grant-rights.sh``, carries the
+rights of the bus process; the application's interpreter has none. In an installed package
+``ocmm-acq`` is a separate program with rights from the package.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ocmm_core.acquisition.bus_process._rights import NEEDED, granted_by, rights
 from ocmm_core.host import HOST, require_linux
 
 RECIPE = "sudo installer/linux/grant-rights.sh"
-"""What to type where rights are missing."""
+"""Command that grants missing rights."""
 _NAME = "ocmm-acq-python"
 _INSTALLED_NAME = "ocmm-acq"
 _INSTALLED_RECIPE = "sudo usermod -aG ocmm NAME; then log in"
@@ -24,14 +24,7 @@ _MODULE = "ocmm_core.acquisition.bus_process._start"
 
 
 def bus_command(interpreter: Path | None = None) -> list[str]:
-    """Return the command that runs the bus process.
-
-    Parameters
-    ----------
-    interpreter
-        Python of the application, by default the one that runs; a copy with rights is looked for
-        beside it.
-    """
+    """Return the bus process command, for a copy of `interpreter` with rights next to it."""
     require_linux("The camera bus")
     if getattr(sys, "frozen", False):
         return _installed_command(Path(sys.executable).with_name(_INSTALLED_NAME))
@@ -41,33 +34,27 @@ def bus_command(interpreter: Path | None = None) -> list[str]:
         granted = ordinary.with_name(_NAME)
         if not why_not(granted, ordinary):
             chosen = granted
-    # Isolated: what may send raw frames takes no code from the present folder, from the
-    # environment or from the folder of the user's own packages.
+    # Isolated: a program that may send raw frames loads no code from the current folder, the
+    # environment or the user's packages.
     return [str(chosen), "-I", "-m", _MODULE]
 
 
 def _installed_command(program: Path) -> list[str]:
-    """Return the command in a package; whoever may not run the program does without its rights."""
+    """Return the packaged command; users without permission run it without its rights."""
     if os.geteuid() != 0 and not _why_not_safe(program, _INSTALLED_RECIPE):
         return [str(program)]
     return [sys.executable, "-I", "-m", _MODULE]
 
 
 def why_not(granted: Path, ordinary: Path) -> str:
-    """Return why ``granted`` cannot be the interpreter of the bus process; empty if it can.
-
-    Parameters
-    ----------
-    ordinary
-        The interpreter that it must be a copy of.
-    """
+    """Return why `granted` cannot replace `ordinary` for the bus process, or empty."""
     again = f"run {RECIPE} again"
     try:
         there, original = granted.stat(), ordinary.stat()
     except OSError:
         return f"{granted} does not exist; run {RECIPE}"
     if (there.st_size, int(there.st_mtime)) != (original.st_size, int(original.st_mtime)):
-        # Who may change it is said first: a changed copy differs, too.
+        # Checked first, because a changed copy also differs.
         return (
             _changeable(granted, there, again)
             or f"{granted} is a copy of a different Python than {ordinary}; {again}"
@@ -89,7 +76,7 @@ def _why_not_safe(granted: Path, again: str) -> str:
     if os.statvfs(granted).f_flag & os.ST_NOSUID:
         return f"{granted} is on a file system that ignores capabilities (mounted 'nosuid')"
     own = rights_of()
-    # The kernel does not even start it then.
+    # The kernel would refuse to start it.
     if own.no_new_privileges or not own.bounding >= NEEDED:
         return "this program was started in a way that denies these rights to its child processes"
     return ""

@@ -1,7 +1,7 @@
-"""Changing a camera for good, in a process of its own, which has the rights that this needs.
+"""Permanent changes to a camera, in a process with the necessary rights.
 
-It reads one line of JSON from standard input and writes lines of JSON: progress, and at the end
-what was done. The bus must not be in operation.
+Reads one line of JSON from standard input and writes lines of JSON: progress, then the result. The
+bus must be idle.
 """
 
 from __future__ import annotations
@@ -24,16 +24,13 @@ _TELL_S = 0.1
 
 
 class MaintenanceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What to do to which camera."""
-
     interface: str
     force: bool = False
-    """`interface`, `force`: As in `ScanConfig`."""
     serial: int
     alias: int = 0
     """Station alias to store; 0: none."""
     firmware: str = ""
-    """File to send; empty: none."""
+    """Firmware file; empty: none."""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -41,22 +38,21 @@ class MaintenanceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class MaintenanceNews(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How far it is, or what was done."""
+    """Progress or result."""
 
     done: int = 0
     total: int = 0
-    """`done`, `total`: Bytes."""
     words: str = ""
-    """What was done, at the end; empty before."""
+    """Result, at the end; empty before."""
 
 
 def maintenance_command() -> list[str]:
-    """Return the command that does it, with the interpreter of the bus process."""
+    """Return the command of this process, with the bus process interpreter."""
     return [*bus_command()[:-1], _MODULE]
 
 
 def main() -> None:
-    """Do it; see the module."""
+    """Apply the change."""
     run_errand(_run, "The maintenance of a camera")
 
 

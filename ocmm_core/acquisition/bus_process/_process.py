@@ -1,9 +1,9 @@
-"""The program ``ocmm-acq``: the camera bus in a process of its own.
+"""The program ``ocmm-acq``: the camera bus in a separate process.
 
-It is the only part of the product that needs rights on the network and a real-time priority, and
-the only one that a fault of the EtherCAT library could end. It reads its configuration as one
-line of JSON from a file or from standard input, fills a ring in shared memory and ends when the
-ring says so, on SIGTERM, or when the program that started it is gone (end of standard input).
+Only this part needs network rights and a real-time priority, and could be ended by a fault of the
+EtherCAT library. It reads its configuration as one line of JSON from a file or standard input,
+fills a ring in shared memory and ends on request in the ring, on SIGTERM, or when its parent is
+gone (end of standard input).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from ocmm_core.acquisition.frames import (
 )
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InternalError
-from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained
 from ocmm_core.fieldbus.cycle import BusSettings
 
 EXIT_FAILED = 2
@@ -45,13 +45,13 @@ EXIT_FAILED = 2
 def main() -> None:
     """Run the bus process: ``ocmm-acq [--interface NAME | CONFIG.json]``.
 
-    Without a file the configuration comes on standard input. A service names the interface, which
-    whoever connects to it may not choose.
+    Without a file the configuration comes on standard input. A service sets the interface, which
+    its clients may not choose.
     """
     try:
         sys.exit(_run(sys.argv[1:]))
     except Exception as error:
-        told = contained(error, "The bus process")
+        told = contained(error, "The bus process", remedy=REOPEN)
         sys.stderr.write(f"{told}\n")
         sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
 
@@ -92,7 +92,7 @@ def _run(arguments: list[str]) -> int:
         worker = AcquisitionWorker(source, ring, stop)
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda _number, _frame: worker.request_stop())
-        # A collection takes milliseconds; the source makes one where nothing is in a hurry.
+        # A collection takes milliseconds; the source runs one when time is not critical.
         gc.collect()
         gc.freeze()
         gc.disable()

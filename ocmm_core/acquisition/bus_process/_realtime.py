@@ -1,4 +1,4 @@
-"""Real-time priority for the processes on the wire, as far as this user may have it."""
+"""Real-time priority for the processes on the wire, as far as permitted."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import os
 
 BUS_PRIORITY = 60
 CAMERA_PRIORITY = 50
-"""Software cameras answer in time as real ones do, but never before the bus process."""
+"""Software cameras answer in time as real ones, but never before the bus process."""
 
 _LOCK_CURRENT_AND_FUTURE = 3
 _SET_TIMER_SLACK = 29
 _SPARE_PROCESSORS = 4
-"""With fewer, the other programs need all of them."""
+"""With fewer, other programs need all of them."""
 
 
 def take_priority(priority: int) -> str | None:
-    """Run by deadlines, before all ordinary processes; return what this user may not have."""
+    """Set a real-time priority; return what this user may not have."""
     ctypes.CDLL(None).prctl(_SET_TIMER_SLACK, 1, 0, 0, 0)
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
@@ -26,29 +26,18 @@ def take_priority(priority: int) -> str | None:
 
 
 def take_processor(wanted: int | None = None) -> str | None:
-    """Stay on one processor, by default the last one where there are some to spare.
-
-    Parameters
-    ----------
-    wanted
-        Number of the processor, 0 first; None chooses by itself.
-
-    Returns
-    -------
-    str or None
-        Why it stays on none.
-    """
+    """Pin to CPU `wanted`, or the last one of enough; return why not, or None."""
     allowed = sorted(os.sched_getaffinity(0))
     if wanted is not None:
         try:
-            # Also one that is isolated, which is not among those that were given.
+            # Also an isolated one, which is not in the given set.
             os.sched_setaffinity(0, [wanted])
         except (OSError, OverflowError):
             given = ", ".join(map(str, allowed))
             return f"processor {wanted} cannot be used; the bus process runs on {given}"
         return None
     if len(allowed) == 1 and (os.cpu_count() or 1) >= _SPARE_PROCESSORS:
-        # Whoever started it put it there: `CPUAffinity` of the service, on an isolated processor.
+        # Pinned by its parent: `CPUAffinity` of the service, on an isolated processor.
         return None
     if len(allowed) < _SPARE_PROCESSORS:
         return f"no dedicated processor: this computer has only {len(allowed)}"
@@ -60,11 +49,11 @@ def take_processor(wanted: int | None = None) -> str | None:
 
 
 def lock_memory() -> str | None:
-    """Keep all memory of this process in place; return what this user may not have."""
+    """Lock all memory of this process; return what this user may not have."""
     import resource
 
     soft, _hard = resource.getrlimit(resource.RLIMIT_MEMLOCK)
-    # With a limit, locking what comes in future would make later allocations fail.
+    # With a limit, locking future memory would make later allocations fail.
     allowed = soft == resource.RLIM_INFINITY or os.geteuid() == 0
     if allowed and ctypes.CDLL(None).mlockall(_LOCK_CURRENT_AND_FUTURE) == 0:
         return None

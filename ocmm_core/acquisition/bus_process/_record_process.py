@@ -1,8 +1,8 @@
-"""The recorder of the bus in a process of its own, which has the rights that this needs.
+"""Bus recorder in a process with the necessary rights.
 
-It reads one line of JSON from standard input and writes a pcapng file to standard output, until its
-time or its size is reached or standard input ends. Whoever starts it keeps the file: this process
-writes nowhere.
+Reads one line of JSON from standard input and writes a pcapng file to standard output, until its
+time or size limit or the end of standard input. The parent stores the file: this process has no
+output files.
 """
 
 from __future__ import annotations
@@ -24,16 +24,13 @@ MOST_SECONDS, MOST_BYTES = 3600.0, 1 << 31
 
 
 class RecordConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What to record."""
-
     interface: str
     force: bool = False
-    """`interface`, `force`: As in `ScanConfig`."""
     seconds: float
     size_bytes: int
-    """`seconds`, `size_bytes`: The recording ends where either is reached."""
+    """`seconds`, `size_bytes`: limits; the first one reached ends the recording."""
     program: str = "OCMM"
-    """What the file says who wrote it."""
+    """Writing application named in the file."""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -41,12 +38,12 @@ class RecordConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 def record_command() -> list[str]:
-    """Return the command that records, with the interpreter of the bus process."""
+    """Return the command of this process, with the bus process interpreter."""
     return [*bus_command()[:-1], _MODULE]
 
 
 def main() -> None:
-    """Record; see the module."""
+    """Record the bus."""
     run_errand(_run, "The recorder of the bus")
 
 
@@ -86,7 +83,6 @@ def _run(content: bytes) -> None:
 
 
 def _ended() -> bool:
-    """Return whether whoever started it wants no more; nothing else comes on standard input."""
     return bool(select.select([sys.stdin], [], [], 0.0)[0])
 
 

@@ -1,7 +1,7 @@
-"""The application's side of camera objects: asked for in one process, fetched by another.
+"""Camera objects in the application, through the bus process.
 
-Requests of several threads travel over the one line to the bus process; each waits for the
-answers that carry its own number.
+Requests of several threads share the line to the bus process; each waits for replies with its
+number.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ from ocmm_core.fieldbus.objects import (
 )
 
 TIMEOUT_S = 10.0
-"""The bus process gives a silent camera up much earlier; this is for a silent bus process."""
+"""For a silent bus process; it gives up silent cameras much earlier."""
 
 Progress = Callable[[int, int], None]
-"""Called with bytes so far and in all; what it raises ends the transfer."""
+"""Called with bytes done and in total; its exceptions abort the transfer."""
 
 
 class Sender(Protocol):
-    """Something that takes lines for the bus process."""
+    """Sends lines to the bus process."""
 
     def send(self, line: bytes) -> None:
-        """Pass a line on; raise BusError where that is not possible."""
+        """Send a line; raise BusError on failure."""
         ...
 
 
 class ObjectLine:
-    """Requests under way, by number."""
+    """Pending requests by number."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -48,7 +48,6 @@ class ObjectLine:
         self._waiting: dict[int, queue.SimpleQueue[ObjectReply | BusError]] = {}
         self._ended: BusError | None = None
         self.garbled = 0
-        """Lines that came and were no answers."""
 
     def ask(
         self,
@@ -57,23 +56,10 @@ class ObjectLine:
         progress: Progress | None = None,
         timeout_s: float = TIMEOUT_S,
     ) -> bytes:
-        """Send a request and wait for its end.
+        """Send the request that `make` returns for a number, and wait for its end.
 
-        Parameters
-        ----------
-        sender
-            Where to send it.
-        make
-            Returns the request with the number that it is given.
-        progress
-            Told how far it is.
-        timeout_s
-            How long to wait from one answer to the next.
-
-        Raises
-        ------
-        BusError
-            The camera or the bus process refuses or says nothing; in the end of the process too.
+        `timeout_s` limits the time between replies. Raises BusError if the camera or bus process
+        refuses, is silent, or ended.
         """
         answers: queue.SimpleQueue[ObjectReply | BusError] = queue.SimpleQueue()
         with self._lock:
@@ -102,7 +88,7 @@ class ObjectLine:
                 self._cancel(sender, number)
 
     def receive(self, line: bytes) -> None:
-        """Hand a line of the bus process to whoever waits for it."""
+        """Pass a reply line to its requester."""
         try:
             reply = decode_reply(line)
         except InputError:
@@ -114,7 +100,7 @@ class ObjectLine:
             answers.put(reply)
 
     def end(self, error: BusError) -> None:
-        """Let everybody who waits, and whoever asks later, see this error."""
+        """Raise this error in all pending and later requests."""
         with self._lock:
             self._ended = error
             waiting = list(self._waiting.values())
@@ -125,31 +111,19 @@ class ObjectLine:
         try:
             sender.send(encode_line(CancelRequest(number)))
         except BusError:
-            # The process that would go on with it is gone.
+            # The process that would process it is gone.
             return
 
 
 class ObjectProcess(Sender, Protocol):
-    """A process that owns the bus, with the requests that are under way to it."""
+    """Process that owns the bus, with its pending requests."""
 
     @property
-    def objects(self) -> ObjectLine:
-        """Return the requests under way."""
-        ...
+    def objects(self) -> ObjectLine: ...
 
 
 class RemoteObjects:
-    """The objects of one camera, through the process that owns the bus.
-
-    Parameters
-    ----------
-    process
-        That process, started.
-    camera
-        Name of the camera in the rig.
-    timeout_s
-        How long to wait from one answer to the next.
-    """
+    """Objects of one camera, through the process that owns the bus."""
 
     def __init__(
         self, process: ObjectProcess, camera: str, *, timeout_s: float = TIMEOUT_S
@@ -161,13 +135,7 @@ class RemoteObjects:
     def read(
         self, index: int, sub: int, *, room: int = MAX_VALUE_BYTES, progress: Progress | None = None
     ) -> bytes:
-        """Return the value of an entry of at most ``room`` bytes.
-
-        Raises
-        ------
-        BusError
-            The camera refuses, does not answer, or the bus process is gone.
-        """
+        """Return the value of an entry of at most `room` bytes; BusError as `ObjectLine.ask`."""
         return self._ask(
             lambda number: ObjectRequest(number, self._camera, index, sub, None, room), progress
         )
@@ -175,7 +143,7 @@ class RemoteObjects:
     def write(
         self, index: int, sub: int, value: bytes, *, progress: Progress | None = None
     ) -> None:
-        """Write the value of an entry; errors as with `read`."""
+        """Write the value of an entry; errors as `read`."""
         if len(value) > MAX_VALUE_BYTES:
             raise InputError(
                 "bus.value",
@@ -187,7 +155,7 @@ class RemoteObjects:
         )
 
     def eeprom(self, word: int, words: int, *, progress: Progress | None = None) -> bytes:
-        """Return words of the camera's EEPROM; errors as with `read`."""
+        """Return words of the camera's EEPROM; errors as `read`."""
         if not (1 <= words <= MAX_EEPROM_WORDS and 0 <= word <= MAX_EEPROM_WORDS - words):
             raise InputError(
                 "bus.value",

@@ -1,8 +1,8 @@
-"""The rights of a process and of a program file, and giving up those that are not needed.
+"""Rights of processes and program files, and dropping those not needed.
 
-Linux divides what root may do into capabilities (capabilities(7)). The bus process needs three:
-raw Ethernet frames, the promiscuous mode that the EtherCAT library switches on, and a real-time
-priority. Everything else it gives up before it does anything, also when it was started by root.
+Linux divides root's rights into capabilities (capabilities(7)). The bus process needs three: raw
+Ethernet frames, promiscuous mode for the EtherCAT library, and a real-time priority. It first drops
+everything else, also if started by root.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Capability(IntEnum):
 
 
 NEEDED: frozenset[int] = frozenset(Capability)
-"""What the bus process may do beyond an ordinary process."""
+"""Rights of the bus process beyond an ordinary process."""
 
 _HEADER_VERSION_3 = 0x20080522
 _PR_CAPBSET_DROP = 24
@@ -43,21 +43,19 @@ _FILE_STRUCT = struct.Struct("<5I")
 
 @dataclass(frozen=True, slots=True)
 class ProcessRights:
-    """Capabilities of a process by number, as ``/proc/PID/status`` tells them."""
+    """Capabilities of a process by number, from ``/proc/PID/status``."""
 
     effective: frozenset[int]
     permitted: frozenset[int]
     inheritable: frozenset[int]
     bounding: frozenset[int]
     ambient: frozenset[int]
-    """`effective`, `permitted`, `inheritable`, `bounding`, `ambient`: The five sets of
-    capabilities(7)."""
     no_new_privileges: bool
-    """Nothing that it starts can have more rights than itself."""
+    """Its children cannot gain rights."""
 
 
 def rights_of(pid: int | None = None) -> ProcessRights:
-    """Return the rights of a process, by default of this one; raise OSError where it is gone."""
+    """Return the rights of a process, default this one; raise OSError if it is gone."""
     status = Path("/proc", "self" if pid is None else str(pid), "status")
     lines = status.read_text(encoding="ascii", errors="replace").splitlines()
     fields = dict(line.split(":", 1) for line in lines)
@@ -76,7 +74,7 @@ def rights_of(pid: int | None = None) -> ProcessRights:
 
 
 def granted_by(program: Path) -> frozenset[int]:
-    """Return the capabilities that whoever starts ``program`` gets from the file; may be none.
+    """Return the capabilities that a program file grants; may be none.
 
     The layout of the attribute is that of ``struct vfs_ns_cap_data`` (linux/capability.h).
     """
@@ -93,32 +91,32 @@ def granted_by(program: Path) -> frozenset[int]:
 
 
 def allow_locked_memory() -> None:
-    """Let this process lock all its memory later, where it may allow itself that.
+    """Raise the memory lock limit of this process, if permitted.
 
-    Locking needs either a right of its own, which is given up, or this limit, which stays.
+    Locking needs either a capability, which is dropped, or this limit, which stays.
     """
     if HOST.is_linux_like:
         import resource
 
         everything = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
-        # An ordinary user may not raise it; systemd or limits.conf have set it for him, or not.
+        # Ordinary users may not raise it; systemd or limits.conf may have.
         with contextlib.suppress(ValueError, OSError):
             resource.setrlimit(resource.RLIMIT_MEMLOCK, everything)
 
 
 def give_up_all_but(kept: Iterable[int]) -> None:
-    """Give up every capability of this process but those in ``kept``, and gaining any again.
+    """Drop all capabilities of this process but `kept`, permanently.
 
-    Works on the calling thread and those it starts, so call it before there are others. What
-    this process never had it does not get. Does nothing where there are no capabilities.
+    Applies to the calling thread and its later threads, so call it first. Does not grant missing
+    capabilities. Does nothing on systems without capabilities.
     """
     if not HOST.is_linux_like:
         return
     kept = frozenset(kept)
     libc = ctypes.CDLL(None)
     own = rights_of()
-    # Limits the rights of anything that is started from here; not allowed to everyone, and then
-    # the last line does the same.
+    # Limits the rights of child processes; not always permitted, and then the last line has the
+    # same effect.
     for number in own.bounding - kept:
         libc.prctl(_PR_CAPBSET_DROP, number, 0, 0, 0)
     _hold(libc, own.permitted & kept)
@@ -126,19 +124,18 @@ def give_up_all_but(kept: Iterable[int]) -> None:
 
 
 def hold_nothing() -> None:
-    """Give up every capability that an ordinary user's process was started with.
+    """Drop all capabilities inherited by an ordinary user's process.
 
-    For the window and the commands: they need none, and what they start inherits none. A program
-    file with rights of its own, that of the bus process, still gets them. Works on the calling
-    thread and those it starts. Root's processes keep theirs: whatever root starts would have all
-    of them again, so that nothing would be gained.
+    For the window and the commands: they need none, and their children inherit none. A program file
+    with its own rights, that of the bus process, still gets them. Applies to the calling thread and
+    its later threads. Root keeps its capabilities, because its children would regain them anyway.
     """
     if HOST.is_linux_like and os.geteuid() != 0:
         _hold(ctypes.CDLL(None), frozenset())
 
 
 def _hold(libc: ctypes.CDLL, kept: frozenset[int]) -> None:
-    """Hold these capabilities, all of which are held now, and hand none of them on."""
+    """Hold only these capabilities, all currently held, and make none inheritable."""
     libc.prctl(_PR_CAP_AMBIENT, _PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0)
     mask = sum(1 << number for number in kept)
     header = struct.pack("<Ii", _HEADER_VERSION_3, 0)

@@ -1,6 +1,6 @@
-"""The look at the wire in a process of its own, which has the rights that this needs.
+"""Scan of the wire in a process with the necessary rights.
 
-It reads one line of JSON from standard input and writes the devices as one line to standard output.
+Reads one line of JSON from standard input and writes the devices as one line to standard output.
 """
 
 from __future__ import annotations
@@ -18,10 +18,7 @@ _MODULE = "ocmm_core.acquisition.bus_process._scan_process"
 
 
 class ScanConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where to look."""
-
     interface: str
-    """Network interface of the bus."""
     force: bool = False
     """Use the interface although the computer uses it for its network."""
 
@@ -31,12 +28,12 @@ class ScanConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 def scan_command() -> list[str]:
-    """Return the command that looks at the wire, with the interpreter of the bus process."""
+    """Return the command of this process, with the bus process interpreter."""
     return [*bus_command()[:-1], _MODULE]
 
 
 def main() -> None:
-    """Look at the wire; see the module."""
+    """Scan the wire."""
     run_errand(_run, "The bus scan")
 
 

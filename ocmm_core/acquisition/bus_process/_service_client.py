@@ -1,9 +1,9 @@
-"""The bus process as a service of this computer, seen from the application.
+"""Client of the bus process as a service.
 
-On the computer of a measuring cell systemd starts the bus process (``installer/linux``), with
-rights that no person has. Whoever may open its socket gets a bus process on the other end that
-speaks as one on pipes does. The relay in between, a process without any rights, makes the two
-alike: to the application it is a child process, with the service's words on its streams.
+On a measuring cell's computer systemd starts the bus process (``installer/linux``) with rights that
+no person has. Its socket gives permitted users a bus process with the protocol of pipes. An
+unprivileged relay process adapts it: to the application it is a child process with the service's
+output on its streams.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ocmm_core.acquisition.bus_process._client import ChildProcess
 from ocmm_core.acquisition.bus_process._config import BusConfig
 from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.errors import BusError, InternalError
-from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained
 
 SERVICE_SOCKET = Path("/run/ocmm/acq.sock")
 EXIT_FAILED = 2
@@ -33,28 +33,20 @@ class ServiceBus(ChildProcess):
     Parameters
     ----------
     config
-        What to do; the interface is the service's own and what is said here does not count.
+        The interface is ignored: the service sets it.
     ring
-        The ring named in it; the group of the service may write to it from `start` on.
-    address
-        Where the service listens.
+        The ring named in `config`; writable by the group of the service from `start` on.
     """
 
     def __init__(self, config: BusConfig, ring: FrameRing, address: Path = SERVICE_SOCKET) -> None:
-        # -I for the same reason as in `_launch.bus_command`.
+        # -I as in `_launch.bus_command`.
         command = [sys.executable, "-I", "-m", "ocmm_core.acquisition.bus_process._service_client"]
         super().__init__([*command, str(address)], config.to_json(), ring)
         self._ring_path = ring.path
         self._address = address
 
     def start(self) -> None:
-        """Connect to the service.
-
-        Raises
-        ------
-        BusError
-            It is not set up, or this user may not use it.
-        """
+        """Connect to the service; raise BusError if it is absent or not permitted."""
         try:
             group = self._address.stat().st_gid
         except OSError as error:
@@ -73,17 +65,9 @@ class ServiceBus(ChildProcess):
 
 
 def relay(address: str, source: int, sink: int) -> bool:
-    """Pass ``source`` on to the service and its words to ``sink`` until either has enough.
+    """Relay `source` to the service and its output to `sink` until either ends.
 
-    Returns
-    -------
-    bool
-        True where it was ``source`` that ended first.
-
-    Raises
-    ------
-    BusError
-        The service cannot be reached.
+    Returns True if `source` ended first. Raises BusError if the service cannot be reached.
     """
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as service:
         try:
@@ -104,7 +88,7 @@ def relay(address: str, source: int, sink: int) -> bool:
                 if content:
                     service.sendall(content)
                 else:
-                    # The bus process hears the end of its input, but may still have a last word.
+                    # The bus process sees the end of its input, but may still send output.
                     service.shutdown(socket.SHUT_WR)
                     listened_to = [service.fileno()]
             if service.fileno() in ready:
@@ -115,13 +99,13 @@ def relay(address: str, source: int, sink: int) -> bool:
 
 
 def main() -> None:
-    """Be the relay: ``python -m ocmm_core.acquisition.bus_process._service_client SOCKET``."""
+    """Run the relay: ``python -m ocmm_core.acquisition.bus_process._service_client SOCKET``."""
     try:
         ours = relay(sys.argv[1], sys.stdin.fileno(), sys.stdout.fileno())
     except (BrokenPipeError, ConnectionResetError):
         ours = False
     except Exception as error:
-        told = contained(error, "The relay to the camera bus service")
+        told = contained(error, "The relay to the camera bus service", remedy=REOPEN)
         sys.stderr.write(f"{told}\n")
         sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
     if not ours:

@@ -1,4 +1,4 @@
-"""Where the bus process begins: with one thread, and with no more rights than it needs."""
+"""Entry point of the bus process: one thread and minimal rights."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from ocmm_core.host import require_linux
 
 
 def main() -> None:
-    """Give up rights, then be the bus process; ``ocmm-acq [CONFIG.json]``."""
-    # What follows concerns threads that numpy makes when it is imported, so that comes last.
+    """Drop rights, then run the bus process; ``ocmm-acq [CONFIG.json]``."""
+    # numpy creates threads when imported, so import it last.
     use_one_thread()
     try:
         require_linux("The camera bus")

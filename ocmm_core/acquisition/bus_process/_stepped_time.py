@@ -1,12 +1,12 @@
-"""The time of a virtual bus: it goes on from cycle to cycle and waits for a busy computer.
+"""Time of a virtual bus, which advances per cycle and waits for a busy computer.
 
-Master and software cameras share it through words of the ring. While the bus is brought up it
-flows like the computer's clock. From the moment the exposures are programmed it stands still
-between two cycles and is set forward by the master alone, so a computer that comes late makes the
-bus slower and loses nothing: no exposure happens, and no watchdog runs, while nobody had time.
+Master and software cameras share it through words of the ring. During bring-up it flows like the
+computer's clock. Once exposures are programmed it stops between cycles and only the master advances
+it, so a slow computer slows the bus without losses: no exposure happens and no watchdog runs
+meanwhile.
 
-Short delays are made up for, by cycles one right after the other; beyond `_DEBT_NS` they are
-given up, and that is the pace that is told: bus time over the time that it took.
+Short delays are made up by back-to-back cycles; beyond `_DEBT_NS` they are dropped, and reported as
+pace: bus time over real time.
 """
 
 from __future__ import annotations
@@ -17,23 +17,17 @@ from ocmm_core.acquisition.frames import FrameRing, RingHeaderField
 from ocmm_core.fieldbus.wire import HostTime
 
 _EARLY_NS = 6_000_000
-"""So much is done in one go; to wake up for every cycle costs more than the cycle."""
+"""Batch length; waking up per cycle costs more than the cycle."""
 _DEBT_NS = 100_000_000
-"""A computer that was busy for so long catches up."""
+"""Maximum delay that is made up."""
 _PATIENCE = 50
-"""Cameras that share a busy computer with their master answer late while they are configured."""
+"""Cameras on the same busy computer answer late during configuration."""
 _WINDOW_NS = 1_000_000_000
-"""The pace is that of the last second or so."""
+"""Averaging window of the pace."""
 
 
 class SteppedTime(HostTime):
-    """The master's side of the time of a virtual bus.
-
-    Parameters
-    ----------
-    ring
-        Its words hold the time; the cameras read it there.
-    """
+    """Master side of the time of a virtual bus, stored in words of the ring."""
 
     stretched = True
     patience = _PATIENCE
@@ -48,11 +42,11 @@ class SteppedTime(HostTime):
         self._spent_ns = self._passed_ns = 0
 
     def now_ns(self) -> int:
-        """Return the bus's time now."""
+        """Return the current bus time."""
         return self._now_ns if self._held else time.monotonic_ns() + self._offset_ns
 
     def wait_until(self, deadline_ns: int) -> int:
-        """Set the time to ``deadline_ns``, not too early; return how late this computer is, ns."""
+        """Advance to `deadline_ns`, not too early; return the lateness, ns."""
         if not self._held:
             left_ns = deadline_ns - self.now_ns()
             time.sleep(max(0, left_ns) * 1e-9)
@@ -67,13 +61,13 @@ class SteppedTime(HostTime):
         return max(0, time.monotonic_ns() + self._lead_ns - deadline_ns)
 
     def passage(self, sent_ns: int, answered_ns: int) -> tuple[int, int]:
-        """Return the bus's time twice: it stood still while the frames were on their way."""
+        """Return the bus time twice: it stops while frames are in transit."""
         if self._held:
             return self._now_ns, self._now_ns
         return sent_ns + self._offset_ns, answered_ns + self._offset_ns
 
     def hold(self) -> None:
-        """Let time go on from cycle to cycle from now on."""
+        """Advance from cycle to cycle from now on."""
         if self._held:
             return
         host_ns = time.monotonic_ns()
@@ -84,7 +78,7 @@ class SteppedTime(HostTime):
         self._window = (host_ns, self._now_ns)
 
     def flow(self) -> None:
-        """Let time flow by itself from now on."""
+        """Let time flow freely from now on."""
         if not self._held:
             return
         self._offset_ns = self._now_ns - time.monotonic_ns()
@@ -94,12 +88,12 @@ class SteppedTime(HostTime):
         self._ring.set_word(RingHeaderField.BUS_STEPS, 0)
 
     def mark(self) -> None:
-        """Begin to count the frames that are on their way."""
+        """Start counting frames in transit."""
         self._taken = self._ring.word(RingHeaderField.FRAMES_TAKEN)
         self._answered = self._ring.word(RingHeaderField.FRAMES_ANSWERED)
 
     def on_their_way(self, sent: int, came: int) -> bool:
-        """Say whether the cameras have not seen all frames yet, or answers have not come yet."""
+        """Return whether cameras miss frames, or answers are outstanding."""
         # The cameras count an answer before the frame that it answers.
         if self._ring.word(RingHeaderField.FRAMES_TAKEN) - self._taken < sent:
             return True
@@ -127,5 +121,5 @@ class SteppedTime(HostTime):
             (RingHeaderField.PACE_PPM, pace),
             (RingHeaderField.MEAN_PACE_PPM, mean),
         ):
-            # Zero stands for a bus that is not stretched.
+            # Zero marks a bus in real time.
             self._ring.set_word(word, max(1, round(1e6 * min(1.0, value))))

@@ -1,13 +1,12 @@
-"""Frames of all cameras at one exposure, the ring they wait in, and the worker that fills it.
+"""Frames of all cameras per exposure, their ring, and the worker that fills it.
 
-In: what a source yields, block by block: spots of each camera with the time of their exposure.
-Out: the same frames in a ring of fixed size, for one reader, and the books of the acquisition.
+In: blocks from a source: spots of each camera with the time of their exposure.
+Out: the same frames in a ring of fixed size, for one reader, and cycle counters.
 
-Read `_frames` (what a frame holds), `_source` (the protocol that every source serves), `_ring`
-(shared memory, overruns counted) with `_books` (what became of every cycle), then `_worker`, which
-moves frames from the one to the other.
-`_join` puts the cameras of one exposure together, `_exposures` counts across bring-ups.
-It must not know where frames come from: bus, virtual rig and replay look alike to it.
+Start with `_frames` (contents), `_source` (protocol of all sources), `_ring` (shared memory,
+overruns counted) with `_books` (cycle counters), then `_worker` (source to ring). `_join` joins the
+cameras per exposure, `_exposures` counts across bring-ups.
+It must not depend on the kind of source: bus, virtual rig and replay are equivalent.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""One count of exposures for as long as the acquisition lasts, across every new bring-up.
+"""Continuous exposure count of an acquisition, across bring-ups.
 
-Each bring-up starts the exposures anew and may even set the bus clock. Whoever takes the frames
-sees one counter that only grows and a time that goes with it; what was exposed, or would have
-been, between two bring-ups is a gap.
+Each bring-up restarts the exposures and may set the bus clock. Readers see one increasing counter
+with matching time; exposures missed between bring-ups are a gap.
 """
 
 from __future__ import annotations
@@ -23,20 +22,14 @@ _SAME_CLOCK_RATE = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """What became complete: frames in the one count, and how many are lost before them."""
+    """Completed frames in the continuous count, and the loss before them."""
 
     frames: FrameBlock | None
     lost: int
 
 
 class ExposureCount:
-    """Joins the frames of all cameras from bring-up to bring-up.
-
-    Parameters
-    ----------
-    n_cameras
-        How many cameras must have seen an exposure.
-    """
+    """Joins the frames of all cameras across bring-ups."""
 
     def __init__(self, n_cameras: int) -> None:
         self._n_cameras = n_cameras
@@ -48,19 +41,11 @@ class ExposureCount:
 
     @property
     def joiner(self) -> FrameJoiner | None:
-        """Return where the frames since the last bring-up go."""
+        """Return the joiner of the last bring-up."""
         return self._joiner
 
     def begin(self, schedule: Schedule, start_host_ns: int) -> int:
-        """Begin with the exposures of a new bring-up; return how many are lost for ever.
-
-        Parameters
-        ----------
-        schedule
-            Bus times of the new exposures.
-        start_host_ns
-            Host time of the first of them, roughly.
-        """
+        """Start a bring-up's exposures, the first near a host time; return the lost ones."""
         gap = 0
         if self._origin is None or self._joiner is None:
             self._origin = (schedule.start_ns, start_host_ns)
@@ -69,7 +54,7 @@ class ExposureCount:
             origin_ns, origin_host_ns = self._origin
             passed_ns = start_host_ns - origin_host_ns
             exact_ns = schedule.start_ns - origin_ns
-            # A clock that was set anew counts from elsewhere; this computer's does not.
+            # A reset bus clock has a new origin; this computer's has not.
             unsure = _SAME_CLOCK_NS + abs(passed_ns) * _SAME_CLOCK_RATE
             chosen = exact_ns if abs(exact_ns - passed_ns) < unsure else passed_ns
             given = self._offset + self._joiner.next_exposure
@@ -81,7 +66,7 @@ class ExposureCount:
         return gap
 
     def pull(self) -> Given:
-        """Give out what is complete."""
+        """Return the completed frames."""
         if self._joiner is None:
             return Given(None, 0)
         joined = self._joiner.pull()
@@ -90,7 +75,7 @@ class ExposureCount:
     def pass_on(
         self, first: int, flags: NDArray[np.uint16], valid: NDArray[np.uint16], uv: Float
     ) -> Given | None:
-        """Give out at once what all cameras saw, or None where something waits already.
+        """Return complete frames directly, or None if others are waiting.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Frames: what all cameras saw at one exposure time, in blocks of consecutive frames."""
+"""Frames of all cameras at one exposure time, in consecutive blocks."""
 
 from __future__ import annotations
 
@@ -16,20 +16,18 @@ SUBPIXEL = 1.0 / 65536.0
 
 
 class FrameFlag(IntFlag):
-    """Bits that travel with a frame."""
+    """Bits of a frame."""
 
     BUTTON = 1
-    """The probe button is down."""
     OVERRUN = 2
     """The camera's own buffer lost frames just before this one."""
     SATURATED = 4
-    """At least one spot is overexposed."""
     DROPPED = 8
-    """The probe felt a blow; stays set for a second, so that lost frames do not hide it."""
+    """The probe sensed a shock; set for a second, so that lost frames do not hide it."""
 
 
 class CycleVerdict(Enum):
-    """What became of one cycle; every cycle gets exactly one."""
+    """Outcome of a cycle; exactly one per cycle."""
 
     GOOD = "good"
     LATE = "late"
@@ -42,15 +40,15 @@ class FrameBlock:
     """Consecutive frames of all cameras, joined by exposure time."""
 
     counter: Int
-    """(n,) int64: exposure number, common to all cameras, without gaps unless frames were lost."""
+    """(n,) int64: exposure number common to all cameras; gaps only if frames were lost."""
     time_ns: Int
     """(n,) int64: exposure time on the bus clock, ns."""
     flags: NDArray[np.uint32]
     """(n,) uint32: bits of `FrameFlag`."""
     valid: NDArray[np.uint64]
-    """(n, C) uint64: bit s says that slot s of the camera holds a spot."""
+    """(n, C) uint64: bit s: slot s of the camera holds a spot."""
     uv: Float
-    """(n, C, S, 2) float64, px: spot of every slot, NaN where not valid."""
+    """(n, C, S, 2) float64, px: spot of every slot, NaN if invalid."""
 
     def __len__(self) -> int:
         return len(self.counter)
@@ -58,21 +56,21 @@ class FrameBlock:
 
 @dataclass(frozen=True, slots=True)
 class Cycle:
-    """Outcome of one read of a source."""
+    """Result of one read of a source."""
 
     verdict: CycleVerdict
     reason: str = ""
-    """`verdict`, `reason`: How the cycle went and, unless good, why it did not."""
+    """`verdict`, `reason`: outcome, and the reason unless good."""
     frames: FrameBlock | None = None
-    """The new frames; None where the cycle brought none."""
+    """New frames; None if the cycle brought none."""
     elapsed: int = 1
-    """How many bus cycles this read stands for (more than one where the host came late)."""
+    """Number of bus cycles of this read (more than one if the host was late)."""
     frames_lost: int = 0
-    """Frames that are missing for ever just before these, by the exposure counter."""
+    """Frames lost just before these, by the exposure counter."""
     finished: bool = False
-    """The source has nothing more to give; only a recording or a script ends."""
+    """End of a recording or script."""
     skipped: CycleVerdict = CycleVerdict.LATE
-    """What became of the other cycles that this read stands for."""
+    """Verdict of the other cycles of this read."""
 
 
 def frame_dtype(n_cameras: int, n_slots: int = USUAL_SLOTS) -> np.dtype[np.void]:
@@ -103,7 +101,7 @@ def to_records(block: FrameBlock) -> NDArray[np.void]:
 
 
 def from_records(records: NDArray[np.void]) -> FrameBlock:
-    """Return the block held by an array (n,) of `frame_dtype`; the data are copied."""
+    """Return the block in an array (n,) of `frame_dtype`; copies the data."""
     return FrameBlock(
         counter=np.array(records["counter"], dtype=np.int64),
         time_ns=np.array(records["time_ns"], dtype=np.int64),

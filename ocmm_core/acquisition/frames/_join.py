@@ -1,9 +1,8 @@
-"""Join the frames of the cameras by the time of their exposure.
+"""Join the frames of the cameras by exposure time.
 
-Each camera sends its frames in order, but when a frame arrives says nothing about when it was
-exposed: one camera may be many frames behind another. Frames belong together when their exposure
-times on the bus clock, rounded to the frame period, are the same. Each exposure ends up in exactly
-one of two counts: given out or lost.
+Each camera sends its frames in order, but the arrival time is unrelated to the exposure: one camera
+may be many frames behind another. Frames are joined if their exposure times on the bus clock,
+rounded to the frame period, are equal. Each exposure is counted exactly once, as delivered or lost.
 """
 
 from __future__ import annotations
@@ -19,30 +18,27 @@ from ocmm_core.errors import AcquisitionError
 from ocmm_core.geometry import Float, Int
 
 DEFAULT_CAPACITY = 4096
-"""Exposures that the fastest camera may be ahead; half a second at 8 kHz."""
+"""Maximum lead of the fastest camera in exposures; half a second at 8 kHz."""
 
 
 @dataclass(frozen=True, slots=True)
 class Joined:
-    """What became complete."""
+    """Completed frames."""
 
     frames: FrameBlock | None
-    """Complete frames in order, or None."""
     lost: int
-    """Exposures given up because a camera has no frame of them."""
+    """Exposures missing in a camera, given up."""
 
 
 class FrameJoiner:
-    """Collects frames camera by camera and gives out exposures that all cameras saw.
+    """Collects frames per camera and returns exposures complete in all.
 
     Parameters
     ----------
-    n_cameras
-        How many cameras must have seen an exposure.
     start_ns, period_ns
-        Exposure k happens at ``start_ns + k * period_ns``.
+        Exposure k is at ``start_ns + k * period_ns``.
     capacity
-        How many exposures one camera may be ahead of another before these are given up.
+        Maximum lead of a camera in exposures before these are given up.
     """
 
     def __init__(
@@ -60,7 +56,7 @@ class FrameJoiner:
 
     @property
     def next_exposure(self) -> int:
-        """Return the first exposure that is neither given out nor lost."""
+        """Return the first exposure neither delivered nor lost."""
         return self._next
 
     def push(
@@ -71,12 +67,10 @@ class FrameJoiner:
         valid: NDArray[np.uint16],
         uv: Float,
     ) -> int:
-        """Take the next frames of one camera.
+        """Add the next frames of one camera; return the number skipped as known or lost.
 
         Parameters
         ----------
-        camera
-            Which one.
         time_ns
             (n,): exposure times on the bus clock, rising.
         flags, valid
@@ -84,15 +78,10 @@ class FrameJoiner:
         uv
             (n, 8, 2), px.
 
-        Returns
-        -------
-        int
-            How many of them were known already or given up before, and are left out.
-
         Raises
         ------
         AcquisitionError
-            A frame was exposed away from the common schedule by more than a quarter period.
+            A frame is off the common schedule by more than a quarter period.
         """
         since = np.asarray(time_ns, dtype=np.int64) - self._start_ns
         counter = (since + self._period_ns // 2) // self._period_ns
@@ -104,7 +93,7 @@ class FrameJoiner:
             )
         fresh = counter >= max(self._upto[camera], self._next)
         counter = counter[fresh]
-        # One push must not overwrite itself; the joiner gives up what does not fit.
+        # A push must not overwrite itself; excess exposures are given up.
         counter, kept = counter[-self._capacity :], np.flatnonzero(fresh)[-self._capacity :]
         if not len(counter):
             return len(fresh)
@@ -117,18 +106,18 @@ class FrameJoiner:
         return len(fresh) - len(counter)
 
     def takes_at_once(self, first: int) -> bool:
-        """Say whether exposure ``first`` is the next one of every camera, and nothing waits."""
+        """Return whether exposure `first` is the next of every camera and none waits."""
         return self._next == first and self._upto.count(first) == len(self._upto)
 
     def pass_on(
         self, flags: NDArray[np.uint16], valid: NDArray[np.uint16], uv: Float
     ) -> FrameBlock:
-        """Give out at once what all cameras saw; the short way of `push` and `pull`.
+        """Return complete frames directly; shortcut of `push` and `pull`.
 
         Parameters
         ----------
         flags, valid
-            (C, n): of the next exposures, where `takes_at_once` said so.
+            (C, n): of the next exposures, if `takes_at_once`.
         uv
             (C, n, 8, 2), px.
         """
@@ -144,7 +133,7 @@ class FrameJoiner:
         )
 
     def pull(self) -> Joined:
-        """Give out what is complete, and count what never will be."""
+        """Return completed frames, and count those that never will be."""
         given_up = max(0, max(self._upto) - self._capacity - self._next)
         self._next += given_up
         end = min(self._upto)

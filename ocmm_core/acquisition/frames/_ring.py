@@ -1,14 +1,14 @@
-"""A fixed-size ring of frames in shared memory: one writer, one reader, overruns counted.
+"""Fixed-size ring of frames in shared memory: one writer, one reader.
 
-The ring is a file that is mapped by both sides (in ``/dev/shm`` where that exists), so that the
-writer may live in a process of its own. The writer never waits for a live source; a reader that
-falls behind by more than the capacity loses the oldest frames, and the ring counts them. For
-sources that are not live the writer asks `free` first.
+The ring is a file mapped by both sides (in ``/dev/shm`` if available), so that the writer may be
+another process. The writer of a live source never waits; a reader that falls behind by more than
+the capacity loses the oldest frames, which are counted. Writers of other sources first check
+`free`.
 
-The head holds int64 words (aligned, written whole): positions count frames since the start and
-never wrap. A frame is published by advancing ``WRITTEN`` after its bytes are in place; before the
-first byte the writer advances ``RESERVED``, so that a reader knows which old frames may be half
-overwritten.
+The header holds int64 words (aligned, written atomically): positions count frames since the start
+and never wrap. A frame is published by advancing ``WRITTEN`` after its bytes are in place; before
+the first byte the writer advances ``RESERVED``, so that a reader can tell which old frames may be
+half overwritten.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS, USUAL_SLOTS
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import clear, hold
+from ocmm_core.side_files import open_guarded
 
 _MAGIC = 0x4F434D4D52494E47
 _LAYOUT = 5
@@ -38,14 +39,14 @@ _HEAD_WORDS = 64
 _WORD = struct.Struct("q")
 _TEXT_BYTES = 1024
 REPORT_BYTES = 131072
-"""Room for the report of the writer about itself."""
+"""Space of the writer's report."""
 _REPORT_OFFSET = 4096
 _DATA_OFFSET = _REPORT_OFFSET + REPORT_BYTES
 DEFAULT_CAPACITY = 65536
 """Frames; eight seconds at 8 kHz."""
 _MOST_BYTES = 1 << 28
-"""Of the frames of a ring for which no capacity is asked: many cameras with many slots get fewer
-frames, not all memory. 16 cameras with 8 slots have all of them, with 64 slots two seconds."""
+"""Size limit of the frames without an explicit capacity: many cameras with many slots get fewer
+frames. 16 cameras with 8 slots get all, with 64 slots two seconds."""
 _PREFIX = "ocmm-ring-"
 _TRIES = 10
 
@@ -53,7 +54,7 @@ _log = logging.getLogger(__name__)
 
 
 class RingHeaderField(IntEnum):
-    """Words of the head, all int64; the books have their own, see `_books`."""
+    """Header words, all int64; counters are in `_books`."""
 
     MAGIC = 0
     LAYOUT = 1
@@ -72,44 +73,41 @@ class RingHeaderField(IntEnum):
     REPORT_SEQUENCE = 21
     REPORT_LENGTH = 22
     LAST_FRAMES_NS = 23
-    """When frames last came, `time.monotonic_ns` (one clock for all processes); 0 before."""
+    """Time of the last frames, `time.monotonic_ns` (common to all processes); 0 before."""
     INTERNAL = 24
-    """1 where the writer ended by an error that nobody foresaw."""
+    """1 after an unexpected error of the writer."""
     READS = 25
-    """How often the reader asked for frames; 0 where nobody reads."""
+    """Number of reads; 0 without a reader."""
     BUS_NOW_NS = 26
-    """Time of a virtual bus while it goes on from cycle to cycle, which `BUS_STEPS` says."""
+    """Time of a virtual bus while it advances per cycle (`BUS_STEPS`)."""
     BUS_OFFSET_NS = 27
-    """What the time of a virtual bus is ahead of `time.monotonic_ns` while it flows."""
+    """Offset of a virtual bus from `time.monotonic_ns` while it flows."""
     BUS_STEPS = 28
     FRAMES_TAKEN = 29
-    """Frames that software cameras took from a virtual wire; they write this word and the next."""
+    """Frames received by software cameras, which write this word and the next."""
     FRAMES_ANSWERED = 30
     PACE_PPM = 31
-    """Bus time over real time during the last second, 1e-6; 0: a bus that is not stretched."""
+    """Bus time over real time during the last second, 1e-6; 0: real time."""
     MEAN_PACE_PPM = 32
     """The same since the start."""
     N_SLOTS = 33
-    """Slots of every camera."""
 
 
 class FrameRing:
-    """The mapped ring; build it with `create` (owner) or `attach` (the other side).
+    """The mapped ring; use `create` (owner) or `attach` (other side).
 
-    Parameters
-    ----------
-    owner
-        The owner removes the file on `close`.
+    The owner removes the file on `close`.
     """
 
     def __init__(self, path: Path, *, owner: bool) -> None:
         self.path = path
         self._owner = owner
         try:
-            with path.open("r+b") as stream:
+            descriptor = open_guarded(path, follow=False, flags=os.O_RDWR)
+            with open(descriptor, "r+b") as stream:  # noqa: PTH123 - the guard opens it
                 if os.fstat(stream.fileno()).st_size < _DATA_OFFSET:
                     raise _no_ring(path)
-                # Held as long as it is mapped here; the end of the process gives it back.
+                # Held while mapped; released by the kernel when the process ends.
                 if owner and not hold(stream.fileno(), path):
                     raise FileNotFoundError(errno.ENOENT, "it was removed", str(path))
                 self._map = mmap.mmap(stream.fileno(), 0)
@@ -119,8 +117,8 @@ class FrameRing:
                 f"{path}: the frame ring cannot be opened ({error.strerror}).",
                 "Open the job again.",
             ) from error
-        # A view, because an array makes a number object of its own of every word; each is read and
-        # written whole.
+        # A memoryview, because an array creates a number object per word; each word is accessed
+        # atomically.
         self._words = memoryview(self._map)[: _HEAD_WORDS * _WORD.size].cast("q")
         if not self._has_this_layout():
             self._words.release()
@@ -133,7 +131,7 @@ class FrameRing:
         self._frames: NDArray[np.void] = np.frombuffer(
             self._map, dtype=layout, count=self.capacity, offset=_DATA_OFFSET
         )
-        # Looked up once; frames are written a thousand times a second.
+        # Cached; frames are written a thousand times a second.
         names = self._frames.dtype.names or ()
         self._columns = tuple((name, self._frames[name]) for name in names)
 
@@ -141,9 +139,9 @@ class FrameRing:
     def create(
         cls, n_cameras: int, capacity: int | None = None, n_slots: int = USUAL_SLOTS
     ) -> FrameRing:
-        """Make a new ring in shared memory and return it as its owner.
+        """Create a ring in shared memory and return it as its owner.
 
-        Without a ``capacity`` it has `DEFAULT_CAPACITY` frames, or fewer where they are large.
+        Without a `capacity` it has `DEFAULT_CAPACITY` frames, or fewer if they are large.
         """
         frame_bytes = frame_dtype(n_cameras, n_slots).itemsize
         if capacity is None:
@@ -162,7 +160,7 @@ class FrameRing:
             try:
                 return cls(Path(name), owner=True)
             except AcquisitionError:
-                # Another program that begins just now took it for an orphan, see `leftovers`.
+                # Another program, just starting, removed it as an orphan; see `leftovers`.
                 Path(name).unlink(missing_ok=True)
                 if attempt == _TRIES:
                     raise
@@ -170,51 +168,51 @@ class FrameRing:
 
     @classmethod
     def attach(cls, path: Path | str) -> FrameRing:
-        """Map a ring that another process made."""
+        """Map a ring created by another process."""
         return cls(Path(path), owner=False)
 
     def word(self, which: RingHeaderField) -> int:
-        """Return one word of the head."""
+        """Return one header word."""
         return self._words[which]
 
     def set_word(self, which: RingHeaderField, value: int) -> None:
-        """Set one word of the head; each word has one writer."""
+        """Set one header word; each word has one writer."""
         self._words[which] = value
 
     @property
     def books(self) -> Books:
-        """Return what became of every cycle, as one whole page."""
+        """Return the cycle counters as one consistent page."""
         return read_books(self._words)
 
     def enter(self, **amounts: int) -> None:
-        """Add to the books; only the writer of the ring does this."""
+        """Add to the counters; only the writer of the ring may call this."""
         write_books(self._words, read_books(self._words).plus(**amounts))
 
     def set_text(self, text: str) -> None:
-        """Leave a message of the writer, e.g. why it stopped."""
+        """Set the writer's message, such as the reason for stopping."""
         content = text.encode("utf-8")[:_TEXT_BYTES]
         start = _HEAD_WORDS * 8
         self._map[start : start + len(content)] = content
         self._words[RingHeaderField.TEXT_LENGTH] = len(content)
 
     def text(self) -> str:
-        """Return the message of the writer, or an empty text."""
+        """Return the writer's message, or an empty text."""
         start = _HEAD_WORDS * 8
         content = self._map[start : start + self.word(RingHeaderField.TEXT_LENGTH)]
         return content.decode("utf-8", errors="replace")
 
     def set_report(self, content: bytes) -> None:
-        """Publish a report of the writer; one that is too long is left out."""
+        """Publish a report of the writer; overlong ones are dropped."""
         if len(content) > REPORT_BYTES:
             return
-        # Odd while it is being written, so that a reader never takes half of each.
+        # Odd during writing, so that readers never mix two reports.
         self._words[RingHeaderField.REPORT_SEQUENCE] += 1
         self._map[_REPORT_OFFSET : _REPORT_OFFSET + len(content)] = content
         self._words[RingHeaderField.REPORT_LENGTH] = len(content)
         self._words[RingHeaderField.REPORT_SEQUENCE] += 1
 
     def report(self) -> bytes:
-        """Return the last report; empty where there is none, or it is being written."""
+        """Return the last report; empty if absent or being written."""
         before = self.word(RingHeaderField.REPORT_SEQUENCE)
         content = self._map[
             _REPORT_OFFSET : _REPORT_OFFSET + self.word(RingHeaderField.REPORT_LENGTH)
@@ -224,19 +222,13 @@ class FrameRing:
         return content
 
     def free(self) -> int:
-        """Return how many frames can be written before the reader would lose some."""
+        """Return the number of frames that can be written without loss to the reader."""
         return self.capacity - (
             self.word(RingHeaderField.WRITTEN) - self.word(RingHeaderField.READ)
         )
 
     def write(self, block: FrameBlock) -> None:
-        """Publish the frames of ``block``.
-
-        Raises
-        ------
-        AcquisitionError
-            The block has more frames than the ring, or another number of cameras or slots.
-        """
+        """Publish frames; raise AcquisitionError if their number or shape does not fit."""
         shape = block.uv.shape[1:3]
         count = len(block)
         if count > self.capacity or shape != (self.n_cameras, self.n_slots):
@@ -262,14 +254,13 @@ class FrameRing:
         self._words[RingHeaderField.WRITTEN] = written + count
 
     def read(self, limit: int) -> FrameBlock | None:
-        """Return up to ``limit`` of the oldest unread frames, or None.
+        """Return up to `limit` of the oldest unread frames, or None.
 
-        Frames that the writer overwrote while or before they were read are counted in
-        ``OVERRUN`` and not returned.
+        Overwritten frames are counted in ``OVERRUN`` and not returned.
         """
         self._words[RingHeaderField.READS] += 1
-        # Taken before WRITTEN, so that a write in between can only make it too small: then the
-        # second look below finds out.
+        # Read before WRITTEN, so that a write in between can only make it too small, which the
+        # second check below detects.
         reserved = self.word(RingHeaderField.RESERVED)
         written = self.word(RingHeaderField.WRITTEN)
         read = self.word(RingHeaderField.READ)
@@ -293,10 +284,10 @@ class FrameRing:
         return from_records(records) if len(records) else None
 
     def close(self) -> None:
-        """Unmap; the owner also removes the file. May be called twice."""
+        """Unmap; the owner also removes the file; idempotent."""
         if self._map.closed:
             return
-        # The views must go before the map can be closed.
+        # The views must be released before the map can be closed.
         words = self._words
         self._words = memoryview(bytearray(_HEAD_WORDS * _WORD.size)).cast("q")
         words.release()
@@ -328,7 +319,7 @@ class FrameRing:
 
 
 def _new_file(folder: Path | None, size: int, head: bytes) -> str:
-    """Return the name of a new file with this head, and room for all of its size."""
+    """Return the name of a new file with this header and its full size reserved."""
     name = ""
     try:
         descriptor, name = tempfile.mkstemp(prefix=_PREFIX, dir=folder)

@@ -1,4 +1,4 @@
-"""Where frames come from: one small protocol, served by bus, virtual rig and replay alike."""
+"""Frame source protocol, implemented by bus, virtual rig and replay."""
 
 from __future__ import annotations
 
@@ -11,40 +11,35 @@ from ocmm_core.camera import USUAL_SLOTS
 
 @dataclass(frozen=True, slots=True)
 class SourceDescription:
-    """What a source says about itself before it is opened."""
+    """Properties of a source before it is opened."""
 
     name: str
-    """For people, e.g. ``"simulated (recommended, seed 1)"``."""
+    """For people, such as ``"simulated (recommended, seed 1)"``."""
     camera_serials: tuple[int, ...]
-    """Serial number of each camera, in the order of the frames."""
     frame_period_ns: int
-    """Time between two exposures, ns."""
     cycle_period_ns: int
     """Time between two reads, ns."""
     live: bool
-    """Frames come whether or not anybody reads; a source that is not live waits for the reader."""
+    """Frames arrive whether or not they are read; other sources wait for the reader."""
     simulated: bool
-    """The frames are computed: no real camera saw a real part. What is measured says so."""
+    """Computed frames, without real cameras; results are marked accordingly."""
     stretched: bool = False
-    """A live source whose time waits for a busy computer; never one of real cameras."""
+    """A live source whose time waits for a busy computer; never real cameras."""
     n_slots: int = USUAL_SLOTS
-    """Slots of every camera."""
 
 
 @runtime_checkable
 class FrameSource(Protocol):
     """A source of frames, owned and called by one thread only.
 
-    ``read`` blocks at most about 0.2 s, so that the owner can stop in bounded time.
+    ``read`` blocks for about 0.2 s at most, so that the owner can stop in bounded time.
     """
 
     @property
-    def description(self) -> SourceDescription:
-        """Return what the source says about itself."""
-        ...
+    def description(self) -> SourceDescription: ...
 
     def open(self) -> None:
-        """Make ready to read; raise OcmmError with the remedy if that cannot be done."""
+        """Prepare for reading; raise OcmmError with the remedy on failure."""
         ...
 
     def read(self) -> Cycle:
@@ -52,5 +47,5 @@ class FrameSource(Protocol):
         ...
 
     def close(self) -> None:
-        """Give everything back; may be called twice, and after a failed open."""
+        """Release everything; idempotent, also after a failed open."""
         ...

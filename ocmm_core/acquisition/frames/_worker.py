@@ -1,4 +1,4 @@
-"""The acquisition worker: owns a source, fills the ring and accounts for every cycle."""
+"""Acquisition worker: owns a source, fills the ring and counts every cycle."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from ocmm_core.acquisition.frames._frames import Cycle, CycleVerdict
 from ocmm_core.acquisition.frames._ring import FrameRing, RingHeaderField
 from ocmm_core.acquisition.frames._source import FrameSource
 from ocmm_core.errors import AcquisitionError, InternalError, OcmmError
-from ocmm_core.failure import CODE, contained, described
+from ocmm_core.failure import CODE, REOPEN, contained, described
 from ocmm_core.fieldbus.report import pace_words
 
 _WAIT_S = 0.002
 _BEHIND_SHARE = 16
-"""A virtual bus waits for a reader that is behind by this part of the ring: half a second."""
+"""A virtual bus waits for a reader behind by this part of the ring: half a second."""
 _READER_S = 10.0
-"""A reader that asked for nothing for so long is gone; one that compiles has the rest."""
+"""A reader silent for this long is gone, unless it is compiling."""
 
 
 class AcquisitionState(IntEnum):
-    """Where the worker is: IDLE -> OPENING -> RUNNING -> STOPPED."""
+    """State of the worker: IDLE -> OPENING -> RUNNING -> STOPPED."""
 
     IDLE = 0
     OPENING = 1
@@ -31,7 +31,7 @@ class AcquisitionState(IntEnum):
 
 
 class StopReason(IntEnum):
-    """Why the worker stopped."""
+    """Reason why the worker stopped."""
 
     NONE = 0
     REQUESTED = 1
@@ -46,40 +46,38 @@ class AcquisitionStatus:
     state: AcquisitionState
     stop_reason: StopReason
     message: str
-    """`state`, `stop_reason`, `message`: Where it is, why it stopped and its last message."""
     elapsed: int
     good: int
     late: int
     lost: int
     bad: int
-    """`elapsed`, `good`, `late`, `lost`, `bad`: Cycles; ``good + late + lost + bad == elapsed``."""
+    """`elapsed`, `good`, `late`, `lost`, `bad`: cycles; ``good + late + lost + bad == elapsed``."""
     frames: int
     frames_lost: int
     overrun: int
-    """`frames`, `frames_lost`, `overrun`: Frames delivered, frames that never arrived, frames that
-    the reader was too slow for."""
+    """`frames`, `frames_lost`, `overrun`: frames delivered, never arrived, and overwritten before
+    reading."""
     internal: bool = False
-    """It stopped on an error that nobody foresaw; ``message`` names it."""
+    """Stopped by an unexpected error, named in ``message``."""
     pace: float | None = None
     mean_pace: float | None = None
-    """`pace`, `mean_pace`: Bus time over real time on a virtual bus, which waits for a busy
-    computer: during the last second, and since the start. None for everything else, and before it
-    is known."""
+    """`pace`, `mean_pace`: bus time over real time of a virtual bus that waits for a busy computer:
+    last second, and since the start. None otherwise, and while unknown."""
 
     @property
     def pace_words(self) -> str:
-        """Return that a virtual bus is slower than real time; empty where it is not."""
+        """Return a warning about a slow virtual bus; empty if it keeps real time."""
         return pace_words(self.pace)
 
     def error(self, code: str, remedy: str) -> OcmmError:
-        """Return the message of a worker that failed, with what to do, as an error."""
+        """Return the message of a failed worker as an error with remedy."""
         if self.internal:
             return InternalError(CODE, self.message, remedy)
         return AcquisitionError(code, self.message, remedy)
 
 
 def read_status(ring: FrameRing) -> AcquisitionStatus:
-    """Return the status that the writer of ``ring`` keeps in its head."""
+    """Return the status of the ring's writer."""
     books = ring.books
     return AcquisitionStatus(
         state=AcquisitionState(ring.word(RingHeaderField.STATE)),
@@ -104,27 +102,23 @@ def _pace(ring: FrameRing, which: RingHeaderField) -> float | None:
 
 
 def leave_error(ring: FrameRing, error: Exception) -> None:
-    """Leave in a ring why its writer ends."""
-    # The state comes before the log: a disk may take its time.
-    told = described(error, "The acquisition")
+    """Store in a ring why its writer ends."""
+    # Status before the log: disks can be slow.
+    told = described(error, "The acquisition", remedy=REOPEN)
     ring.set_text(str(told))
     ring.set_word(RingHeaderField.INTERNAL, int(isinstance(told, InternalError)))
-    ring.set_text(str(contained(error, "The acquisition")))
+    ring.set_text(str(contained(error, "The acquisition", remedy=REOPEN)))
 
 
 class AcquisitionWorker:
     """Run a source until it ends, fails or is asked to stop.
 
-    `run` may be called directly (the bus process does) or in a thread by `start`.
+    `run` may be called directly (as in the bus process) or in a thread by `start`.
 
     Parameters
     ----------
-    source
-        What to read; opened and closed by the thread that runs.
-    ring
-        Where frames, counters, state and message go.
     stop
-        Set by whoever wants the end; one of its own where none is given.
+        External stop event; None creates one.
     """
 
     def __init__(
@@ -134,11 +128,11 @@ class AcquisitionWorker:
         self._ring = ring
         self._stop = threading.Event() if stop is None else stop
         self._thread: threading.Thread | None = None
-        # Nobody has ever asked; who begins to read is waited for.
+        # No reads yet; a starting reader is waited for.
         self._gone_at = 0
 
     def start(self) -> None:
-        """Run in a thread of its own."""
+        """Run in a separate thread."""
         if self._thread is not None:
             raise AcquisitionError(
                 "acquisition.started", "The acquisition is already started.", "Make a new worker."
@@ -147,18 +141,18 @@ class AcquisitionWorker:
         self._thread.start()
 
     def request_stop(self) -> None:
-        """Ask for the end at the next cycle; returns at once and may be called twice."""
+        """Request the end at the next cycle; returns at once; idempotent."""
         self._stop.set()
 
     def join(self, timeout_s: float) -> bool:
-        """Wait for the end and say whether it came in time."""
+        """Wait for the end; return whether it came in time."""
         if self._thread is None:
             return True
         self._thread.join(timeout_s)
         return not self._thread.is_alive()
 
     def run(self) -> StopReason:
-        """Open, read until the end, close; what the source raises is told by the ring."""
+        """Open, read until the end, close; source errors are reported in the ring."""
         reason = StopReason.FAILED
         self._ring.set_word(RingHeaderField.STATE, AcquisitionState.OPENING)
         try:
@@ -177,7 +171,7 @@ class AcquisitionWorker:
                 reason = StopReason.FAILED
                 leave_error(self._ring, error)
         if self._ring.word(RingHeaderField.INTERNAL):
-            # Another thread of this process ended it so.
+            # Stopped by another thread of this process.
             reason = StopReason.FAILED
         self._ring.set_word(RingHeaderField.STOP_REASON, reason)
         self._ring.set_word(RingHeaderField.STATE, AcquisitionState.STOPPED)
@@ -192,7 +186,7 @@ class AcquisitionWorker:
                 if description.stretched:
                     self._wait_for_reader()
                 if not description.live:
-                    # A block that never fits is not waited for: the ring refuses it.
+                    # A block that can never fit is not waited for: the ring refuses it.
                     needed = min(len(cycle.frames), self._ring.capacity)
                     while self._ring.free() < needed:
                         if self._stopping():
@@ -205,7 +199,7 @@ class AcquisitionWorker:
         return StopReason.REQUESTED
 
     def _wait_for_reader(self) -> None:
-        """Let a virtual bus stand still while its reader is behind; not for one that is gone."""
+        """Pause a virtual bus while its reader is behind, but not for one that is gone."""
         ring, most = self._ring, self._ring.capacity // _BEHIND_SHARE
         begin, asked = time.monotonic(), ring.word(RingHeaderField.READS)
         if ring.capacity - ring.free() <= most or asked == self._gone_at:
@@ -223,7 +217,7 @@ class AcquisitionWorker:
         if cycle.elapsed > 1:
             skipped = cycle.skipped.value
             amounts[skipped] = amounts.get(skipped, 0) + cycle.elapsed - 1
-        # In one go: whoever looks, finds every cycle in one account.
+        # Atomically: readers find every cycle counted once.
         self._ring.enter(
             elapsed=cycle.elapsed,
             frames=0 if cycle.frames is None else len(cycle.frames),

@@ -1,13 +1,13 @@
-"""Raw frames on the disk: recorded, played back, or taken from recorded network traffic.
+"""Raw frames on disk: recording, replay, and import of network captures.
 
 In: frames of any source, a recording, or a file of tcpdump or tshark (pcap, pcapng).
-Out: a recording on the disk, or frames again, as a source like any other.
+Out: a recording on the disk, or frames from a replay source.
 
-Read `_recording` (the file format and its reader) and `_recorder` (writing, and replay as a
-source); `_history` keeps the last seconds in memory. Then the other way in: `_packets` reads
-traffic files, `_capture_layout` learns from a recorded bring-up where the data of each camera are,
-`_capture` takes the frames out.
-It must not know the bus process, and nothing of labels or poses: a recording holds raw spots.
+Start with `_recording` (file format and reader) and `_recorder` (writing, and replay as a source);
+`_history` keeps the last seconds in memory. For captures: `_packets` reads traffic files,
+`_capture_layout` learns each camera's data position from a recorded bring-up, `_capture` extracts
+the frames.
+It must not import the bus process, labels or poses: a recording holds raw spots.
 """
 
 from __future__ import annotations

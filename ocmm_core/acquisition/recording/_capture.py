@@ -1,9 +1,9 @@
-"""A bus that was recorded with tcpdump or tshark, taken apart down to the frames of the cameras.
+"""Extraction of camera frames from a bus captured with tcpdump or tshark.
 
-The master tells every camera, while it brings it up, at which logical address its process data
-are (registers 0x0600 and following, ETG.1000.4, 6.6), and asks for its serial number. A recording
-from the beginning therefore explains itself; for one that begins later, say how many cameras
-there are. Only answers are used, each only where its check sum and its counters are right.
+During bring-up the master writes the logical address of each camera's process data (registers
+0x0600 and following, ETG.1000.4, 6.6), and reads its serial number. So a capture from the start is
+self-contained; for one that starts later, give the number of cameras. Only answers are used, each
+only if its checksum and counters are right.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _RUNNING = CameraStatus.OPERATIONAL | CameraStatus.SYNCHRONISED
 _PERIODS_NS = range(50_000, 1_000_000_001)
 _MAX_ADDRESSES = 64
 _LAST_NS = 1 << 62
-"""Of a bus clock that counts from 2000; nothing is later."""
+"""Later than any bus clock that counts from 2000."""
 
 
 _WITHOUT_SERIAL = next(each for each in INPUT_LAYOUTS.values() if not each.says_serial)
@@ -49,67 +49,61 @@ _WITHOUT_SERIAL = next(each for each in INPUT_LAYOUTS.values() if not each.says_
 
 @dataclass(slots=True)
 class CameraAccount:
-    """What became of the answers of one camera."""
+    """Counters of one camera's answers."""
 
     name: str
-    """For people: serial number, or station address where that was not recorded."""
+    """Serial number, or station address if not captured."""
     answers: int = 0
-    """Process data that came back from it."""
     damaged: int = 0
-    """With a wrong check sum, or that of another camera."""
+    """With a wrong checksum, or that of another camera."""
     unproven: int = 0
-    """Before a second one had the same serial number in its check sum, where nothing else told it.
-    """
+    """Before a second answer confirmed the serial number in the checksum, if not captured
+    otherwise."""
     idle: int = 0
-    """While it was not in operation or not synchronised."""
+    """While not in operation or not synchronised."""
     repeated: int = 0
-    """With the cycle counter of the answer before."""
+    """With the cycle counter of the previous answer."""
     contradicting: int = 0
-    """With counters and times that do not fit together."""
+    """With inconsistent counters and times."""
     frames: int = 0
     missing: int = 0
     known: int = 0
-    """`frames`, `missing`, `known`: Frames taken; frames left out between them; frames that came
-    again."""
+    """`frames`, `missing`, `known`: frames used, frames missing between them, and repeated frames.
+    """
     overruns: int = 0
-    """How often it said that its buffer ran over."""
     restarts: int = 0
-    """How often its exposures began anew."""
 
 
 @dataclass(slots=True)
 class CaptureAccount:
-    """What a recording holds."""
+    """Contents of a capture."""
 
     packets: int = 0
     other: int = 0
     malformed: int = 0
     cut: int = 0
-    """`packets`, `other`, `malformed`, `cut`: All packets; those that are not EtherCAT; those that
-    claim to be and cannot be read; those of which only a part was recorded."""
+    """`packets`, `other`, `malformed`, `cut`: all packets; not EtherCAT; unreadable EtherCAT;
+    partly captured."""
     sent: Counter[str] = field(default_factory=Counter)
     returned: Counter[str] = field(default_factory=Counter)
-    """`sent`, `returned`: Datagrams by command, on their way to the cameras and back."""
+    """`sent`, `returned`: datagrams by command, to the cameras and back."""
     cycles: int = 0
     answered: int = 0
-    """`cycles`, `answered`: Bus cycles by the process data that were sent, and that came back."""
     short: int = 0
-    """Process data that came back with a working counter that is too low."""
+    """Returned process data with too low a working counter."""
     joined: int = 0
     unjoined: int = 0
-    """`joined`, `unjoined`: Exposures that all cameras have a frame of, and those given up."""
+    """`joined`, `unjoined`: exposures with a frame of every camera, and those given up."""
     first_ns: int = 0
     last_ns: int = 0
-    """`first_ns`, `last_ns`: Times of the first and the last packet."""
     cut_off: bool = False
-    """The file ends in the middle of a packet."""
+    """The file ends within a packet."""
     cameras: list[CameraAccount] = field(default_factory=list)
-    """In the order of the wire."""
 
 
 @dataclass(slots=True)
 class _Track:
-    """Where one camera is in its frames, and what its sound inputs show (`data_mark`)."""
+    """Position of a camera in its frames, and the mark of its valid inputs (`data_mark`)."""
 
     next_frame: int | None = None
     cycle_counter: int | None = None
@@ -119,15 +113,12 @@ class _Track:
 
 
 class BusCapture:
-    """The frames of the cameras in a recording.
+    """Frames of the cameras in a capture.
 
     Parameters
     ----------
-    path
-        File in pcap or pcapng format.
     n_cameras
-        How many cameras there are, where the recording does not begin with their bring-up; 0:
-        the recording tells.
+        Number of cameras, if the capture does not start with their bring-up; 0: from the capture.
     """
 
     def __init__(self, path: Path, n_cameras: int = 0) -> None:
@@ -142,26 +133,19 @@ class BusCapture:
         self._sent: Counter[int] = Counter()
         self._answered: Counter[int] = Counter()
         self.account = CaptureAccount()
-        """What was found so far."""
 
     @property
     def serials(self) -> tuple[int | None, ...]:
-        """Return the serial numbers in the order of the wire; None where not recorded."""
+        """Return the serial numbers in wire order; None if not captured."""
         return tuple(self._listener.serial(area.station) for area in self._areas)
 
     @property
     def period_ns(self) -> int:
-        """Return the time between two exposures; 0 while none was seen."""
+        """Return the exposure period; 0 before the first exposure."""
         return self._period_ns
 
     def blocks(self) -> Iterator[FrameBlock]:
-        """Yield the frames that all cameras have, in the order of the wire; read it once.
-
-        Raises
-        ------
-        InputError
-            The file is no recording, is damaged, or its layout cannot be known.
-        """
+        """Yield the complete frames in wire order, once; raise InputError if unreadable."""
         for packet in self._file.packets():
             block = self._take_packet(packet)
             if block is not None:
@@ -205,9 +189,9 @@ class BusCapture:
         return self._join() if found else None
 
     def _take_process_data(self, datagram: Datagram, back: bool) -> bool:
-        """Account for process data and take the frames in them; say whether there were any."""
+        """Count process data and use its frames; return whether there was any."""
         at = datagram.register << 16 | datagram.target
-        # The process data of many cameras do not fit into one datagram; each has its address.
+        # Process data of many cameras need several datagrams, each with its address.
         counts = self._answered if back else self._sent
         if at in counts or len(counts) < _MAX_ADDRESSES:
             counts[at] += 1
@@ -232,7 +216,6 @@ class BusCapture:
         return found
 
     def _begin(self, areas: tuple[CameraArea, ...]) -> None:
-        """Prepare for cameras at these places; accounts of the same stations go on."""
         known = dict(zip((area.station for area in self._areas), self.account.cameras, strict=True))
         self._areas = areas
         self._tracks = [_Track() for _ in areas]
@@ -265,7 +248,7 @@ class BusCapture:
         return self._take_frames(place, first, header, content)
 
     def _layout(self, place: int, mark: int) -> InputLayout | None:
-        """Return the layout of a sound input; without a known serial number two must agree."""
+        """Return the layout of a valid input; without known serial number two must agree."""
         account, track = self.account.cameras[place], self._tracks[place]
         serial = self._listener.serial(self._areas[place].station)
         if serial is not None and serial != track.serial:
@@ -285,7 +268,7 @@ class BusCapture:
         return None
 
     def _first_frame(self, header: Header) -> int | None:
-        """Return the number of the header's first exposure; None where it contradicts itself."""
+        """Return the number of the header's first exposure; None if inconsistent."""
         if (
             header.period_ns not in _PERIODS_NS
             or header.start_ns > _LAST_NS
@@ -296,7 +279,7 @@ class BusCapture:
         first, rest = divmod(header.start_ns - start_ns, period_ns) if period_ns else (0, 1)
         if period_ns == header.period_ns and not rest and first % COUNTER_MODULUS == header.counter:
             return first
-        # Another first exposure: the cameras were started, or started again.
+        # Another first exposure: the cameras were (re)started.
         start_ns = header.start_ns - header.counter * header.period_ns
         if start_ns < 0:
             return None
@@ -305,7 +288,7 @@ class BusCapture:
                 camera.restarts += 1
             self._tracks = [replace(old, next_frame=None) for old in self._tracks]
         self._start_ns, self._period_ns = start_ns, header.period_ns
-        # A recording may begin in the middle of an acquisition.
+        # A capture may start within an acquisition.
         self._base = header.counter
         base_ns = start_ns + self._base * header.period_ns
         self._joiner = FrameJoiner(len(self._areas), base_ns, header.period_ns)
@@ -350,7 +333,6 @@ class BusCapture:
 
 
 def _least_working_counter(areas: tuple[CameraArea, ...], command: int, at: int, end: int) -> int:
-    """Return what the working counter of process data must be at least."""
     weight = 2 if command == Command.LRW else 0
     return sum((at <= area.inputs < end) + weight * (at <= area.outputs < end) for area in areas)
 

@@ -1,4 +1,4 @@
-"""Where the data of each camera are, learned from a recorded bring-up."""
+"""Position of each camera's process data, learned from a captured bring-up."""
 
 from __future__ import annotations
 
@@ -33,7 +33,6 @@ class CameraArea:
     station: int
     inputs: int
     outputs: int
-    """`inputs`, `outputs`: Where its inputs and its outputs begin."""
 
     @property
     def inputs_end(self) -> int:
@@ -42,7 +41,7 @@ class CameraArea:
 
 
 def usual_layout(n_cameras: int) -> tuple[CameraArea, ...]:
-    """Return the layout that the master of this program makes: all outputs, then all inputs."""
+    """Return the layout of our own master: all outputs, then all inputs."""
     first_input = n_cameras * OUTPUT_DTYPE.itemsize
     return tuple(
         CameraArea(
@@ -55,7 +54,7 @@ def usual_layout(n_cameras: int) -> tuple[CameraArea, ...]:
 
 
 class LayoutListener:
-    """Listens to datagrams that came back and remembers what they set and tell."""
+    """Extracts settings and identities from returned datagrams."""
 
     def __init__(self) -> None:
         self._registers: dict[int, bytearray] = {}
@@ -64,18 +63,18 @@ class LayoutListener:
 
     @property
     def areas(self) -> tuple[CameraArea, ...]:
-        """Return the cameras whose inputs and outputs are mapped, by station address."""
+        """Return the cameras with mapped inputs and outputs, by station address."""
         if self._areas is None:
             found = (self._area(station) for station in sorted(self._registers))
             self._areas = tuple(area for area in found if area is not None)
         return self._areas
 
     def serial(self, station: int) -> int | None:
-        """Return the serial number of a camera, where the master asked for it."""
+        """Return the serial number of a camera, if read by the master."""
         return self._serials.get(station)
 
     def hear(self, datagram: Datagram) -> None:
-        """Take a datagram that came back from the cameras."""
+        """Process a datagram returned from the cameras."""
         if datagram.working_counter == 0:
             return
         if datagram.command in _WRITES:

@@ -1,4 +1,4 @@
-"""The last seconds of raw frames, kept in memory while measuring; for a support bundle."""
+"""Last seconds of raw frames in memory, for support bundles."""
 
 from __future__ import annotations
 
@@ -21,21 +21,15 @@ from ocmm_core.camera import Rig
 
 HISTORY_S = 30.0
 MOST_BYTES = 96 << 20
-"""30 s of two cameras at 8 kHz take 67 MB; more cameras have a shorter past, never more memory."""
+"""30 s of two cameras at 8 kHz take 67 MB; more cameras shorten the history."""
 
 
 class FrameHistory:
-    """Keep the newest frames, bounded in time and in memory.
+    """Keep the newest frames, bounded in time and memory.
 
-    They are copied into one array, made once, that is written round and round. Blocks kept as they
-    came cost no copy, but tens of thousands of small arrays that live for 30 s between those that
-    live for a moment tear the heap: the resident memory of a window crept upward by 18 MiB an hour
-    while nothing in it grew. One thread appends; any thread may ask.
-
-    Parameters
-    ----------
-    seconds, most_bytes
-        Whichever is reached first.
+    Frames are copied into one circular array. Keeping the incoming blocks would avoid the copy, but
+    fragments the heap: the resident memory of a window grew by 18 MiB an hour. One thread appends;
+    reading is thread-safe.
     """
 
     def __init__(
@@ -50,13 +44,13 @@ class FrameHistory:
         self._span_ns = round(seconds * 1e9)
         layout = frame_dtype(len(description.camera_serials), description.n_slots)
         frames = self._span_ns // max(1, description.frame_period_ns) + 1
-        # Its pages belong to nobody until frames are written to them.
+        # Pages are only committed when frames are written to them.
         self._ring = np.zeros(max(1, min(frames, most_bytes // layout.itemsize)), layout)
         self._next = self._count = self._touched = 0
         self._lock = threading.Lock()
 
     def append(self, block: FrameBlock) -> None:
-        """Keep a block, and forget what is too old."""
+        """Append a block, and drop old frames."""
         records = to_records(block)
         with self._lock:
             capacity = len(self._ring)
@@ -65,7 +59,7 @@ class FrameHistory:
                 return
             newest = self._ring["time_ns"][self._next - 1]
             if self._count and records["time_ns"][-1] < newest:
-                # The bus clock was set anew: what was before belongs to another time.
+                # The bus clock was reset: earlier frames are not comparable.
                 self._count = 0
             first = min(len(records), capacity - self._next)
             self._ring[self._next : self._next + first] = records[:first]
@@ -75,25 +69,25 @@ class FrameHistory:
             self._touched = max(self._touched, self._count)
 
     def clear(self) -> None:
-        """Forget all and keep nothing from now on: who keeps this object keeps no frames."""
+        """Drop all frames and stop keeping new ones."""
         with self._lock:
             self._ring = self._ring[:0].copy()
             self._next = self._count = self._touched = 0
 
     @property
     def seconds(self) -> float:
-        """Return how long a time is kept now, s."""
+        """Return the current time span, s."""
         with self._lock:
             times = self._ring["time_ns"][self._places()[[0, -1]]] if self._count else np.zeros(2)
         return float(times[-1] - times[0]) * 1e-9
 
     @property
     def size_bytes(self) -> int:
-        """Return how much memory it takes now."""
+        """Return the memory in use."""
         return self._touched * self._ring.itemsize
 
     def blocks(self) -> Sequence[FrameBlock]:
-        """Return what is kept, the oldest first, as copies."""
+        """Return copies of the kept frames, oldest first."""
         with self._lock:
             records = self._ring[self._places()]
         return [
@@ -102,22 +96,16 @@ class FrameHistory:
         ]
 
     def _places(self) -> NDArray[np.int64]:
-        """Return where the frames lie that are kept, the oldest first; called with the lock."""
+        """Return the indices of kept frames, oldest first; requires the lock."""
         places = np.arange(self._next - self._count, self._next) % max(1, len(self._ring))
         if not len(places):
             return places
-        # Frames that were lost leave room for some that are older than the span.
+        # Lost frames leave room for frames older than the span.
         times = self._ring["time_ns"][places]
         return places[np.searchsorted(times, times[-1] - self._span_ns) :]
 
     def write(self, path: Path, blocks: Sequence[FrameBlock] | None = None) -> int:
-        """Write a recording that `ReplaySource` plays back, and return how many frames it has.
-
-        Raises
-        ------
-        AcquisitionError
-            The file is there already or cannot be written.
-        """
+        """Write a recording; return its frame count; AcquisitionError if it cannot be."""
         kept = self.blocks() if blocks is None else blocks
         with FrameRecorder(path, self.description, self._rig) as recorder:
             for block in kept:

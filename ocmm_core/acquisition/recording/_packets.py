@@ -1,7 +1,7 @@
-"""Files of recorded network traffic: pcap (libpcap) and pcapng, as tcpdump and tshark write them.
+"""Network capture files: pcap (libpcap) and pcapng, as of tcpdump and tshark.
 
-Sources: draft-ietf-opsawg-pcap and draft-ietf-opsawg-pcapng. A recording that was cut off in the
-middle is read up to there.
+Sources: draft-ietf-opsawg-pcap and draft-ietf-opsawg-pcapng. Truncated files are read up to the
+truncation.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _PCAP_MAGICS = {
     b"\x4d\x3c\xb2\xa1": ("<", 1),
     b"\xa1\xb2\x3c\x4d": (">", 1),
 }
-"""Byte order and nanoseconds of a tick."""
+"""Byte order and nanoseconds per tick."""
 _PCAPNG_MAGIC = b"\x0a\x0d\x0d\x0a"
 _BYTE_ORDERS = {b"\x4d\x3c\x2b\x1a": "<", b"\x1a\x2b\x3c\x4d": ">"}
 _BLOCK_INTERFACE, _BLOCK_SIMPLE, _BLOCK_PACKET = 1, 3, 6
@@ -37,31 +37,22 @@ _FINEST_RESOLUTION = 18
 
 @dataclass(frozen=True, slots=True)
 class Packet:
-    """One packet."""
-
     time_ns: int
-    """When it was recorded, ns since 1970."""
+    """Capture time, ns since 1970."""
     content: bytes
     whole: bool
-    """Nothing of it was cut off."""
 
 
 class PacketFile:
-    """A recording, read from its beginning to its end."""
+    """A capture, read once from start to end."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self.cut_off = False
-        """The file ends in the middle of a packet; known at the end."""
+        """The file ends within a packet; valid at the end."""
 
     def packets(self) -> Iterator[Packet]:
-        """Yield the packets.
-
-        Raises
-        ------
-        InputError
-            The file cannot be read, is no recording of Ethernet packets, or is damaged.
-        """
+        """Yield the packets; raise InputError if unreadable, damaged or not Ethernet."""
         try:
             stream = os.fdopen(open_guarded(self._path), "rb")
         except OSError as error:
@@ -161,7 +152,7 @@ class PacketFile:
         return Packet(time_ns, body[20 : 20 + size], size >= original)
 
     def _take(self, stream: BinaryIO, size: int, *, first: bool = False) -> bytes | None:
-        """Return so many bytes, or None at the end; an end in the middle is noted."""
+        """Return `size` bytes, or None at the end; note truncation."""
         content = stream.read(size)
         if len(content) == size:
             return content

@@ -1,9 +1,10 @@
-"""Recording what a source gave, and playing it back as a source."""
+"""Recording of frames, and replay as a source."""
 
 from __future__ import annotations
 
 import os
 import shutil
+import threading
 import time
 from datetime import UTC, datetime
 from pathlib import Path
@@ -31,10 +32,10 @@ from ocmm_core.errors import AcquisitionError
 from ocmm_core.named_file import NamedFile, write_rescued
 
 SYNC_PERIOD_S = 1.0
-"""Longest time that recorded frames stay in the memory of the system."""
+"""Maximum time that recorded frames stay in the system's write cache."""
 
 RESERVE_BYTES = 16 << 20
-"""A recording leaves so much of the disk free: points need it more than frames do."""
+"""Disk space that a recording leaves free: points need it more than frames."""
 
 FRAMES_PER_READ = 256
 """Most frames of one cycle of a replay; far less than any ring holds."""
@@ -43,22 +44,18 @@ _LONGEST_WAIT_S = 0.1
 
 
 class FrameRecorder:
-    """Append frames to a new file; close it or use it in ``with``. Used by one thread.
+    """Append frames to a new file; close it or use it in ``with``; for one thread.
 
-    Each block goes to the system at once, so that a program that dies loses none; every
-    `SYNC_PERIOD_S` and on `close` the file is synced to the disk, so that a power failure loses at
-    most about that time. A sync can take as long as the disk wants: record in a thread that may
-    wait, e.g. the one that empties the ring.
+    Only `check_name` is for any thread.
 
-    Parameters
-    ----------
-    path
-        A file that does not exist yet.
+    Each block is written at once, so a crash of the program loses none; the file is synced every
+    `SYNC_PERIOD_S` and on `close`, so a power failure loses about that time at most. A sync can
+    take long: record in a thread that may wait, such as the one that empties the ring.
 
     Raises
     ------
     AcquisitionError
-        There is such a file already, or it cannot be written.
+        The file exists or cannot be written.
     """
 
     def __init__(self, path: Path | str, description: SourceDescription, rig: Rig) -> None:
@@ -92,18 +89,19 @@ class FrameRecorder:
         self._name = NamedFile(self.path, os.fstat(self._stream.fileno()))
         self._rescue: BinaryIO | None = None
         self._saved: Path | None = None
+        self._naming = threading.Lock()
         self._write(encode_head(head))
         self._sync()
 
     def append(self, block: FrameBlock) -> None:
-        """Add the frames of ``block``.
+        """Add the frames of `block`.
 
         Raises
         ------
         AcquisitionError
-            The disk is nearly full or does not take them, or the recording is closed. The
-            recording then ends with the frames before these and is closed. Or the file was
-            removed, moved or replaced: then `close` copies the frames before to another one.
+            The disk is nearly full or fails, or the recording is closed. The recording then ends
+            with the previous frames and is closed. Or the file was removed, moved or replaced:
+            `close` then copies the previous frames to another one.
         ValueError
             The block has another number of cameras or slots.
         """
@@ -116,7 +114,9 @@ class FrameRecorder:
             )
         if not len(block):
             return
-        self._require_name()
+        lost = self.check_name()
+        if lost is not None:
+            raise lost
         content = encode_chunk(self._sequence, to_records(block).tobytes())
         if self._free_bytes() < RESERVE_BYTES + len(content):
             self.close()
@@ -133,20 +133,10 @@ class FrameRecorder:
             self._sync()
 
     def close(self) -> None:
-        """Sync and close; may be called twice.
-
-        Raises
-        ------
-        AcquisitionError
-            The disk does not take the last frames, or the file is not there under its name.
-        """
+        """Sync and close; idempotent; AcquisitionError if the disk fails or the file moved."""
         if self._stream.closed:
             return
-        lost: AcquisitionError | None = None
-        try:
-            self._require_name()
-        except AcquisitionError as error:
-            lost = error
+        lost = self.check_name()
         try:
             if self._rescue is None:
                 self._sync()
@@ -162,17 +152,24 @@ class FrameRecorder:
         if lost is not None:
             raise lost
 
-    def _require_name(self) -> None:
-        """Raise AcquisitionError if the path no longer means the file that is written."""
+    def check_name(self) -> AcquisitionError | None:
+        """Return why the path no longer means the file that is written; None while it does.
+
+        Once the recording is closed its file may be moved.
+        """
+        with self._naming:
+            return None if self._stream.closed else self._name_loss()
+
+    def _name_loss(self) -> AcquisitionError | None:
         loss = self._name.loss()
         if loss is None:
-            return
+            return None
         saved = self._saved = loss.moved_to or self._saved or write_rescued(self.path.name, b"")
         if saved is not None and loss.moved_to is None and self._rescue is None:
             # Frames are copied when the job is closed: until then points need the disk.
             self._rescue = saved.open("r+b", buffering=0)
         where = f"Its {self.frames} frames are in {saved} when the job is closed."
-        raise AcquisitionError(
+        return AcquisitionError(
             "recording.lost",
             f"{self.path}: {loss.words}. {where if saved else 'No other folder takes its frames.'}",
             "Start a new recording.",
@@ -190,7 +187,7 @@ class FrameRecorder:
         self.close()
 
     def _free_bytes(self) -> int:
-        """Return how much more the disk takes from us; where it cannot say, the write will."""
+        """Return the disk space left for us; if unknown, writing will fail instead."""
         try:
             disk = os.fstatvfs(self._stream.fileno())
         except OSError:
@@ -201,7 +198,7 @@ class FrameRecorder:
         rest = memoryview(content)
         try:
             while rest:
-                # A full disk first takes less than it is given, and complains the next time.
+                # A full disk first accepts a part, and fails the next time.
                 rest = rest[self._stream.write(rest) :]
         except OSError as error:
             self._give_up()
@@ -212,7 +209,7 @@ class FrameRecorder:
         try:
             os.fsync(self._stream.fileno())
         except OSError as error:
-            # Never tried twice: after a failure the system may have dropped the frames.
+            # No retry: after a failure the system may have dropped the frames.
             self._stream.close()
             raise self._failure(error) from error
         self._synced_s = time.monotonic()
@@ -221,7 +218,7 @@ class FrameRecorder:
         try:
             os.truncate(self._stream.fileno(), self._size)
         except OSError:
-            # The torn chunk stays; a reader finds and leaves it out.
+            # The torn chunk stays; readers skip it.
             return
         finally:
             self._stream.close()
@@ -235,17 +232,12 @@ class FrameRecorder:
 
 
 class ReplaySource:
-    """A recording as a source of frames, the same bit for bit.
+    """A recording as a source of frames, bit for bit; AcquisitionError if invalid.
 
     Parameters
     ----------
     speed
-        1 for the recorded time, 2 for twice as fast ...; 0 for as fast as the reader takes frames.
-
-    Raises
-    ------
-    AcquisitionError
-        The file is no good recording.
+        Multiple of the recorded speed; 0 is as fast as frames are read.
     """
 
     def __init__(self, path: Path | str, speed: float = 0.0) -> None:
@@ -253,7 +245,7 @@ class ReplaySource:
             msg = f"a replay at speed {speed}"
             raise ValueError(msg)
         self.recording = Recording(path)
-        """What is replayed; its ``warning`` says whether its end was left out."""
+        """The recording; ``warning`` is set if its end was skipped."""
         head = self.recording.head
         self._description = SourceDescription(
             name=f"replay ({self.recording.path.name})",
@@ -271,15 +263,13 @@ class ReplaySource:
 
     @property
     def description(self) -> SourceDescription:
-        """Return what the source says about itself."""
         return self._description
 
     def open(self) -> None:
-        """Start at the first frame."""
         self.seek(0)
 
     def seek(self, index: int) -> None:
-        """Go on with frame ``index``; IndexError if it is neither a frame nor the end."""
+        """Continue with frame `index`; IndexError if it is neither a frame nor the end."""
         if not 0 <= index <= len(self.recording):
             msg = f"frame {index} of a recording with {len(self.recording)} frames"
             raise IndexError(msg)
@@ -288,7 +278,7 @@ class ReplaySource:
         self._clock = None
 
     def read(self) -> Cycle:
-        """Return the next frames, all of one recorded block; without any while none is due."""
+        """Return the next frames, all of one recorded block; none while none is due."""
         if self._next >= len(self.recording):
             return Cycle(CycleVerdict.GOOD, finished=True)
         block = self.recording.read(self._next, FRAMES_PER_READ)
@@ -307,7 +297,7 @@ class ReplaySource:
         )
 
     def close(self) -> None:
-        """Close the file; may be called twice."""
+        """Close the file; idempotent."""
         self.recording.close()
 
     def _due(self, time_ns: int) -> bool:

@@ -1,10 +1,9 @@
-"""The raw recording: its file format, and reading it back.
+"""Raw recording: file format and reader.
 
-A recording is one line of JSON (what was recorded, and a checksum over that) and then chunks, one
-for each block of frames. A chunk is a head of 20 bytes, `_CHUNK`, and its frames in `frame_dtype`.
-The file only ever grows, so a program or a machine that dies leaves a torn chunk at the end, which
-is left out with a warning. Damage before the end is no torn end: such a file is refused, because
-nobody could say which frames are missing.
+A recording is one line of JSON (header with checksum), then chunks, one per block of frames. A
+chunk is a head of 20 bytes, `_CHUNK`, and its frames in `frame_dtype`. The file only grows, so a
+crash leaves a torn chunk at the end, which is skipped with a warning. Files damaged before the end
+are refused, because the missing frames would be unknown.
 """
 
 from __future__ import annotations
@@ -27,47 +26,42 @@ from ocmm_core.side_files import open_guarded
 
 SCHEMA = "ocmm.recording/2"
 _FIRST_SCHEMA = "ocmm.recording/1"
-"""Of frames with `USUAL_SLOTS`; these are written so still, and older programs read them."""
+"""For `USUAL_SLOTS`; still written so that older programs can read it."""
 _MAGIC = b"OCRF"
 _CHUNK = struct.Struct("<4sIIII")
 """Magic, sequence number, payload bytes, CRC-32 of the payload, CRC-32 of the 16 bytes before."""
 _LONGEST_HEAD = 65536
 _SHORTEST_NS, _LONGEST_NS = 1_000, 10_000_000_000
-"""Of a frame or a cycle, ns."""
+"""Limits of frame and cycle periods, ns."""
 
 
 _COMPUTED = ("simulated", "EtherCAT, virtual wire")
-"""How the names of virtual sources begin, in recordings that do not say it themselves yet."""
+"""Prefixes of virtual sources in recordings without the field `simulated`."""
 
 
 class RecordingHead(
     msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """What was recorded."""
+    """Header of a recording."""
 
     schema: str
-    """`schema_of` its slots."""
     source: str
-    """Name of the source."""
     rig_name: str
     rig_identity: str
-    """`rig_name`, `rig_identity`: Name and SHA-256 of the rig document in use."""
+    """`rig_name`, `rig_identity`: name and SHA-256 of the rig document in use."""
     camera_serials: tuple[int, ...]
-    """Serial number of each camera, in the order of the frames."""
     frame_period_ns: int
     cycle_period_ns: int
-    """`frame_period_ns`, `cycle_period_ns`: As the source said."""
     started_utc: str
     """ISO 8601 text."""
     simulated: bool = False
-    """The frames are those of a virtual rig. Left out where they are not, so that the checksum of
-    older recordings holds."""
+    """Frames of a virtual rig. Omitted if False, so that the checksum of older recordings holds."""
     n_slots: int = USUAL_SLOTS
-    """Slots of every camera; left out where they are `USUAL_SLOTS`, as above."""
+    """Slots of every camera; omitted if `USUAL_SLOTS`, as above."""
 
     @property
     def is_simulated(self) -> bool:
-        """Return whether the frames are those of a virtual rig, also in older recordings."""
+        """Return whether the frames are simulated, also in older recordings."""
         return self.simulated or self.source.startswith(_COMPUTED)
 
 
@@ -77,7 +71,7 @@ class _HeadLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def schema_of(n_slots: int) -> str:
-    """Return the schema of a recording of frames with so many slots."""
+    """Return the schema of a recording with `n_slots` slots."""
     return _FIRST_SCHEMA if n_slots == USUAL_SLOTS else SCHEMA
 
 
@@ -87,32 +81,26 @@ def encode_head(head: RecordingHead) -> bytes:
 
 
 def encode_chunk(sequence: int, payload: bytes) -> bytes:
-    """Return the chunk number ``sequence`` (0, 1, 2 ...) that holds the frames ``payload``."""
+    """Return chunk number `sequence` (0, 1, 2 ...) with the frames `payload`."""
     start = _CHUNK.pack(_MAGIC, sequence, len(payload), zlib.crc32(payload), 0)[:-4]
     return start + struct.pack("<I", zlib.crc32(start)) + payload
 
 
 class Recording:
-    """A recording, open for reading; close it or use it in ``with``. Used by one thread.
+    """A recording, open for reading; close it or use it in ``with``; for one thread.
 
-    Opening reads the heads of all chunks, not the frames; the checksum of the frames is compared
-    whenever they are read.
+    Opening reads the heads of all chunks; frame checksums are verified on reading.
 
     Raises
     ------
     AcquisitionError
-        The file is missing or unreadable, is no recording, or is damaged before its end.
-
-    Attributes
-    ----------
-    path, head
-        Where it is and what it says about itself.
+        The file is missing, unreadable, no recording, or damaged before its end.
     """
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self.warning = ""
-        """Why the end of the file was left out; empty for a recording that was closed."""
+        """Why the end of the file was skipped; empty for a closed recording."""
         try:
             with os.fdopen(open_guarded(self.path), "rb") as stream:
                 line = stream.readline(_LONGEST_HEAD)
@@ -138,14 +126,14 @@ class Recording:
         return self._starts[-1]
 
     def read(self, start: int, limit: int) -> FrameBlock:
-        """Return at most ``limit`` frames from frame ``start`` on, all of one recorded block.
+        """Return at most `limit` frames from frame `start`, all of one recorded block.
 
         Raises
         ------
         AcquisitionError
             The frames are damaged.
         IndexError
-            There is no such frame.
+            `start` is out of range.
         """
         if not 0 <= start < len(self):
             msg = f"frame {start} of a recording with {len(self)} frames"
@@ -158,9 +146,9 @@ class Recording:
         return from_records(np.frombuffer(payload, self._dtype)[first : first + limit])
 
     def check_rig(self, rig: Rig) -> None:
-        """Raise InputError unless the recorded cameras are those of ``rig``, in its order.
+        """Raise InputError unless the recorded cameras are those of `rig`, in order.
 
-        A newer calibration of the same cameras is welcome: that is what recordings are for.
+        A newer calibration of the same cameras is allowed: that is the purpose of recordings.
         """
         serials = self.head.camera_serials
         if len(serials) != len(rig.cameras):
@@ -180,7 +168,7 @@ class Recording:
                 )
 
     def close(self) -> None:
-        """Close the file; may be called twice."""
+        """Close the file; idempotent."""
         self._map.close()
 
     def __enter__(self) -> Recording:

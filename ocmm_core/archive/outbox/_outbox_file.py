@@ -16,7 +16,7 @@ from ocmm_core.documents import write_new
 from ocmm_core.errors import StorageError
 from ocmm_core.named_file import NamedFile
 from ocmm_core.side_files import Trusted
-from ocmm_core.storage import database_content, open_in_place
+from ocmm_core.storage import HeldConnection, database_content, open_in_place
 
 _WAIT_S = 5.0
 
@@ -46,7 +46,7 @@ class OutboxFile:
             if not os.path.lexists(path):
                 with contextlib.suppress(FileExistsError):
                     write_new(path, database_content(_fill))
-            self._db = open_in_place(path, sqlite3.Connection, Trusted.DATABASE, wait_s=_WAIT_S)
+            self._db = open_in_place(path, HeldConnection, Trusted.DATABASE, wait_s=_WAIT_S)
             self._prepare(self._db)
             self._name = NamedFile(folder / "outbox.sqlite")
         except (sqlite3.Error, OSError) as error:

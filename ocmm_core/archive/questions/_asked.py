@@ -11,6 +11,7 @@ from ocmm_core.archive.records import shown_text
 from ocmm_core.archive.stores import Archive, Cell
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.evaluation import SIMULATED
+from ocmm_core.names import normal_name
 
 MOST_SHOWN = 500
 """Jobs of a trend, the newest ones: more are no chart that anybody reads."""
@@ -36,6 +37,11 @@ class Asked:
     today)."""
     most: int = MOST_SHOWN
     """Rows of a list, or jobs of a trend."""
+
+    def __post_init__(self) -> None:
+        """Bring names into the normal form that they are archived in."""
+        for field in ("station", "part", "characteristic", "operator", "what"):
+            object.__setattr__(self, field, normal_name(getattr(self, field)))
 
 
 def parts(archive: Archive) -> tuple[tuple[str, str], ...]:

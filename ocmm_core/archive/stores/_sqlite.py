@@ -21,7 +21,7 @@ from ocmm_core.archive.stores._store import SqlArchive
 from ocmm_core.documents import write_new
 from ocmm_core.errors import StorageError
 from ocmm_core.side_files import Trusted
-from ocmm_core.storage import database_content, open_in_place
+from ocmm_core.storage import HeldConnection, database_content, open_in_place
 
 _WAIT_S = 5.0
 
@@ -55,7 +55,7 @@ class SqliteArchive(SqlArchive):
                     with contextlib.suppress(FileExistsError):
                         write_new(path, database_content(_make_pages))
             self._db = open_in_place(
-                path, sqlite3.Connection, Trusted.DATABASE, wait_s=_WAIT_S, read_only=read_only
+                path, HeldConnection, Trusted.DATABASE, wait_s=_WAIT_S, read_only=read_only
             )
             self._prepare()
         except sqlite3.Error as error:

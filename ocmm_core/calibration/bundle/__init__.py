@@ -1,13 +1,13 @@
-"""Bundle adjustment of cameras, probe and bars, and the search for who lied.
+"""Bundle adjustment of cameras, probe and bars, with search for faulty elements.
 
-In: spots in frames whose poses nobody knows, lengths of bars, cameras with their priors.
-Out: cameras, probe and poses that fit best, their covariance, wrong spots, and a culprit by name.
+In: spots in frames with unknown poses, lengths of bars, cameras with their priors. Out: best-fit
+cameras, probe and poses, their covariance, wrong spots, and the faulty element.
 
 Read `_state` (unknowns, order of columns, observations), `_start` (first values), `_bundle` (the
-adjustment) with `_kernel` (poses are eliminated one by one), then `_robust` (wrong spots).
-`_culprit` frees one suspect after the other; `_culprit_history`, `_culprit_points` and
-`_culprit_messages` say when, which point, and what to do.
-It must not know guided procedures or sessions: arrays in, a solution out.
+adjustment) with `_kernel` (elimination of poses), then `_robust` (wrong spots). `_culprit` frees
+one suspect after the other; `_culprit_history`, `_culprit_points` and `_culprit_messages` give
+moment, point, and remedy. The package is independent of procedures and sessions: arrays in, a
+solution out.
 """
 
 from __future__ import annotations

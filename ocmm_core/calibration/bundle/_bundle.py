@@ -1,10 +1,9 @@
-"""Bundle adjustment of a rig: cameras, probe and bars from frames whose poses nobody knows.
+"""Bundle adjustment of cameras, probe and bars from frames with unknown poses.
 
-One engine for every kind of relocation: what is free and what is known from before is said by a
-`Prior`. The six unknowns of each frame are eliminated (`_kernel`), so that time and memory
-grow with the number of frames only, and 30 to 100 common unknowns remain. The world is free: of all
-solutions, which differ by a motion of everything, the one nearest to the last state is taken, and
-`relocation` moves it where it belongs.
+A `Prior` defines free unknowns and prior knowledge, so one engine serves all kinds of relocation.
+The six unknowns of each frame are eliminated (`_kernel`): time and memory grow linearly with the
+number of frames, and 30 to 100 common unknowns remain. The world frame is free: among equivalent
+solutions, the one nearest to the last state is chosen, and `relocation` transforms it.
 """
 
 from __future__ import annotations
@@ -21,10 +20,10 @@ FIRST_DAMPING = 1e-4
 LARGEST_DAMPING = 1e6
 RELATIVE_DECREASE = 1e-10
 ENOUGH = 1e-6
-"""Chi-square; a step that lowers it by no more is a thousandth of the standard deviations."""
+"""Chi-square; smaller decreases correspond to steps of a thousandth of the standard deviations."""
 
 LARGEST_CONDITION = 1e14
-"""Of the reduced normal matrix; above, the first digit of a variance is rounding."""
+"""Of the reduced normal matrix; above, the leading digit of a variance is rounding error."""
 
 
 _NO_STEPS = np.empty((0, 6))
@@ -42,18 +41,17 @@ class _Group:
 
     @classmethod
     def empty(cls, n: int, width: int) -> _Group:
-        """Return uninitialised outputs for ``n`` frames."""
         return cls(
             np.empty((n, 6, 6)), np.empty((n, 6, width)), np.empty((n, 6)),
             np.empty((n, 6)), np.empty((n, 6)),
         )  # fmt: skip
 
     def outputs(self) -> tuple[Float, Float, Float, Float, Float]:
-        """Return the arrays in the order of the kernel."""
+        """Return the arrays in kernel order."""
         return self.factors, self.y, self.z, self.jacobian, self.diagonals
 
     def reduce(self, normal: Float, gradient: Float) -> None:
-        """Take the Schur complement of these frames off the common normal equations."""
+        """Subtract the Schur complement of these frames from the common normal equations."""
         width = self.y.shape[2]
         stacked = self.y.reshape(-1, width)
         normal[:width, :width] -= stacked.T @ stacked
@@ -66,22 +64,22 @@ class _Group:
         return steps
 
     def predicted(self, steps: Float, damping: float) -> float:
-        """Return what the steps are to lower chi-square by, as far as these frames say."""
+        """Return these frames' share of the predicted decrease of chi-square."""
         return float(np.sum(steps * (damping * self.diagonals * steps - self.jacobian)))
 
 
 @dataclass(frozen=True, slots=True)
 class Linearised:
-    """A bundle at one state, with one damping."""
+    """Bundle linearised at one state and damping."""
 
     cost: float
-    """Sum of the squared residuals, of the prior too; infinite where the state is impossible."""
+    """Sum of squared residuals including the prior; infinite for an impossible state."""
     normal: Float
     gradient: Float
-    """`normal`, `gradient`: (k, k) and (k,) of the common columns, before the poses are eliminated.
+    """`normal`, `gradient`: (k, k) and (k,) of the common columns, before elimination of the poses.
     """
     damping: float
-    """That of all diagonals."""
+    """Of all diagonals."""
     groups: tuple[_Group, ...]
     """Frames in the air, frames in a seat, then bar by bar."""
 
@@ -97,15 +95,14 @@ class Linearised:
 
 @dataclass(frozen=True, slots=True)
 class BundleMinimum:
-    """Where an adjustment ended."""
+    """Result of an adjustment."""
 
     state: BundleState
     cost: float
-    """Chi-square there, with the prior's."""
+    """Chi-square including the prior."""
     iterations: int
-    """Number of steps that were tried."""
     converged: bool
-    """Whether chi-square cannot fall any further."""
+    """Whether chi-square cannot decrease further."""
 
 
 def linearise(data: BundleData, prior: Prior, state: BundleState, damping: float) -> Linearised:
@@ -114,7 +111,7 @@ def linearise(data: BundleData, prior: Prior, state: BundleState, damping: float
     normal, gradient = np.zeros((columns.count, columns.count)), np.zeros(columns.count)
     packed = state.packed()
     led_columns = columns.of_leds.start if np.isin(prior.free, columns.all_leds()).any() else -1
-    # Only frames with a seat know the columns of the tip and of the seats.
+    # Only frames with a seat involve the columns of the tip and of the seats.
     narrow = columns.of_cameras.stop if led_columns < 0 else columns.of_leds.stop
     kinds = (slice(0, data.waved), narrow), (slice(data.waved, None), columns.of_seats.stop)
     cost = 0.0
@@ -145,7 +142,7 @@ def linearise(data: BundleData, prior: Prior, state: BundleState, damping: float
 
 
 def residuals(data: BundleData, state: BundleState) -> tuple[Float, Float]:
-    """Return by how much all spots and those of the bars are missed, as in `miss_frames`."""
+    """Return the residuals of all spots and of the bars' spots, as in `miss_frames`."""
     packed = state.packed()
     of_frames, of_bars = np.empty(data.uv.shape), np.empty(data.bar_uv.shape)
     miss_frames(packed, state.leds, data.uv, state.rotations, state.origins, of_frames)
@@ -161,9 +158,9 @@ def residuals(data: BundleData, state: BundleState) -> tuple[Float, Float]:
 def adjust(
     data: BundleData, prior: Prior, start: BundleState, max_iterations: int = 40
 ) -> BundleMinimum:
-    """Return the minimum of chi-square that is reached from ``start`` (Levenberg-Marquardt).
+    """Return the minimum of chi-square reached from ``start`` (Levenberg-Marquardt).
 
-    A start that is impossible itself is returned with an infinite cost.
+    An impossible start is returned with an infinite cost.
     """
     state, damping = start, FIRST_DAMPING
     here = linearise(data, prior, state, damping)
@@ -177,7 +174,7 @@ def adjust(
             break
         iteration += 1
         trial = state.moved(step, np.concatenate(own[:2]), np.concatenate([_NO_STEPS, *own[2:]]))
-        # A step that is taken makes the next one bolder, so that this is the damping it needs.
+        # Damping decreases with every accepted step, so this is the required one.
         there = linearise(data, prior, trial, max(0.1 * here.damping, 1e-12))
         if there.cost < here.cost:
             state, here = trial, there
@@ -191,15 +188,15 @@ def adjust(
 def common_covariance(
     data: BundleData, prior: Prior, state: BundleState, considered: Float | None = None
 ) -> Float | None:
-    """Return the covariance (k, k) of the common unknowns; None where they are not determined.
+    """Return the covariance (k, k) of the common unknowns, or None if undetermined.
 
-    It is that of a world in which the cameras (and seats) have, on the average, not moved.
+    It refers to a world in which the cameras (and seats) have, on average, not moved.
 
     Parameters
     ----------
     considered
-        (8 C, 8 C): covariance of lenses that are not sought but not known exactly either. What
-        they do to everything else is added (Schmidt's consider covariance).
+        (8 C, 8 C): covariance of fixed but uncertain lenses. Its effect on all other unknowns is
+        added (Schmidt's consider covariance).
     """
     here = linearise(data, prior, state, 0.0)
     if not np.isfinite(here.cost):
@@ -227,7 +224,7 @@ def common_covariance(
 def _free_part(
     here: Linearised, prior: Prior, state: BundleState
 ) -> tuple[Float, Float, Float, Float]:
-    """Return normal matrix, gradient and scale of what is free, and what pins its gauge."""
+    """Return normal matrix, gradient and scale of the free columns, and the gauge pin."""
     normal, gradient = here.reduced()
     free = prior.free
     normal = normal[np.ix_(free, free)]
@@ -249,14 +246,14 @@ def _step(here: Linearised, prior: Prior, state: BundleState) -> tuple[Float, li
     try:
         found = np.linalg.solve(normal, gradient)
     except np.linalg.LinAlgError:
-        # A seat that lost all its frames is nowhere: it stays, and what is determined goes on.
+        # A seat that lost all its frames is undetermined: it stays, the rest is solved.
         found = np.linalg.lstsq(normal, gradient, rcond=None)[0]
     step[prior.free] = -found / scale
     return step, [group.steps(step) for group in here.groups]
 
 
 def _predicted(here: Linearised, step: Float, own: list[Float]) -> float:
-    """Return by how much chi-square falls if the state moves as the normal equations say."""
+    """Return the decrease of chi-square predicted by the normal equations."""
     damped = here.damping * here.normal.diagonal() * step
     predicted = float(step @ (damped - here.gradient))
     for group, steps in zip(here.groups, own, strict=True):
@@ -268,10 +265,10 @@ def _eliminate_bar(
     data: BundleData, state: BundleState, packed: Float, bar: int, damping: float,
     normal: Float, gradient: Float, groups: list[_Group],
 ) -> float:  # fmt: skip
-    """Add the placements of one bar: a probe of two LEDs whose distance alone is sought."""
+    """Add the placements of one bar: a probe of two LEDs with unknown distance."""
     columns, part = state.columns, data.placements(bar)
     own = Columns(columns.cameras, leds=2, seats=0, bars=0)
-    # How the columns of cameras and LEDs follow from the common ones.
+    # Derivatives of camera and LED columns by the common ones.
     follow = np.zeros((own.of_leds.stop, columns.count))
     follow[own.of_cameras, columns.of_cameras] = np.eye(own.of_cameras.stop)
     follow[own.of_leds, columns.of_lengths.start + bar] = (-0.5, 0.0, 0.0, 0.5, 0.0, 0.0)
@@ -292,7 +289,7 @@ def _eliminate_bar(
 
 
 def _touched_bars(data: BundleData, state: BundleState, normal: Float, gradient: Float) -> float:
-    """Add the conditions that pairs of seats are as far apart as their bar is long."""
+    """Add the condition that paired seats are one bar length apart."""
     columns = state.columns
     total = 0.0
     for first, second, bar in data.touched:

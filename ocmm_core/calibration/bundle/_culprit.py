@@ -1,13 +1,12 @@
-"""Which one lied: bar, probe, lens or camera, when the observations contradict each other.
+"""Find the faulty element behind contradictory observations.
 
-A misfit by itself blames nobody: the adjustment spreads it over everything that is uncertain. Each
-suspect is therefore tried by itself - the bar has another length, one LED stands elsewhere, all of
-the probe is larger, a lens has changed, a camera was nudged at some moment or moved evenly - and
-its worth is the likelihood ratio against "nothing is wrong", less what its freedom to take any
-size wins by chance and what the search of the moment wins (evidence of a normal prior of usual
-size; D. J. C. MacKay, Neural Computation 4, 1992). The best ones are then fitted for good, not to
-first order. What is not much less worth than the best is named beside it: the observations cannot
-tell them apart, and something else has to.
+An adjustment spreads a misfit over all uncertain unknowns and so blames no element. Each suspect is
+therefore tested alone: another bar length, a displaced LED, a scaled probe, a changed lens, a
+camera that was shifted at some moment or drifted. Its worth is the likelihood ratio against
+"nothing is wrong", less the chance gain of its free size and of the search over moments (evidence
+of a normal prior of usual size; D. J. C. MacKay, Neural Computation 4, 1992). The best suspects are
+then fitted fully, not to first order. Suspects of similar worth are reported together: the
+observations cannot separate them, so further evidence is needed.
 """
 
 from __future__ import annotations
@@ -27,22 +26,23 @@ from ocmm_core.calibration.monitor import N_MOTIONS, camera_changes
 from ocmm_core.geometry import Float
 
 FALSE_ALARM = 1e-3
-"""Probability that an honest session is accused, all suspects and moments together."""
+"""Probability of any accusation in a fault-free session, over all suspects and moments."""
 
 DECISIVE = 12.0
-"""Twice the logarithm of a likelihood ratio of 400: what is less likely than this is ruled out."""
+"""Twice the logarithm of a likelihood ratio of 400: less likely alternatives are excluded."""
 
 LEAST_PX = 0.005
-"""RMS effect on the spots of what is refused; less than this no sensor holds for an hour."""
+"""RMS effect on spots below which nothing is refused; smaller than sensor stability over an hour.
+"""
 
 _TRIED = 6
 _TURN, _SHIFT_MM, _LED_MM, _SIZE, _BAR_MM = 2e-4, 0.1, 0.5, 3e-4, 0.2
-"""Usual sizes of what goes wrong: nudges (rad, mm), bent LEDs, wrong temperatures and lengths."""
+"""Usual sizes of faults: shifts (rad, mm), bent LEDs, wrong temperatures and lengths."""
 _FOCAL_MM, _POINT_PX = 0.1, 5.0
 
 
 class Culprit(Enum):
-    """What is wrong."""
+    """Kind of faulty element."""
 
     BAR = "bar"
     LED = "LED"
@@ -59,24 +59,23 @@ class Culprit(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Suspect:
-    """One thing that may be wrong."""
+    """A possible fault."""
 
     cause: Culprit
-    """What kind of thing."""
     subject: int
-    """Index of the bar, LED or camera; -1 where there is one only."""
+    """Index of the bar, LED or camera; -1 if there is only one."""
     score: ChangeScore
-    """What speaks for it."""
+    """Evidence for it."""
     columns: Float
-    """(k, m): how the common unknowns follow from it."""
+    """(k, m): derivatives of the common unknowns by the fault."""
     profile: Float | None
-    """(b,): how much of it each block saw; None for what was wrong from the beginning."""
+    """(b,): fraction of the fault effective in each block; None if present from the start."""
     moment: int | None
     """First block after a sudden change; None for all others."""
     tried: int
-    """How many moments were searched."""
+    """Number of moments searched."""
     worth: float
-    """Score over the misfit that remains, less what freedom and search win by chance."""
+    """Score over the remaining misfit, less the chance gain of freedom and search."""
 
     @property
     def step(self) -> Float:
@@ -87,23 +86,22 @@ class Suspect:
 
 @dataclass(frozen=True, slots=True)
 class CulpritVerdict:
-    """What was found."""
+    """Result of the search for faults."""
 
     history: BlockHistory
-    """That was examined."""
     named: tuple[Suspect, ...]
-    """Who may have lied, the likeliest first; empty where nothing is wrong."""
+    """Possible faults, the likeliest first; empty if nothing is wrong."""
     misfit: float
-    """Chi-square per degree of freedom that the best explanation leaves, at least one."""
+    """Chi-square per degree of freedom left by the best explanation, at least one."""
     explained: bool
-    """Whether it leaves no more than noise."""
+    """The best explanation leaves only noise."""
     effect_px: float
     """RMS effect of the best on the spots."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Trial:
-    """Something to try: how the common unknowns follow from it, and its usual sizes."""
+    """A hypothesis: derivatives of the common unknowns by the fault, and its usual sizes."""
 
     cause: Culprit
     subject: int
@@ -115,16 +113,16 @@ class _Trial:
 def examine(
     data: BundleData, prior: Prior, start: BundleState, dof: int, *, exactly: bool = True
 ) -> CulpritVerdict | None:
-    """Return who lied; None where the observations determine too little to say.
+    """Return the verdict; None if the observations cannot determine a fault.
 
     Parameters
     ----------
     data, prior, start
-        A bundle near its minimum, with everything free that is not certain.
+        A bundle near its minimum, with all uncertain unknowns free.
     dof
         Degrees of freedom of its chi-square.
     exactly
-        Adjust, and fit the best suspects for good; otherwise all is of first order at ``start``.
+        Adjust, and fit the best suspects fully; otherwise first order at ``start``.
     """
     state = adjust(data, prior, start).state if exactly else start
     history = BlockHistory.of(data, prior, state)
@@ -137,7 +135,7 @@ def examine(
         return CulpritVerdict(history, (), misfit, explained=True, effect_px=0.0)
     sudden = [one for one in suspects if one.moment is not None]
     if sudden:
-        # Within its block a change is at one frame; what is on the wrong side of it fits nothing.
+        # A change occurs at one frame within its block; frames on its wrong side fit nothing.
         moment = max(sudden, key=lambda one: one.score.score).moment
         assert moment is not None  # noqa: S101 - as just chosen
         history = BlockHistory.of(data, prior, state, (moment - 1, moment)) or history
@@ -162,23 +160,23 @@ def _suspects(history: BlockHistory) -> tuple[list[_Trial], list[Suspect]]:
 
 
 def _misfit(suspects: Sequence[Suspect], cost: float, dof: int) -> float:
-    """Return the misfit that remains when the best one is granted; it grows all sigmas."""
+    """Return the misfit left by the best suspect, a common scale of all sigmas."""
     greatest = max((one.score.score for one in suspects), default=0.0)
     return max(1.0, (cost - greatest) / dof)
 
 
 def chance(suspect: Suspect, misfit: float) -> float:
-    """Return the probability of so high a score at any moment where nothing is wrong."""
+    """Return the probability of such a score at any moment if nothing is wrong."""
     score = suspect.score
     return suspect.tried * float(chdtrc(score.dof, score.score / (misfit * score.scatter)))
 
 
 def fit(history: BlockHistory, suspect: Suspect) -> BundleMinimum:
-    """Return the minimum when a suspect's error has been taken away, or may have any size."""
+    """Return the minimum with a suspect's error removed or of free size."""
     if suspect.profile is not None:
         data = history.corrected(suspect.step, suspect.profile)
         return adjust(data, history.prior, history.state)
-    # The error is one of what was known: with any size of it, that much less is known.
+    # An error of prior knowledge, of free size, removes that much information.
     prior = history.prior
     slope = prior.information @ suspect.columns
     inner = suspect.columns.T @ slope
@@ -191,7 +189,7 @@ def fit(history: BlockHistory, suspect: Suspect) -> BundleMinimum:
 
 
 def _granted(history: BlockHistory, suspect: Suspect) -> Suspect:
-    """Return the suspect with what it explains when it is fitted for good."""
+    """Return the suspect with its score after a full fit."""
     found, score = fit(history, suspect), suspect.score
     size: Float = score.size
     if suspect.profile is None and suspect.cause is not Culprit.PROBE:
@@ -203,7 +201,7 @@ def _granted(history: BlockHistory, suspect: Suspect) -> Suspect:
 
 
 def effect_of(history: BlockHistory, suspect: Suspect) -> float:
-    """Return how far the error moves the spots it concerns, RMS, px."""
+    """Return the RMS effect of the error on the affected spots, px."""
     data = history.data
     profile = np.ones(len(history.blocks)) if suspect.profile is None else suspect.profile
     changed = history.corrected(suspect.step, profile)
@@ -270,7 +268,7 @@ def _trials(history: BlockHistory) -> Iterator[_Trial]:
 
 
 def _tried(history: BlockHistory, trial: _Trial) -> Suspect | None:
-    """Return the trial at its best moment; None where nothing of it can be seen."""
+    """Return the trial at its best moment; None if unobservable."""
     profile, moment, tried = None, None, 1
     if trial.when == "before":
         score = history.of_prior(trial.columns)

@@ -1,10 +1,9 @@
-"""What the observations of a session say about its common unknowns, moment by moment.
+"""Normal equations of a session by time block, to detect changes.
 
-A bundle adjustment asks once what all frames together say. Here they are kept apart by time, in
-some sixty blocks, with the poses eliminated as ever: whether something changed during the session,
-and at which moment, is then a matter of sums over blocks. The alternatives are tested to first
-order at the solution (score test, C. R. Rao, Proc. Camb. Phil. Soc. 44, 1948): what the residuals
-say of a change, after everything that the adjustment is free to move has been projected out.
+The frames are split into some sixty blocks with poses eliminated, so that testing a change at any
+moment only needs sums over blocks. Alternatives are tested to first order at the solution (score
+test, C. R. Rao, Proc. Camb. Phil. Soc. 44, 1948): the evidence of the residuals for a change, with
+all free unknowns projected out.
 """
 
 from __future__ import annotations
@@ -21,21 +20,21 @@ from ocmm_core.calibration.bundle._state import BundleData, BundleState, Prior
 from ocmm_core.geometry import Float
 
 BLOCKS = 60
-"""Into so many blocks of about equal length the frames of a session are put."""
+"""Number of blocks of about equal length."""
 
 _PARTS, _LEAST_FRAMES = 20, 10
-"""What was left out together is sought in so many parts, which are not shorter than this."""
+"""Number of parts searched for jointly excluded spots, and their minimum length."""
 
 _LEAST_BLOCKS = 20
-"""So many say how much blocks scatter."""
+"""Blocks needed to estimate their scatter."""
 
 _LEAST_INFORMATION = 1e-8
-"""Of what a change would leave if nothing else were free; with less it is not seen at all."""
+"""Fraction of the information of a change left by free unknowns, below which it is unobservable."""
 
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Observations of one stretch of time."""
+    """Observations of one time interval."""
 
     frames: slice
     placements: slice
@@ -44,20 +43,22 @@ class Block:
 
 @dataclass(frozen=True, slots=True)
 class ChangeScore:
-    """What the residuals say of one change."""
+    """Evidence of the residuals for one change."""
 
     score: float
-    """Twice the logarithm of the likelihood ratio; chi-square of ``dof`` degrees of freedom where
-    nothing has changed."""
+    """Twice the logarithm of the likelihood ratio; chi-square of ``dof`` degrees of freedom if
+    nothing has changed.
+    """
     dof: int
-    """Numbers of the change that the observations can see."""
+    """Observable dimensions of the change."""
     size: Float
     """(m,): its most likely amount."""
     information: Float
     """(m, m): inverse of the covariance of that."""
     scatter: float = 1.0
-    """How much more the blocks differ from the change than their noise explains, as a factor of
-    chi-square, at least one: neighbouring frames share errors of the sensors."""
+    """Factor of chi-square, at least one, by which the scatter of blocks exceeds their noise:
+    neighbouring frames share sensor errors.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,28 +68,27 @@ class BlockHistory:
     data: BundleData
     prior: Prior
     state: BundleState
-    """`data`, `prior`, `state`: The bundle."""
     blocks: tuple[Block, ...]
     """In order of time."""
     normals: Float
     gradients: Float
     """`normals`, `gradients`: (b, k, k) and (b, k): of every block, its poses eliminated."""
     pull: Float
-    """(k,): gradient of what is known from before."""
+    """(k,): gradient of the prior."""
     covariance: Float
     """(k, k): of the common unknowns."""
     rest: Float
-    """(k,): gradient of everything at the state; zero at an exact minimum."""
+    """(k,): total gradient at the state; zero at an exact minimum."""
     cost: float
-    """Chi-square at the minimum that follows to first order."""
+    """Chi-square at the minimum, to first order."""
 
     @classmethod
     def of(
         cls, data: BundleData, prior: Prior, state: BundleState, finely: Sequence[int] = ()
     ) -> BlockHistory | None:
-        """Return the history; None where the observations do not determine the unknowns.
+        """Return the history; None if the unknowns are undetermined.
 
-        The frames of the blocks ``finely``, as they are numbered otherwise, become one block each.
+        Each frame in ``finely`` (index in block order) becomes its own block.
         """
         covariance = common_covariance(data, prior, state)
         if covariance is None:
@@ -113,12 +113,12 @@ class BlockHistory:
         )  # fmt: skip
 
     def of_prior(self, columns: Float) -> ChangeScore:
-        """Return what speaks for an error of what was known from before.
+        """Return the evidence for an error of prior knowledge.
 
         Parameters
         ----------
         columns
-            (k, m): how the common unknowns follow from the error.
+            (k, m): derivatives of the common unknowns by the error.
         """
         information = self.prior.information
         pull = self.pull - information @ (self.covariance @ self.rest)
@@ -127,14 +127,14 @@ class BlockHistory:
         return _score(inner, columns.T @ pull, np.diag(columns.T @ slope))
 
     def of_time(self, columns: Float, profiles: Float) -> tuple[ChangeScore, ...]:
-        """Return what speaks for a change during the session, for every profile of time.
+        """Return the evidence for a change during the session, for every time profile.
 
         Parameters
         ----------
         columns
-            (k, m): how the common unknowns follow from the change.
+            (k, m): derivatives of the common unknowns by the change.
         profiles
-            (p, b): how much of the change each block saw.
+            (p, b): fraction of the change effective in each block.
         """
         # Some hundred moments of a dozen suspects: all profiles at once.
         by = self.normals @ columns
@@ -147,8 +147,8 @@ class BlockHistory:
         return _scores(inner, pulls, alone.diagonal(axis1=1, axis2=2))
 
     def scatter(self, columns: Float, profile: Float, size: Float) -> float:
-        """Return how much the blocks scatter about a change, see `ChangeScore`."""
-        # What the change moves the common unknowns by is taken off all blocks.
+        """Return the scatter of blocks about a change, see `ChangeScore`."""
+        # Remove the effect of the change on the common unknowns from all blocks.
         across = np.tensordot(profile, self.normals @ columns, axes=1)
         common = -self.covariance @ (self.rest + across @ size)
         moved = common + np.multiply.outer(profile, columns @ size)
@@ -160,21 +160,21 @@ class BlockHistory:
         if len(squares) < _LEAST_BLOCKS:
             return 1.0
         usual = float(np.median(chdtri(np.array(dofs, dtype=np.float64), 0.5)))
-        # Of the medians: the block in which something happens must not hide it.
+        # Median, so that the affected block does not mask itself.
         return max(1.0, float(np.median(squares)) / usual)
 
     def steps(self) -> Float:
-        """Return the profiles (b - 1, b) of what changes at once, at every moment."""
+        """Return the profiles (b - 1, b) of sudden changes at every moment."""
         count = len(self.blocks)
         profiles: Float = np.triu(np.ones((count, count)))[1:]
         return profiles
 
     def drift(self) -> Float:
-        """Return the profile (1, b) of what changes evenly, from -1/2 to 1/2."""
+        """Return the profile (1, b) of a linear drift, from -1/2 to 1/2."""
         return np.linspace(-0.5, 0.5, len(self.blocks))[None]
 
     def corrected(self, step: Float, profile: Float) -> BundleData:
-        """Return the data as they would be without a change (k,) that came by a profile (b,)."""
+        """Return the data corrected for a change (k,) with a profile (b,)."""
         n, m = len(self.state.origins), len(self.state.bar_origins)
         changed = self.state.moved(step, np.zeros((n, 6)), np.zeros((m, 6)))
         frames, bars = np.zeros(n), np.zeros(m)
@@ -190,7 +190,7 @@ class BlockHistory:
 
 
 def blocks_of(data: BundleData) -> tuple[Block, ...]:
-    """Return blocks in the order in which a session takes: waved, shown bars, seats."""
+    """Return blocks in session order: waved, shown bars, seats."""
     n, m = len(data.seats), len(data.bars)
     length = max(1, -(-n // BLOCKS))
     none, waved = slice(0, 0), data.waved
@@ -219,18 +219,16 @@ def _split(blocks: tuple[Block, ...], finely: Sequence[int]) -> tuple[Block, ...
 def restored(
     data: BundleData, whole: BundleData, share: float
 ) -> tuple[BundleData, NDArray[np.bool_]]:
-    """Return the data with what was left out together taken in again, and which placements were.
+    """Return the data with jointly excluded spots restored, and the restored placements.
 
-    Single wrong spots are reflections and stay out. Where more than a share of the spots of one LED
-    in one camera, of one camera for a while, or of the placements of a bar were left out, it is
-    not the spots that are wrong.
+    Single wrong spots are reflections and stay out. If more than ``share`` (0 to 1) of the spots of
+    one LED in one camera, of one camera for a while, or of the placements of a bar were excluded,
+    spots are not the cause.
 
     Parameters
     ----------
     data, whole
-        Without and with what was left out.
-    share
-        From 0 to 1.
+        Without and with the excluded spots.
     """
     seen, used = whole.weights > 0.0, data.weights > 0.0
     out = seen & ~used
@@ -243,7 +241,16 @@ def restored(
             again[part] |= _often(out[part], seen[part], (0, 1, 2), share)
             again[part] |= _often(out[part], seen[part], (0, 2), share)
     weights = np.where(again | used, whole.weights, 0.0)
-    # A frame that was left out as a whole lost spots that were right.
+    # Return the data with jointly excluded spots restored, and such placements.
+    #
+    # Single wrong spots are reflections and stay out. If more than ``share`` (0 to 1) of the spots
+    # of one LED in one camera, of one camera for a while, or of the placements of a bar were
+    # excluded, spots are not the cause.
+    #
+    # Parameters
+    # ----------
+    # data, whole
+    #     Without and with the excluded spots.
     weights = np.where((again & out).any(axis=(1, 2), keepdims=True), whole.weights, weights)
     placed, shown = data.active[1], whole.active[1]
     bars = data.bar_weights.copy()
@@ -265,7 +272,7 @@ def _often(
 
 
 def _between(was: Float, now: Float) -> Float:
-    """Return the difference of misses; zero for frames that lie behind a camera."""
+    """Return the difference of misses; zero for frames behind a camera."""
     finite = np.isfinite(was) & np.isfinite(now)
     return np.where(finite, now, 0.0) - np.where(finite, was, 0.0)
 
@@ -289,14 +296,13 @@ def _poses(state: BundleState, block: Block) -> BundleState:
 
 
 def _score(inner: Float, pull: Float, alone: Float) -> ChangeScore:
-    """Return the score of one pull (m,), see `_scores`."""
     return _scores(inner[None], pull[None], alone[None])[0]
 
 
 def _scores(inner: Float, pulls: Float, alone: Float) -> tuple[ChangeScore, ...]:
-    """Return the scores of pulls (p, m) whose covariances are ``inner`` (p, m, m).
+    """Return the scores of pulls (p, m) with covariances ``inner`` (p, m, m).
 
-    ``alone`` (p, m) is the diagonal of ``inner`` before anything was projected out.
+    ``alone`` (p, m) is the diagonal of ``inner`` before any projection.
     """
     scale = np.sqrt(np.maximum(alone, 0.0))
     scale[scale == 0.0] = 1.0

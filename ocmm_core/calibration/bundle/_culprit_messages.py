@@ -1,4 +1,4 @@
-"""Who lied, in words for people: what was found, and what to do that does not lead round it."""
+"""Messages about faulty elements: finding and remedy."""
 
 from __future__ import annotations
 
@@ -12,29 +12,28 @@ from ocmm_core.calibration.records import Finding
 from ocmm_core.geometry import Float
 
 EXPANSION = 12e-6
-"""Of steel, 1/K; only to say what a difference would be as a temperature."""
+"""Of steel, 1/K; only to express a difference as a temperature."""
 
 _PLAUSIBLE_K = 30.0
 
 LEAST_CONE_MM = 0.02
-"""Less than this a ball moves in its cone whenever it is turned."""
+"""Normal motion of a ball in its cone during rotation."""
 
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """What people call the things of a session."""
+    """Display names of the elements of a session."""
 
     cameras: tuple[str, ...]
     bars: tuple[str, ...]
-    """`cameras`, `bars`: Their names."""
     procedure: str
-    """What is to be done again, as "the relocation"."""
+    """Procedure to repeat, as "the relocation"."""
     moment: Callable[[int], str]
-    """Words for the first observation of a block of the history, as "pose 94"."""
+    """Text for the first observation of a block of the history, as "pose 94"."""
 
 
 def accuse(verdict: CulpritVerdict, names: Names) -> Finding | None:
-    """Return the finding that names who lied; None where nobody did."""
+    """Return the finding on the faulty element, or None."""
     if not verdict.named:
         return None
     best = verdict.named[0]
@@ -65,7 +64,7 @@ _CODES = {
 
 
 def _moved_mm(suspect: Suspect) -> float:
-    """Return how far the cone moved, mm; zero for every other cause."""
+    """Return the displacement of the cone, mm; zero for every other cause."""
     if suspect.cause is not Culprit.CONE:
         return 0.0
     return float(np.linalg.norm(suspect.score.size))

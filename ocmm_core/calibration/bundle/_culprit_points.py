@@ -1,4 +1,4 @@
-"""Which of the known points lied: one that moved, two under each other's names, or all of them."""
+"""Explain inconsistent reference points: one moved, two exchanged, or wrong scale."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.special import chdtrc
 from ocmm_core.geometry import Float, Points3, rigid_fit
 
 LEAST_CHANCE = 1e-3
-"""An explanation that leaves a misfit less probable than this explains nothing."""
+"""Least probability of the remaining misfit for an explanation to be accepted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,10 +26,10 @@ class PointsExplained:
 def explain_points(
     names: Sequence[str], found: Points3, listed: Points3, sigmas: Float
 ) -> tuple[PointsExplained, ...]:
-    """Return all ways in which the found points fit the list.
+    """Return all explanations by which the found points match the list.
 
-    Two names exchanged, one point that moved, or a list that is too large or too small; where the
-    points are few or lie evenly, several do.
+    Two names exchanged, one point moved, or a list of wrong scale; with few or regular points
+    several apply.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def _ways(
         )
     for one in range(n):
         kept = np.arange(n) != one
-        # Two points that are left know their distance only.
+        # Two remaining points determine only their distance.
         yield (
             PointsExplained(f"'{names[one]}' has moved", (names[one],)),
             _misfit(found[kept], listed[kept], sigmas[kept]),
@@ -77,7 +77,7 @@ def _ways(
 
 
 def scale_between(found: Points3, listed: Points3, sigmas: Float) -> tuple[float, float]:
-    """Return how many times larger the found points are than the list, and its sigma."""
+    """Return the scale of the found points relative to the list, and its sigma."""
     rotation, shift = rigid_fit(listed, found)
     carried = listed @ rotation.T + shift
     weights = sigmas**-2.0

@@ -1,9 +1,9 @@
-"""The compiled inner loops of the bundle: the poses of bodies are eliminated one by one.
+"""Compiled inner loops of the bundle: elimination of the poses one by one.
 
-Every frame of the probe has six unknowns of its own, its pose; so has every placement of a bar, as
-a body of two LEDs. Each forms its normal equations together with the columns that all have in
-common and leaves, with ``V = L L'``, the reduced rows ``Y = L^-1 W`` and ``z = L^-1 g``: what is
-common then has the normal matrix ``U - Y'Y`` (Schur complement; Triggs et al. 2000, section 6.1).
+Every frame of the probe has six unknowns, its pose; so has every placement of a bar, as a body of
+two LEDs. Each forms its normal equations with the common columns and leaves, with ``V = L L'``, the
+reduced rows ``Y = L^-1 W`` and ``z = L^-1 g``; the common columns then have the normal matrix ``U -
+Y'Y`` (Schur complement; Triggs et al. 2000, section 6.1).
 """
 
 from __future__ import annotations
@@ -20,10 +20,9 @@ from ocmm_core.tracking.kernels import small_algebra as algebra
 N_CAMERA = 14
 """Columns of a camera: `camera.model.PARAMETERS`."""
 
-# Against the rounding of float64, 1e-16, five digits are left; the angle behind it has a sine of
-# 3e-6.
+# Leaves five digits above float64 rounding, 1e-16; the corresponding angle has a sine of 3e-6.
 LEAST_PIVOT = 1e-11
-"""Of its diagonal element; below, a pose or a turn is not determined."""
+"""Relative to its diagonal element; below, a pose or rotation is undetermined."""
 
 
 @compiled()
@@ -32,13 +31,13 @@ def eliminate(v: Float, w: Float, g: Float, damping: float) -> bool:
     size, columns = w.shape
     for j in range(size):
         diagonal = v[j, j]
-        # Marquardt's damping is in parts of the diagonal, so that radians and millimetres are
-        # alike.
+        # Marquardt's damping is relative to the diagonal, so that radians and millimetres are
+        # treated alike.
         d = diagonal * (1.0 + damping)
         for k in range(j):
             d -= v[j, k] * v[j, k]
-        # What is left of the diagonal after the columns before it: sine squared of the angle
-        # between this unknown's column and theirs.
+        # Remaining diagonal after the previous columns: sine squared of the angle between this
+        # unknown's column and theirs.
         if not d > LEAST_PIVOT * diagonal:
             return False
         d = np.sqrt(d)
@@ -69,8 +68,8 @@ def add_spot(
 ) -> float:  # fmt: skip
     """Return the weighted square of a spot's miss, infinite behind the camera.
 
-    Adds what belongs to the camera's columns, from ``first`` on, to U and b. Leaves the weighted
-    miss (2,) and its derivatives by the camera (14,) and by the point (3,), world.
+    Adds the camera's columns, from ``first`` on, to U and b. Outputs the weighted miss (2,) and its
+    derivatives by the camera (14,) and by the point (3,), world.
     """
     depth, predicted_u, predicted_v = spot_rows(packed, x, y, z, u_row, v_row)
     if not depth > 0.0:
@@ -81,8 +80,8 @@ def add_spot(
     for k in range(N_CAMERA):
         u_row[k] *= weight
         v_row[k] *= weight
-    # By the point in the world: columns 3 to 5 are by the point in the camera, and R takes one to
-    # the other, so that the derivative is R' times them.
+    # By the point in the world: columns 3 to 5 are by the point in the camera frame, so multiply by
+    # R'.
     for k in range(3):
         u_point[k] = u_row[3] * packed[k] + u_row[4] * packed[3 + k] + u_row[5] * packed[6 + k]
         v_point[k] = v_row[3] * packed[k] + v_row[4] * packed[3 + k] + v_row[5] * packed[6 + k]
@@ -102,7 +101,7 @@ def add_to_frame(
 ) -> None:  # fmt: skip
     """Add a spot to V, W and g of its frame.
 
-    Afterwards the rows of `kernel.spot_rows` hold again what the next spot expects.
+    Restores the rows of `kernel.spot_rows` for the next spot.
     """
     for i in range(6):
         by_u, by_v = u_pose[i], v_pose[i]
@@ -122,9 +121,9 @@ def schur_reduce_poses(
     rotations: Float, origins: Float, damping: float,
     u: Float, b: Float, factors: Float, y: Float, z: Float, jacobian: Float, diagonals: Float,
 ) -> float:  # fmt: skip
-    """Add all frames to U and b, leave their factor, Y and z; return the sum of squares.
+    """Add all frames to U and b, output factors, Y and z; return the sum of squares.
 
-    Infinite where an LED is not in front of a camera or a pose is not determined.
+    Infinite if an LED is behind a camera or a pose is undetermined.
 
     Parameters
     ----------
@@ -133,21 +132,21 @@ def schur_reduce_poses(
     leds, tip
         (L, 3) and (3,), mm, probe. Two LEDs are a bar along x.
     seat_positions, seat_weight
-        (S, 3), mm, world, and 1/mm: one over how well a ball finds its seat.
+        (S, 3), mm, world, and 1/mm: inverse seating repeatability.
     led_columns, seat_columns
-        First common columns of the LEDs (negative: they have none) and of the seats; those of the
-        tip stand right before the seats'.
+        First common columns of the LEDs (negative: none) and of the seats; those of the tip
+        directly precede the seats'.
     uv, weights, seats
-        (n, C, L, 2), px; (n, C, L), 1/px, zero for what is not used; (n,), -1 for none.
+        (n, C, L, 2), px; (n, C, L), 1/px, zero if unused; (n,), -1 for none.
     rotations, origins
         (n, 3, 3) and (n, 3), mm: poses, world from probe.
     damping
-        Of Levenberg and Marquardt, on the diagonals.
+        Levenberg-Marquardt damping of the diagonals.
     u, b
         (k, k) lower triangle and (k,), added to: normal matrix and gradient of the common columns.
     factors, y, z
         (n, 6, 6), (n, 6, k') and (n, 6), out; k' <= k, the first columns. Frames without a seat
-        need no more than those of cameras and LEDs.
+        need only those of cameras and LEDs.
     jacobian, diagonals
         (n, 6), out: gradient by the pose, and the diagonal of its normal matrix.
     """
@@ -186,7 +185,7 @@ def schur_reduce_poses(
                     return np.inf
                 total += square
                 miss_u, miss_v = miss[0], miss[1]
-                # By the turn w about the body's origin, world axes: p . (w x q) = w . (q x p).
+                # By the rotation w about the body's origin, world axes: p . (w x q) = w . (q x p).
                 u_pose[0] = qy * u_point[2] - qz * u_point[1]
                 u_pose[1] = qz * u_point[0] - qx * u_point[2]
                 u_pose[2] = qx * u_point[1] - qy * u_point[0]
@@ -196,7 +195,7 @@ def schur_reduce_poses(
                 u_pose[3:], v_pose[3:] = u_point, v_point
                 if led_columns >= 0:
                     for k in range(3):
-                        # By the LED in the frame of the body: X = R led + origin, so R' times the
+                        # By the LED in the body frame: X = R led + origin, so R' times the
                         # derivative by X.
                         u_led[k] = (
                             u_point[0] * rotation[0, k] + u_point[1] * rotation[1, k]
@@ -226,8 +225,7 @@ def schur_reduce_poses(
             seat = seats[n]
             q = rotation @ tip
             for axis in range(3):
-                # Where the tip is less where the seat is, one world axis at a time, in units of the
-                # seat's sigma.
+                # Tip less seat, one world axis at a time, in units of the seat's sigma.
                 off = seat_weight * (q[axis] + origins[n, axis] - seat_positions[seat, axis])
                 total += off * off
                 row[:] = 0.0
@@ -238,8 +236,8 @@ def schur_reduce_poses(
                 row[after] = seat_weight * q[before]
                 row[before] = -seat_weight * q[after]
                 for k in range(3):
-                    # The tip in the body stands right before the seats: d(R tip)[axis] / d(tip[k])
-                    # = R[axis, k].
+                    # The tip's columns directly precede the seats': d(R tip)[axis] / d(tip[k]) =
+                    # R[axis, k].
                     columns[k] = seat_columns - 3 + k
                     common[k] = seat_weight * rotation[axis, k]
                 columns[3] = seat_columns + 3 * seat + axis
@@ -256,17 +254,15 @@ def schur_reduce_poses(
                     for j in range(i + 1):
                         u[columns[i], columns[j]] += common[i] * common[j]
         if n_leds == 2:
-            # Nothing shows a turn of a bar about itself; it is held.
-            # The bar's axis is R's first column; pin times its square stiffens the turn about it.
-            # The spots do not see that turn at all, so that the size of pin changes no other step,
-            # but for the damping; the trace puts it on the scale of the rest.
+            # Rotation of a bar about itself is unobservable and held fixed. The bar's axis is R's
+            # first column; pin times its square stiffens the rotation about it. The value of pin
+            # affects no other step except via damping; the trace scales it like the rest.
             pin = v[0, 0] + v[1, 1] + v[2, 2]
             for i in range(3):
                 for j in range(i + 1):
                     v[i, j] += pin * rotation[i, 0] * rotation[j, 0]
         for i in range(6):
-            # Before the elimination overwrites them: the solver predicts the gain of its step from
-            # these.
+            # Before the elimination overwrites them: needed to predict the gain of the step.
             jacobian[n, i] = g[i]
             diagonals[n, i] = v[i, i]
         if not eliminate(v, w, g, damping):
@@ -278,15 +274,14 @@ def schur_reduce_poses(
 def miss_frames(
     cameras: Float, leds: Float, uv: Float, rotations: Float, origins: Float, residuals: Float
 ) -> None:
-    """Write by how much the spots are missed.
+    """Write the residuals of the spots.
 
     Parameters
     ----------
     cameras, leds, uv, rotations, origins
-        As in `schur_reduce_poses`; NaN where not seen.
+        As in `schur_reduce_poses`; NaN if unseen.
     residuals
-        (n, C, L, 2), out: predicted minus observed, px; NaN where not seen, infinite behind the
-        camera.
+        (n, C, L, 2), out: predicted minus observed, px; NaN if unseen, infinite behind the camera.
     """
     n_frames, n_cameras, n_leds = uv.shape[:3]
     u_row, v_row = empty_rows()
@@ -301,7 +296,7 @@ def miss_frames(
 
 @compiled(algebra)
 def back_substitute(factors: Float, y: Float, z: Float, step: Float, steps: Float) -> None:
-    """Write the steps (n, 6) of what was eliminated, given that of the common columns (k,)."""
+    """Write the steps (n, 6) of eliminated poses for a step (k,) of the common columns."""
     for n in range(factors.shape[0]):
         own = steps[n]
         for i in range(6):
@@ -315,10 +310,10 @@ def back_substitute(factors: Float, y: Float, z: Float, step: Float, steps: Floa
 
 @compiled(algebra)
 def retract_poses(rotations: Float, origins: Float, steps: Float) -> None:
-    """Turn and shift the poses in place by rotation vectors (world axes) and translations."""
+    """Update the poses in place by rotation vectors (world axes) and translations."""
     turned, work = np.empty((3, 3)), np.empty((3, 3))
     for n in range(steps.shape[0]):
-        # exp(w) R: world axes, the side on which the derivatives above were taken.
+        # exp(w) R: world axes, consistent with the derivatives above.
         turn(rotations[n], steps[n, 0], steps[n, 1], steps[n, 2], turned, work)
         for i in range(3):
             origins[n, i] += steps[n, 3 + i]

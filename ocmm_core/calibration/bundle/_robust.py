@@ -1,4 +1,4 @@
-"""A bundle adjustment that finds wrong spots by itself and says which they are."""
+"""Bundle adjustment with detection of wrong spots."""
 
 from __future__ import annotations
 
@@ -21,34 +21,34 @@ _STEPS_PER_ROUND = 5
 
 @dataclass(frozen=True, slots=True)
 class RobustMinimum:
-    """What is left when the wrong spots are left out."""
+    """Adjustment without the wrong spots."""
 
     minimum: BundleMinimum
     data: BundleData
-    """With the weights of what was left out set to zero."""
+    """With the weights of excluded spots set to zero."""
     distances: Float
-    """(n, C, L): length of every spot's miss in sigmas, of those left out too; NaN if not seen."""
+    """(n, C, L): miss of every spot in sigmas, also of excluded ones; NaN if unseen."""
     residuals: Float
     """(n, C, L, 2), predicted minus observed, px, likewise."""
 
     @property
     def used(self) -> NDArray[np.bool_]:
-        """Return which spots (n, C, L) took part."""
+        """Return the mask of used spots (n, C, L)."""
         return self.data.weights > 0.0
 
     @property
     def placements_used(self) -> NDArray[np.bool_]:
-        """Return which placements (m,) of bars took part."""
+        """Return the mask of used placements (m,) of bars."""
         return self.data.active[1]
 
 
 def adjust_robustly(data: BundleData, prior: Prior, start: BundleState) -> RobustMinimum:
     """Return the minimum of the good spots.
 
-    First with Cauchy weights whose scale follows the median residual, because the start is wrong by
-    many pixels itself; then without what is farther off than chance explains. All spots are judged
-    again after every fit, so that one wrongly left out comes back. A placement of a bar is taken or
-    left as a whole: it has too few spots to tell which of them is wrong.
+    First with Cauchy weights scaled by the median residual, because the start is wrong by many
+    pixels; then without significant outliers. All spots are re-judged after every fit, so that a
+    wrongly excluded one returns. A placement of a bar is kept or excluded as a whole: it has too
+    few spots to identify the wrong one.
     """
     state = _settled(data, prior, start)
     chosen = data
@@ -66,7 +66,7 @@ def adjust_robustly(data: BundleData, prior: Prior, start: BundleState) -> Robus
 
 
 def scale_of(distances: Float) -> float:
-    """Return how many sigma the good residuals are, at least one."""
+    """Return the ratio of good residuals to sigma, at least one."""
     return max(float(np.nanmedian(distances)) / _MEDIAN_OF_RAYLEIGH, 1.0)
 
 
@@ -80,7 +80,7 @@ def limit_of(distances: Float) -> float:
 
 
 def _settled(data: BundleData, prior: Prior, start: BundleState) -> BundleState:
-    """Return a state near the minimum that wrong spots have not led astray."""
+    """Return a state near the minimum, robust against wrong spots."""
     state, last = start, math.inf
     for _ in range(_ROUNDS):
         distances, bar_distances, _ = _judge(data, state)
@@ -95,15 +95,15 @@ def _settled(data: BundleData, prior: Prior, start: BundleState) -> BundleState:
 
 
 def _cauchy(distances: Float, scale: float) -> Float:
-    """Return the roots of Cauchy's weights; zero where nothing was seen."""
+    """Return the square roots of Cauchy weights; zero for unseen spots."""
     weights = 1.0 / np.hypot(1.0, distances / scale)
     return np.where(np.isfinite(distances), weights, 0.0)
 
 
 def _judge(data: BundleData, state: BundleState) -> tuple[Float, Float, Float]:
-    """Return the distances of all spots and of those of the bars, in sigmas, and the misses, px.
+    """Return spot and bar spot distances, in sigmas, and misses, px.
 
-    What has no weight from the beginning has no distance.
+    NaN for spots with zero weight.
     """
     of_frames, of_bars = residuals(data, state)
     return _lengths(of_frames, data.weights), _lengths(of_bars, data.bar_weights), of_frames
@@ -119,7 +119,7 @@ def _without(data: BundleData, distances: Float, bar_distances: Float) -> Bundle
     limit = limit_of(np.concatenate([distances.ravel(), bar_distances.ravel()]))
     good = distances <= limit
     good &= solvable(good)[:, None, None]
-    # A spot that was not seen compares as False with everything.
+    # Unseen spots compare as False.
     wrong = (bar_distances > limit).any(axis=tuple(range(1, bar_distances.ndim)))
     placed = np.where(wrong, 0.0, 1.0)[:, None, None]
     return data.scaled(good.astype(np.float64), placed)

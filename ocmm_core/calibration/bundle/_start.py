@@ -1,4 +1,4 @@
-"""Where a bundle adjustment starts: poses, bars and seats as the cameras from before see them."""
+"""Start of a bundle adjustment: poses, bars and seats from the previous cameras."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from ocmm_core.tracking import ProbeBody, triangulate
 from ocmm_core.tracking.kernels import OK, allocate, solve_frames
 
 LEAST_LEDS = 3
-"""LEDs that two cameras saw in one frame: fewer leave its pose open."""
+"""LEDs seen by two cameras in one frame, needed for its pose."""
 
 _SHAPE_FRAMES = 200
 _SHAPE_ROUNDS = 10
 _NEVER_LOST_PX = 1e-9
-"""The start of a pose may be as uncertain as it likes."""
+"""Effectively disables the uncertainty check of a start pose."""
 
 
 def solvable(seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which frames (n,) show enough, from what was seen (n, C, L)."""
+    """Return the frames (n,) with enough LEDs, from a visibility mask (n, C, L)."""
     enough: NDArray[np.bool_] = (seen.sum(axis=1) >= 2).sum(axis=1) >= LEAST_LEDS
     return enough
 
 
 def start_poses(rig: Rig, leds: Points3, uv: Pixels) -> tuple[Float, Points3, NDArray[np.bool_]]:
-    """Return rotations (n, 3, 3), origins (n, 3), world from probe, and which were found (n,).
+    """Return rotations (n, 3, 3), origins (n, 3), world from probe, and success (n,).
 
-    By the method of the thesis (2.4): rigid fit to triangulated LEDs, which also works with cameras
-    that are wrong by millimetres. ``uv`` is (n, C, L, 2), px.
+    Method of the thesis (2.4): rigid fit to triangulated LEDs, tolerant of camera errors of
+    millimetres. ``uv`` is (n, C, L, 2), px.
     """
     outputs = allocate(len(uv))
     solve_frames(
@@ -45,15 +45,11 @@ def start_poses(rig: Rig, leds: Points3, uv: Pixels) -> tuple[Float, Points3, ND
 
 
 def start_shape(rig: Rig, body: ProbeBody, uv: Pixels) -> Points3:
-    """Return the LEDs (L, 3), mm, as frames (n, C, L, 2) show them, in the probe's frame.
+    """Return the LEDs (L, 3), mm, from frames (n, C, L, 2), in the probe's frame.
 
-    Mean of the triangulated shapes, each laid onto the mean before (generalised Procrustes, Gower
-    1975; thesis 3.2), the last laid onto the body.
-
-    Raises
-    ------
-    CalibrationError
-        No frame shows all LEDs to two cameras.
+    Mean of the triangulated shapes, iteratively aligned (generalised Procrustes, Gower 1975; thesis
+    3.2), then fitted to the body. Raises CalibrationError if no frame shows all LEDs to two
+    cameras.
     """
     complete = np.flatnonzero((np.isfinite(uv).all(axis=3).sum(axis=1) >= 2).all(axis=1))
     if not len(complete):
@@ -78,7 +74,7 @@ def start_shape(rig: Rig, body: ProbeBody, uv: Pixels) -> Points3:
 
 
 def start_bars(rig: Rig, uv: Pixels) -> tuple[Float, Points3, NDArray[np.bool_]]:
-    """Return rotations (m, 3, 3), centres (m, 3), world from bar, and which were found (m,).
+    """Return rotations (m, 3, 3), centres (m, 3), world from bar, and success (m,).
 
     ``uv`` is (m, C, 2, 2), px; a bar lies along its x.
     """

@@ -1,4 +1,4 @@
-"""What a bundle adjustment knows and seeks: its state, its order of columns, its observations."""
+"""State, column order and observations of a bundle adjustment."""
 
 from __future__ import annotations
 
@@ -24,7 +24,6 @@ class Columns:
     leds: int
     seats: int
     bars: int
-    """`cameras`, `leds`, `seats`, `bars`: Number of each."""
 
     def camera(self, index: int) -> slice:
         """Return the columns of a camera, in the order of `camera.model.PARAMETERS`."""
@@ -57,7 +56,6 @@ class Columns:
 
     @property
     def count(self) -> int:
-        """Return the number of all columns."""
         return int(self.of_lengths.stop)
 
     def all_leds(self) -> Int:
@@ -70,16 +68,15 @@ class Columns:
         return (N_PARAMETERS * np.arange(self.cameras)[:, None] + per_camera).ravel()
 
     def of_extrinsics(self) -> Int:
-        """Return the columns that say where the cameras stand, camera by camera."""
+        """Return the columns of the camera poses, camera by camera."""
         return (N_PARAMETERS * np.arange(self.cameras)[:, None] + np.arange(6)).ravel()
 
 
 @dataclass(frozen=True, slots=True)
 class BundleState:
-    """Everything that is sought."""
+    """All unknowns of a bundle."""
 
     cameras: tuple[CameraModel, ...]
-    """In the order of the rig."""
     leds: Points3
     tip: Float
     """`leds`, `tip`: (L, 3) and (3,), mm, probe frame."""
@@ -92,8 +89,9 @@ class BundleState:
     """`rotations`, `origins`: (n, 3, 3) and (n, 3), mm: poses of the frames, world from probe."""
     bar_rotations: Float
     bar_origins: Points3
-    """`bar_rotations`, `bar_origins`: (m, 3, 3) and (m, 3), mm: those of the shown bars, which lie
-    along their x, world from bar."""
+    """`bar_rotations`, `bar_origins`: (m, 3, 3) and (m, 3), mm: poses of the shown bars, which lie
+    along their x, world from bar.
+    """
 
     @property
     def columns(self) -> Columns:
@@ -101,13 +99,13 @@ class BundleState:
         return Columns(len(self.cameras), len(self.leds), len(self.seats), len(self.lengths))
 
     def packed(self) -> Float:
-        """Return the cameras as the kernel takes them, (C, 24)."""
+        """Return the cameras in kernel form, (C, 24)."""
         return np.stack([LensCamera(camera).packed() for camera in self.cameras])
 
     def values(self) -> Float:
-        """Return what can be known from before, in the order of the columns.
+        """Return the values that a prior may constrain, in column order.
 
-        Positions of cameras and of seats are zero: they are known from nowhere.
+        Positions of cameras and seats are zero: they have no prior.
         """
         columns = self.columns
         values = np.zeros(columns.count)
@@ -149,7 +147,7 @@ class BundleState:
         )
 
     def in_world(self, T_new_from_old: RigidTransform) -> BundleState:
-        """Return the same state expressed in another world frame."""
+        """Return the same state in another world frame."""
         back = T_new_from_old.inverse()
         return replace(
             self,
@@ -165,10 +163,10 @@ class BundleState:
         )
 
     def world_motions(self) -> Float:
-        """Return how the common unknowns change when the world turns and shifts, (k, 6).
+        """Return the derivatives of the common unknowns by world motions, (k, 6).
 
-        Three small turns (rad) about the axes of the world and three shifts (mm) of everything in
-        it, cameras included: no spot changes.
+        Three small rotations (rad) about the world axes and three shifts (mm) of everything,
+        cameras included: no spot changes.
         """
         columns = self.columns
         motions = np.zeros((columns.count, 6))
@@ -184,9 +182,9 @@ class BundleState:
         return motions
 
     def body_motions(self) -> Float:
-        """Return how the common unknowns change when the probe moves in its own frame, (k, 6).
+        """Return the derivatives of the common unknowns by probe-frame motions, (k, 6).
 
-        Small turns and shifts of LEDs and tip, which the poses undo: no spot changes.
+        Small rotations and shifts of LEDs and tip, compensated by the poses: no spot changes.
         """
         columns = self.columns
         motions = np.zeros((columns.count, 6))
@@ -199,49 +197,47 @@ class BundleState:
 
 @dataclass(frozen=True, slots=True)
 class BundleData:
-    """What was observed; frames with a seat come after those without, and bar comes after bar."""
+    """Observations; frames with a seat follow those without, placements are sorted by bar."""
 
     uv: Pixels
     weights: Float
-    """`uv`, `weights`: (n, C, L, 2), px, and (n, C, L), 1/px: one over sigma, zero for what is not
-    used."""
+    """`uv`, `weights`: (n, C, L, 2), px, and (n, C, L), 1/px: inverse sigma, zero if unused."""
     seats: Int
     """(n,): index of the seat, -1 for none."""
     waved: int
     """Number of frames without a seat."""
     seat_sigma: float
-    """mm per axis: how well the ball finds back into its seat."""
+    """mm per axis: seating repeatability of the ball."""
     bar_uv: Pixels
     bar_weights: Float
     """`bar_uv`, `bar_weights`: (m, C, 2, 2), px, and (m, C, 2), 1/px."""
     bars: Int
-    """(m,): which bar each placement shows, ascending."""
+    """(m,): bar index of each placement, ascending."""
     touched: Int
-    """(t, 3): two seats that are the ends of a bar, and that bar."""
+    """(t, 3): the two end seats of a bar, and that bar."""
     touched_sigma: float
-    """mm: how far the distance of those seats may be from the length of the bar."""
+    """mm: tolerance between the distance of those seats and the length of the bar."""
 
     def scaled(self, factors: Float, bar_factors: Float) -> BundleData:
-        """Return the data with every weight multiplied by its factor."""
         return replace(
             self, weights=self.weights * factors, bar_weights=self.bar_weights * bar_factors
         )
 
     def placements(self, bar: int) -> slice:
-        """Return where the placements of a bar stand."""
+        """Return the placements of a bar."""
         first, behind = np.searchsorted(self.bars, (bar, bar + 1))
         return slice(int(first), int(behind))
 
     @property
     def active(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return which frames (n,) and which placements (m,) take part."""
+        """Return masks of the frames (n,) and placements (m,) in use."""
         counts = (np.count_nonzero(w, axis=(1, 2)) for w in (self.weights, self.bar_weights))
         frames, placements = (np.greater(count, 0) for count in counts)
         return frames, placements
 
     @property
     def excess(self) -> int:
-        """Return how many more numbers were observed than frames and placements have unknowns."""
+        """Return the number of observations less that of frame and placement unknowns."""
         spots = np.count_nonzero(self.weights) + np.count_nonzero(self.bar_weights)
         frames, placements = self.active
         seated = np.count_nonzero(frames & (self.seats >= 0))
@@ -251,20 +247,20 @@ class BundleData:
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """What is known of the common unknowns from before."""
+    """Prior of the common unknowns."""
 
     values: Float
     """(k,), as `BundleState.values`."""
     information: Float
-    """(k, k): inverse of their covariance; zero where nothing is known."""
+    """(k, k): inverse of their covariance; zero without prior."""
     free: Int
-    """Columns that are sought; the others stay."""
+    """Free columns; the others stay fixed."""
     rows: int
-    """How many of them count as observed before."""
+    """Number of prior observations among them."""
     body_floats: bool = False
-    """Nothing is known of the LEDs, so that the place of the probe in its own frame is open too."""
+    """No prior for the LEDs, so the probe's position in its own frame is free."""
 
     @property
     def gauge(self) -> int:
-        """Return the number of motions that nothing observes."""
+        """Return the number of unobservable motions."""
         return 12 if self.body_floats else 6

@@ -1,13 +1,13 @@
-"""Cameras from known points: fit, guards, covariance, and the guided procedure for it.
+"""Calibrate cameras from known points: fit, guards, covariance, guided procedure.
 
-In: a list of known points, and the averaged spots that each camera saw there.
-Out: cameras with full covariance, what speaks against them, and a record to accept.
+In: a list of known points, and the averaged spots of each camera there. Out: cameras with full
+covariance, findings, and a record to accept.
 
 Read `_reference_points` (the files), `_dlt` (start values), `_problem` and `_least_squares` with
-`_kernel`, `_model_fit` (one camera), `_network` (all of them). Then
-the judgement: `_evaluation`, `_guards`, `_lens` and `_lens_terms` (is the lens model enough),
-`_mix_up`. `_procedure_known_points` guides somebody through it.
-It must not know bundles, relocation or the probe's calibration; they come later.
+`_kernel`, `_model_fit` (one camera), `_network` (all of them). Then the judgement: `_evaluation`,
+`_guards`, `_lens` and `_lens_terms` (sufficiency of the lens model), `_mix_up`.
+`_procedure_known_points` is the guided procedure. The package is independent of bundles, relocation
+and probe calibration.
 """
 
 from __future__ import annotations
@@ -36,10 +36,8 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.cameras._reference_points import (
         KnownPoints,
         SpotTable,
-        load_reference_points,
         load_spots,
-        write_reference_points,
-        write_spots,
+        read_reference_points,
     )
 else:
     __getattr__ = door(
@@ -54,10 +52,7 @@ else:
         _model_fit="OUTLIER_PROBABILITY fit_camera",
         _network="calibrate_rig",
         _procedure_known_points="KnownPointsProcedure",
-        _reference_points=(
-            "KnownPoints SpotTable load_reference_points load_spots write_reference_points "
-            "write_spots"
-        ),
+        _reference_points="KnownPoints SpotTable load_spots read_reference_points",
     )
 
 __all__ = [
@@ -78,9 +73,7 @@ __all__ = [
     "empty_rows",
     "fit_camera",
     "kernel",
-    "load_reference_points",
     "load_spots",
+    "read_reference_points",
     "spot_rows",
-    "write_reference_points",
-    "write_spots",
 ]

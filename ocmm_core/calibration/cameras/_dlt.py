@@ -19,7 +19,7 @@ FLAT = 0.15
 """Depth over width below which the plane of the points gives a better pose than the DLT."""
 
 FOCAL_GRID = (0.7, 1.4, 0.5, 2.0, 0.35, 3.0)
-"""Multiples of the nominal focal length that are tried when nothing else fits."""
+"""Multiples of the nominal focal length, tried if nothing else fits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,9 +27,8 @@ class Start:
     """A camera to start a fit from."""
 
     name: str
-    """What it was made of, for the record."""
+    """Method, for the record."""
     camera: CameraModel
-    """Without distortion."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +46,9 @@ class Cloud:
 
     @property
     def flatness(self) -> float:
-        """Return depth over width: the least over the greatest spread along the principal axes.
+        """Return depth over width: least over greatest spread along the principal axes.
 
-        Of evenly filled boxes standard deviations are as the edges, however the box is turned.
+        For evenly filled boxes, standard deviations are proportional to the edges.
         """
         return float(self.widths[2] / self.widths[0]) if self.widths[0] > 0.0 else 0.0
 
@@ -66,7 +65,7 @@ def cloud_of(points: Points3) -> Cloud:
 
 
 def starts(nominal: CameraModel, points_world: Points3, uv: Pixels) -> Iterator[Start]:
-    """Yield cameras to start from, the most promising first.
+    """Yield start cameras, the most promising first.
 
     Parameters
     ----------
@@ -99,9 +98,9 @@ def starts(nominal: CameraModel, points_world: Points3, uv: Pixels) -> Iterator[
 
 
 def dlt(cloud: Cloud, uv: Pixels) -> Float | None:
-    """Return the projection matrix (3, 4), px over mm, with the points in front of the camera.
+    """Return the projection matrix (3, 4), px/mm, with points in front of the camera.
 
-    None where the points lie in one plane.
+    None for points in a plane.
     """
     whitened = _whitening(cloud)
     if whitened is None:
@@ -116,10 +115,10 @@ def dlt(cloud: Cloud, uv: Pixels) -> Float | None:
 
 
 def camera_of_dlt(nominal: CameraModel, matrix: Float) -> CameraModel | None:
-    """Return the camera without distortion of a projection matrix.
+    """Return the distortion-free camera of a projection matrix.
 
-    None where the matrix is a mirror image or has no sensible lens: the points are then in another
-    order or handedness than the spots, or nearly in one plane.
+    None for a mirror image or an implausible lens: order or handedness of points and spots differ,
+    or the points are nearly in one plane.
     """
     m1, m2, m3 = matrix[:, :3]
     u0, v0 = float(m1 @ m3), float(m2 @ m3)
@@ -140,9 +139,9 @@ def camera_of_dlt(nominal: CameraModel, matrix: Float) -> CameraModel | None:
 
 
 def pose_of_plane(camera: CameraModel, cloud: Cloud, uv: Pixels) -> RigidTransform | None:
-    """Return the pose (camera from world) of points near a plane, for a known lens.
+    """Return the pose (camera from world) of points near a plane, for a given lens.
 
-    Homography of the plane, its columns made orthonormal. None where the points are on a line.
+    Homography of the plane, its columns made orthonormal. None for points on a line.
     """
     if cloud.widths[1] < 1e-6 * cloud.widths[0]:
         return None
@@ -164,9 +163,9 @@ def pose_of_plane(camera: CameraModel, cloud: Cloud, uv: Pixels) -> RigidTransfo
 
 
 def pose_of_dlt(camera: CameraModel, cloud: Cloud, uv: Pixels) -> RigidTransform | None:
-    """Return the pose (camera from world) nearest to the DLT, for a known lens.
+    """Return the pose (camera from world) nearest to the DLT, for a given lens.
 
-    None where the points lie in a plane, or are a mirror image of what the spots show.
+    None for points in a plane, or if they are a mirror image of the spots.
     """
     matrix = dlt(cloud, uv)
     if matrix is None:
@@ -178,7 +177,7 @@ def pose_of_dlt(camera: CameraModel, cloud: Cloud, uv: Pixels) -> RigidTransform
 
 
 def _posed(name: str, camera: CameraModel, cloud: Cloud, uv: Pixels) -> Iterator[Start]:
-    """Yield starts with this lens; the pose by plane and by DLT, the likelier one first."""
+    """Yield starts with this lens; poses by plane and by DLT, the likelier one first."""
     methods = [("plane", pose_of_plane), ("DLT", pose_of_dlt)]
     if cloud.flatness >= FLAT:
         methods.reverse()
@@ -189,11 +188,11 @@ def _posed(name: str, camera: CameraModel, cloud: Cloud, uv: Pixels) -> Iterator
 
 
 def _homogeneous_solution(points: Float, image: Float) -> Float:
-    """Return the matrix (3, d + 1) that takes points (n, d) to image points (n, 2).
+    """Return the matrix (3, d + 1) that maps points (n, d) to image points (n, 2).
 
-    The unit vector that makes all rows [h, 0, -u h] and [0, h, -v h] least, h = (point, 1); what
-    squares of these rows sum up to is written out. Points and image are normalised, so that the
-    squared condition does no harm to a start.
+    The unit vector that minimises all rows [h, 0, -u h] and [0, h, -v h], h = (point, 1), from
+    their explicit normal matrix. Points and image are normalised, so squaring the condition is
+    harmless.
     """
     h = np.column_stack([points, np.ones(len(points))])
     d = h.shape[1]
@@ -223,9 +222,9 @@ def _nearest_rotation(matrix: Float) -> Float:
 
 
 def _whitening(cloud: Cloud) -> tuple[Float, Points3] | None:
-    """Return the matrix (4, 4) that makes the points' covariance the unit matrix, and the points.
+    """Return the whitening matrix (4, 4) of the points' covariance, and whitened points.
 
-    None where they have no extent in one direction.
+    None without extent in one direction.
     """
     if cloud.widths[2] < 1e-6 * cloud.widths[0]:
         return None

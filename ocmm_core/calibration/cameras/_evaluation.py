@@ -1,4 +1,4 @@
-"""How good a calibration is: points that were not used for it, and what it predicts of itself."""
+"""Quality of a calibration: errors at independent points, and predicted errors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class AxisErrors:
     """Errors of points located with all cameras, as in Table 1 of the thesis."""
 
     errors_world: Points3
-    """(n, 3), mm, located minus known; NaN where fewer than two cameras saw the point."""
+    """(n, 3), mm, located minus reference; NaN if seen by fewer than two cameras."""
     rms: Float
     rms_space: float
     """`rms`, `rms_space`: (3,) per axis, and in space, mm."""
@@ -28,29 +28,25 @@ class AxisErrors:
 
 @dataclass(frozen=True, slots=True)
 class ErrorMap:
-    """What a calibration predicts of its own errors.
-
-    Notes
-    -----
-    NaN where fewer than two cameras see the node.
-    """
+    """Errors predicted by a calibration; NaN for nodes seen by fewer than two cameras."""
 
     nodes_world: Float
     """(nx, ny, nz, 3), mm."""
     calibration_sigma: Float
-    """(nx, ny, nz, 3), mm: standard deviation per axis from the uncertain cameras; the same for
-    every exposure, so that no averaging removes it."""
+    """(nx, ny, nz, 3), mm: standard deviation per axis due to the cameras; common to all exposures,
+    so averaging does not reduce it.
+    """
     spot_sigma: Float
-    """(nx, ny, nz, 3), mm: from the noise of the spots."""
+    """(nx, ny, nz, 3), mm: from spot noise."""
 
 
 def split(points: KnownPoints, calibration: int, rng: np.random.Generator) -> tuple[Int, Int]:
-    """Return the indices of points for calibration and of those for evaluation, drawn at random.
+    """Return random disjoint indices of calibration and evaluation points.
 
     Raises
     ------
     CalibrationError
-        Nothing would be left for one of them.
+        One of the sets would be empty.
     """
     n = len(points.names)
     if not 0 < calibration < n:
@@ -75,10 +71,7 @@ def subset(points: KnownPoints, spots: SpotTable, indices: Int) -> tuple[KnownPo
 def axis_errors(rig: Rig, points: KnownPoints, spots: SpotTable) -> AxisErrors:
     """Return the errors of points located with all cameras of a calibrated rig.
 
-    Raises
-    ------
-    CalibrationError
-        No point was seen by two cameras.
+    Raises CalibrationError if no point was seen by two cameras.
     """
     rows = [spots.serials.index(camera.serial) for camera in rig.cameras]
     errors = triangulate(rig, spots.uv[rows]) - points.positions_world
@@ -101,20 +94,18 @@ def axis_errors(rig: Rig, points: KnownPoints, spots: SpotTable) -> AxisErrors:
 def error_map(
     rig: Rig, volume_world: Float, nodes: tuple[int, int, int], sigma_px: float
 ) -> ErrorMap:
-    """Return the errors that the covariance of the cameras predicts over a volume.
+    """Return the errors predicted by the cameras' covariance over a volume; for tests.
 
-    For tests: nothing in the product asks for it.
-
-    A point is located where its reprojection residuals are least; to first order it moves by
-    -(A'A)^-1 A' B d when the parameters of the cameras are wrong by d, A and B being the
-    derivatives of the spots by point and parameters.
+    A point is located at the minimum of its reprojection residuals; to first order it moves by
+    -(A'A)^-1 A' B d for camera parameter errors d, with A and B the derivatives of the spots by
+    point and parameters.
 
     Parameters
     ----------
     rig
         With its `parameter_covariance`.
     volume_world
-        (2, 3), mm, opposite corners; it may reach beyond what was calibrated.
+        (2, 3), mm, opposite corners; may exceed the calibrated volume.
     nodes
         Number of nodes along each axis.
     sigma_px

@@ -1,8 +1,7 @@
-"""What a calibration must show before it may be used.
+"""Criteria that a camera calibration must meet.
 
-Each limit is a finding with the reason and what to do. Some refuse, some warn; a person who knows
-why may force those that question the design of the calibration, never those that say that the
-cameras do not see what the list of points says.
+Each violated limit is a finding with reason and remedy that refuses or warns. The user may overrule
+those on the design of the calibration, but not a contradiction between cameras and list of points.
 """
 
 from __future__ import annotations
@@ -26,20 +25,20 @@ SMALL_REFUSED, SMALL_WARNED = 0.03, 0.1
 FEW_POINTS = 50
 
 RMS_REFUSED = 10.0
-"""Residuals over what their sigmas say; a wrong minimum shows a hundred."""
+"""Residuals over their sigmas; a wrong minimum gives a hundred."""
 
 RMS_FORCED = 2.0
 CHI2_DEVIATION = 4.0
-"""Standard deviations of chi-square from its expectation before it is named."""
+"""Standard deviations of chi-square from its expectation that cause a finding."""
 
 FOCAL_SIGMA = 1e-4
 OUTLIERS_REFUSED = 0.1
 LENS_EFFECT = 1.0
-"""RMS effect of the lens terms that the running model lacks, in sigmas of a spot."""
+"""RMS effect of the missing lens terms, in sigmas of a spot."""
 
 
 def judge_fit(fit: CameraFit, names: Sequence[str]) -> list[Finding]:
-    """Return what speaks against the fit of one camera.
+    """Return findings on the fit of one camera.
 
     Parameters
     ----------
@@ -56,7 +55,7 @@ def judge_fit(fit: CameraFit, names: Sequence[str]) -> list[Finding]:
 
 
 def judge_lens(fit: CameraFit, terms: LensTerms) -> list[Finding]:
-    """Return what the test of the extra lens terms says."""
+    """Return findings on the extra lens terms."""
     if not terms.significant:
         return []
     name = fit.camera.model.name
@@ -76,7 +75,7 @@ def judge_lens(fit: CameraFit, terms: LensTerms) -> list[Finding]:
 
 
 def ratio_of(fit: CameraFit) -> float:
-    """Return how many times larger the residuals are than their sigmas say."""
+    """Return the ratio of the residuals to their sigmas."""
     return float(np.sqrt(fit.chi2 / max(fit.dof, 1)))
 
 

@@ -1,6 +1,6 @@
-"""The compiled inner loops of camera fits and of the bundle: residuals and their derivatives.
+"""Compiled inner loops of camera fits and the bundle: residuals and derivatives.
 
-One pass over the points; numpy needs some sixty passes for the same and three times as long.
+One pass over the points; numpy needs some sixty passes and three times as long.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ N_TERMS = 17
 def spot_rows(
     packed: Float, px: float, py: float, pz: float, u_row: Float, v_row: Float
 ) -> tuple[float, float, float]:
-    """Return depth, u and v of a world point; write d(u) and d(v) by the camera, (17,) each.
+    """Return depth, u and v of a world point; write d(u) and d(v), (17,) each.
 
-    Elements that are always zero or one are expected to be there, see `empty_rows`. Nothing is
-    written for a point that is not in front of the camera.
+    Derivatives are by the camera. Constant elements (zero or one) must be preset, see `empty_rows`.
+    Nothing is written for a point that is not in front of the camera.
     """
-    # R X, camera axes, before the translation: the arm on which a turn of the camera acts.
+    # R X, camera axes, before the translation: lever arm of a camera rotation.
     ax = packed[0] * px + packed[1] * py + packed[2] * pz
     ay = packed[3] * px + packed[4] * py + packed[5] * pz
     az = packed[6] * px + packed[7] * py + packed[8] * pz
     depth = az + packed[11]
-    # A point beside or behind the camera has no image; written so that NaN fails, too.
+    # A point in the camera's plane or behind has no image; written so that NaN also fails.
     if not depth > 0.0:
         return depth, np.inf, np.inf
     # Packed: R (9), t (3), f, Sx, Sy, u0, v0, k1, k2, p1, p2, then k3, s1, s2.
@@ -44,7 +44,7 @@ def spot_rows(
     # r^2.
     radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
     slope = 2.0 * k1 + r2 * (4.0 * k2 + 6.0 * k3 * r2)
-    # What p2 and p1 multiply along their own axis (Brown); s1, s2 are the thin prism (Weng 1992).
+    # Factors of p2 and p1 along their own axis (Brown); s1, s2 are the thin prism (Weng 1992).
     along_x, along_y = 3.0 * xx + yy, xx + 3.0 * yy
     dx = x * radial + p1 * xy2 + p2 * along_x + s1 * r2
     dy = y * radial + p1 * along_y + p2 * xy2 + s2 * r2
@@ -58,12 +58,12 @@ def spot_rows(
     # Order of the columns: `lens.ALL_PARAMETERS`. By f: x = f tx.
     u_row[6], v_row[6] = ux * tx + uy * ty, vx * tx + vy * ty
     # By the translation: x = f X / Z, so that dx/dX = f / Z and dx/dZ = -x / Z = -(f / Z) tx. The
-    # derivative by f along (tx, ty) is the same combination and is used again.
+    # derivative by f along (tx, ty) is the same combination and is reused.
     near = f / depth
     u_row[3], v_row[3] = near * ux, near * vx
     u_row[4], v_row[4] = near * uy, near * vy
     u_row[5], v_row[5] = -near * u_row[6], -near * v_row[6]
-    # By a small turn w of the camera, along its own axes and after R: d(a) = w x a, so the
+    # By a small rotation w of the camera, along its own axes and after R: d(a) = w x a, so the
     # derivative is a x (derivative by the point).
     u_row[0] = ay * u_row[5] - az * u_row[4]
     v_row[0] = ay * v_row[5] - az * v_row[4]
@@ -71,9 +71,8 @@ def spot_rows(
     v_row[1] = az * v_row[3] - ax * v_row[5]
     u_row[2] = ax * u_row[4] - ay * u_row[3]
     v_row[2] = ax * v_row[4] - ay * v_row[3]
-    # The pitch is one over Sy.
-    # Only u has the aspect: u = aspect Sy dx + u0 with Sy = 1 / pitch. Elements 8 and 9, by u0 and
-    # v0, are one and stay, as does v by the aspect, zero.
+    # The pitch is 1 / Sy. Only u has the aspect: u = aspect Sy dx + u0 with Sy = 1 / pitch.
+    # Elements 8 and 9, by u0 and v0, are one and stay, as does v by the aspect, zero.
     u_row[7] = dx * sy
     u_row[10], v_row[10] = sx * x * r2, sy * y * r2
     u_row[11], v_row[11] = u_row[10] * r2, v_row[10] * r2
@@ -88,7 +87,7 @@ def spot_rows(
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def empty_rows() -> tuple[Float, Float]:
-    """Return the rows that `spot_rows` fills."""
+    """Return the rows for `spot_rows` with constant elements preset."""
     u_row, v_row = np.zeros(N_TERMS), np.zeros(N_TERMS)
     # d(u)/d(u0) and d(v)/d(v0); every other element is zero or written by `spot_rows`.
     u_row[8] = 1.0
@@ -120,13 +119,13 @@ def project_points_with_jacobian(
     for n in range(points.shape[0]):
         depth, u, v = spot_rows(packed, points[n, 0], points[n, 1], points[n, 2], u_row, v_row)
         if not depth > 0.0:
-            # An infinite cost makes the solver take the step back.
+            # An infinite cost makes the solver reject the step.
             residuals[0, n] = residuals[1, n] = np.inf
             for k in range(terms):
                 rows[k, 0, n] = rows[k, 1, n] = 0.0
             continue
-        # Whitening by a lower triangle K with K'K the inverse of the covariance of the spot, 1/px:
-        # it makes the two numbers independent, with variance one.
+        # Whitening by a lower triangle K with K'K the inverse covariance of the spot, 1/px: gives
+        # two independent numbers of variance one.
         first, across, second = whitening[0, n], whitening[1, n], whitening[2, n]
         residuals[0, n] = first * (u - uv[n, 0])
         residuals[1, n] = across * (u - uv[n, 0]) + second * (v - uv[n, 1])

@@ -1,4 +1,4 @@
-"""The events of a calibration from known points, and what its observations say."""
+"""Session events of a calibration from known points, and their evaluation."""
 
 from __future__ import annotations
 
@@ -25,20 +25,19 @@ class KnownPointsBegun(Begun, frozen=True, kw_only=True):
     """`names`, `positions`, `reference_sigma`, `frame`, `length_sigma`: The list, as in
     `KnownPoints`; mm."""
     evaluation: int
-    """How many of the points are kept for evaluation."""
+    """Number of points kept for evaluation."""
     valid_days: int
-    """For how long the calibration may be used."""
+    """Validity of the calibration."""
     artefacts: tuple[ArtefactUse, ...]
     """The CMM that positioned the points, with its certificate."""
 
 
 class PointTaken(SessionEvent, frozen=True, kw_only=True):
-    """The spots at one reference point; taken again, it replaces the one before."""
+    """Spots at one reference point; replaces an earlier event of it."""
 
     point: str
-    """Name."""
     uv: Spots
-    """(C, 1), px; nothing but None where the point was skipped."""
+    """(C, 1), px; all None for a skipped point."""
     sigma_px: float
     """Standard deviation of a spot."""
 
@@ -47,19 +46,16 @@ KnownPointsEvent: TypeAlias = KnownPointsBegun | PointTaken
 
 
 def views_of(taken: PointTaken) -> int:
-    """Return how many cameras saw a point."""
+    """Return the number of cameras that saw a point."""
     return sum(camera[0] is not None for camera in taken.uv)
 
 
 def found_by(
     rig: Rig, points: KnownPoints, table: SpotTable, evaluation: int, force: bool
 ) -> Findings:
-    """Return what the points say; ``evaluation`` of them, always the same ones, are held back.
+    """Return the findings from the points; raises as `_network.calibrate_rig`.
 
-    Raises
-    ------
-    CalibrationError
-        A guard refuses, see `_network.calibrate_rig`.
+    ``evaluation`` of the points, always the same ones, are held back.
     """
     used, held = (points, table), None
     if evaluation:

@@ -1,8 +1,7 @@
-"""Levenberg-Marquardt for any projection that knows its derivatives.
+"""Levenberg-Marquardt for any differentiable projection.
 
 Marquardt's scaling by the columns' norms, damping by the ratio of achieved to predicted decrease.
-The problem says what its residuals are and how its state moves, so that rotations are turned and
-never added.
+The problem defines residuals and state updates, so that rotations are composed, not added.
 """
 
 from __future__ import annotations
@@ -20,16 +19,16 @@ FIRST_DAMPING = 1e-4
 LARGEST_DAMPING = 1e12
 RELATIVE_DECREASE = 1e-11
 ABSOLUTE_DECREASE = 1e-12
-"""Residuals are in units of their sigma: a chi-square that can fall by no more is at its bottom."""
+"""Residuals are in units of sigma; chi-square is minimal if it can decrease by no more."""
 
 
 class Projector(Protocol[S]):
-    """What is fitted."""
+    """Problem to be fitted."""
 
     def linearise(self, state: S) -> tuple[Float, Float]:
-        """Return the residuals (m,), predicted minus observed over sigma, and d/d(step), (m, p).
+        """Return residuals (m,), predicted minus observed, in sigmas, and d/d(step), (m, p).
 
-        Residuals that are not finite say that the state is impossible.
+        Non-finite residuals mark an impossible state.
         """
         ...
 
@@ -40,7 +39,7 @@ class Projector(Protocol[S]):
 
 @dataclass(frozen=True, slots=True)
 class Minimum(Generic[S]):
-    """Where a fit ended."""
+    """Result of a fit."""
 
     state: S
     residuals: Float
@@ -51,22 +50,22 @@ class Minimum(Generic[S]):
     iterations: int
     """Number of linearisations after the first."""
     converged: bool
-    """Whether the cost cannot fall any further."""
+    """Whether the cost cannot decrease further."""
 
 
 def minimise(
     problem: Projector[S], start: S, max_iterations: int = 60, enough: float = ABSOLUTE_DECREASE
 ) -> Minimum[S]:
-    """Return the minimum of the squared residuals that is reached from ``start``.
+    """Return the minimum of the squared residuals reached from ``start``.
 
-    A start that is impossible itself is returned with an infinite cost.
+    An impossible start is returned with an infinite cost.
 
     Parameters
     ----------
     max_iterations
-        Number of steps that are tried.
+        Largest number of steps.
     enough
-        The minimum is reached when chi-square can fall by no more than this.
+        The fit ends when chi-square can fall by no more than this.
     """
     state = start
     residuals, jacobian = problem.linearise(state)
@@ -90,7 +89,7 @@ def minimise(
         if not ratio > 0.0:
             damping *= 10.0
             if damping > LARGEST_DAMPING:
-                # No step of any length helps: rounding is all that is left of the slope.
+                # No step length helps: the slope is pure rounding.
                 return Minimum(state, residuals, jacobian, cost, iteration, converged=small)
             continue
         state, residuals, jacobian, cost = trial, trial_residuals, trial_jacobian, trial_cost
@@ -103,9 +102,9 @@ def minimise(
 
 
 def covariance_of(jacobian: Float) -> Float | None:
-    """Return the covariance (p, p) of the parameters whose residuals have unit variance.
+    """Return the covariance (p, p) of the parameters for residuals of unit variance.
 
-    None where the observations do not determine the parameters.
+    None if undetermined by the observations.
     """
     scale = np.linalg.norm(jacobian, axis=0)
     if not np.all(scale > 0.0):
@@ -116,7 +115,7 @@ def covariance_of(jacobian: Float) -> Float | None:
         inverse = np.linalg.inv(normal)
     except np.linalg.LinAlgError:
         return None
-    # Above this condition the first digit of a variance is rounding.
+    # Above this condition the leading digit of a variance is rounding error.
     if not np.abs(normal).sum(axis=0).max() * np.abs(inverse).sum(axis=0).max() < 1e14:
         return None
     covariance: Float = inverse / scale / scale[:, None]

@@ -1,8 +1,8 @@
-"""A camera with three more lens terms than the running model, to find out whether they are needed.
+"""Camera with three extra lens terms, to test whether they are needed.
 
-The running model (`camera.model`) stays as it is: k1, k2, p1, p2. Here k3 (radial, r^6) and the
-thin prism s1, s2 (Weng 1992) are added, so that a fit can free them and say what they change. A
-camera that needs them is refused rather than used with the wrong model (`guards`).
+The running model (`camera.model`) is unchanged: k1, k2, p1, p2. k3 (radial, r^6) and the thin prism
+s1, s2 (Weng 1992) are added here, so that a fit can show their effect. A camera that needs them is
+refused rather than used with the wrong model (`guards`).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ EXTRA_TERMS = ("k3", "s1", "s2")
 """Radial, mm^-6; thin prism along x and y, mm^-1."""
 
 ALL_PARAMETERS = (*PARAMETERS, *EXTRA_TERMS)
-"""Order of everything that can be fitted."""
+"""Order of all parameters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,13 +37,13 @@ class LensCamera:
         )
 
     def packed(self) -> Float:
-        """Return the numbers that the compiled kernel needs, (24,)."""
+        """Return the parameters in kernel form, (24,)."""
         return np.concatenate([self.model.packed(), self.extra])
 
 
 @dataclass(frozen=True, slots=True)
 class ProjectedPoints:
-    """Where a camera sees points, or how far from their spots, and how that moves."""
+    """Residuals of projected points with derivatives."""
 
     residuals: Float
     """(2, n): u and v of predicted minus observed, whitened; infinite behind the camera."""
@@ -63,11 +63,11 @@ def project_with_jacobian(
     Parameters
     ----------
     terms
-        How many parameters are derived for, 14 to 17.
+        Number of parameters to differentiate by, 14 to 17.
     uv
         (n, 2), px: spots that are subtracted.
     whitening
-        (3, n), 1/px, as `_problem.CameraProblem` has it; plain pixels without.
+        (3, n), 1/px, as in `_problem.CameraProblem`; default plain pixels.
     """
     n = len(points_world)
     if uv is None:
@@ -76,7 +76,7 @@ def project_with_jacobian(
         whitening = np.ones((3, n))
         whitening[1] = 0.0
     residuals, rows = np.empty((2, n)), np.empty((terms, 2, n))
-    # Data from files may lie in another byte order, which the kernel does not take.
+    # Data from files may have another byte order, which the kernel refuses.
     points = np.ascontiguousarray(points_world, dtype=np.float64)
     spots = np.ascontiguousarray(uv, dtype=np.float64)
     project_points_with_jacobian(camera.packed(), points, spots, whitening, residuals, rows)
@@ -86,9 +86,8 @@ def project_with_jacobian(
 def by_point(camera: LensCamera, rows: Float) -> Float:
     """Return derivatives by the point, (2, 3, n), 1/mm, world frame.
 
-    They follow from those of `project_with_jacobian`.
-
-    A shift of the point and one of the camera differ by the camera's rotation alone.
+    Computed from the rows of `project_with_jacobian`: shifts of the point and of the camera differ
+    only by the camera's rotation.
     """
     rotation = camera.model.T_camera_from_world.rotation
     moved: Float = np.einsum("aun,ab->ubn", rows[3:6], rotation)

@@ -1,4 +1,4 @@
-"""Are k3 and the thin prism needed? The fit with them against the fit without."""
+"""Test whether k3 and the thin prism are needed, by fits with and without them."""
 
 from __future__ import annotations
 
@@ -14,53 +14,56 @@ from ocmm_core.calibration.cameras._problem import CameraProblem, free_parameter
 from ocmm_core.geometry import Float
 
 SIGNIFICANT = 1e-4
-"""Probability below which chance does not explain the gain of the extra terms."""
+"""Probability below which a gain by the extra terms is not attributed to chance."""
 
 ENOUGH = 1e-4
-"""Chi-square; a prism and a shifted principal point are nearly the same, and the last of that
-valley would take longer than all the rest. At a hundredth the gain by chance alone was missed."""
+"""Chi-square; a prism and a shifted principal point are nearly equivalent, and the end of that
+valley would take longer than all the rest. At a hundredth, the chance gain was missed.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class LensTerms:
-    """What the extra lens terms would be and what they would change."""
+    """The extra lens terms and their effect."""
 
     values: Float
     sigmas: Float
-    """`values`, `sigmas`: (3,), in the order of `lens.EXTRA_TERMS`; infinite sigmas where the
-    points do not tell the terms from the running model, as in a small field: there they make no
-    difference either."""
+    """`values`, `sigmas`: (3,), in the order of `lens.EXTRA_TERMS`; infinite sigmas if the points
+    cannot separate the terms from the running model, as in a small field, where they have no
+    effect.
+    """
     f_statistic: float
     p_value: float
     """`f_statistic`, `p_value`: Gain in chi-square per term over the remaining chi-square per
-    degree of freedom, and the probability of at least that gain by chance (F-test of nested models,
-    which holds also where the spots' sigma is known to a factor only)."""
+    degree of freedom, and the probability of at least that gain by chance (F-test of nested models;
+    valid also for a spot sigma of unknown scale).
+    """
     effect_rms_px: float
     effect_max_px: float
-    """`effect_rms_px`, `effect_max_px`: How far the calibrated spots move, per coordinate and at
-    most, when the terms are added and everything else is fitted again. This is the error that the
-    running model makes."""
+    """`effect_rms_px`, `effect_max_px`: Shift of the calibrated spots, per coordinate and at most,
+    when the terms are added and all else is refitted: the error of the running model.
+    """
 
     @property
     def significant(self) -> bool:
-        """Return whether chance does not explain the gain."""
+        """Return whether the gain is significant."""
         return self.p_value < SIGNIFICANT
 
     def strongest(self) -> str:
-        """Return the name of the term that differs most from zero, in sigmas."""
+        """Return the term with the largest ratio to its sigma."""
         return EXTRA_TERMS[int(np.argmax(np.abs(self.values) / self.sigmas))]
 
 
 def judge_lens_terms(fit: CameraFit) -> LensTerms:
-    """Return what the extra terms would be.
+    """Return the test of the extra terms.
 
-    Points that only the fit without them takes for wrong, as a lens that needs them bends the
-    picture most at its rim, are used.
+    Also uses points that are outliers only without the terms: a lens that needs them distorts the
+    rim of the image most.
 
     Parameters
     ----------
     fit
-        A fit of the running model, without extra terms, most of whose points are good.
+        A fit of the running model, without extra terms, with mostly good points.
     """
     whitening = whitening_of(fit.camera, fit.points_world, fit.sigma_px, fit.reference_sigma)
     problem = CameraProblem(fit.points_world, fit.uv, whitening, free_parameters(EXTRA_TERMS))

@@ -1,4 +1,4 @@
-"""Why does a list of points not fit its spots? Order, handedness and unit are tried."""
+"""Explain why a list of points does not fit its spots: order, handedness or unit."""
 
 from __future__ import annotations
 
@@ -13,14 +13,18 @@ from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import CameraModel
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Pixels, Points3
+from ocmm_core.units import named_unit
 
 Pattern: TypeAlias = tuple[str, str, Points3, Pixels]
 
-UNITS_MM = {"inches": 25.4, "centimetres": 10.0, "metres": 1000.0, "micrometres": 1e-3}
+UNITS_MM = {
+    word: named_unit(word, "length").factor
+    for word in ("inches", "centimetres", "metres", "micrometres")
+}
 """A list in one of these that was taken for millimetres makes the rig this much too small."""
 
 UNIT_TOLERANCE = 0.15
-"""How far a baseline may be from the one of the rig document and still name the unit."""
+"""Relative deviation of a baseline from the rig document within which the unit is named."""
 
 MAX_BASELINE_RATIO = 1.5
 
@@ -28,11 +32,11 @@ MAX_BASELINE_RATIO = 1.5
 def explain_misfit(
     nominal: CameraModel, points_world: Points3, uv: Pixels, sigma_px: float, reference_sigma: float
 ) -> Finding | None:
-    """Return which mix-up of the list makes it fit the spots; None where none does.
+    """Return the mix-up of the list that makes it fit the spots, or None.
 
-    Points and spots are (n, 3), mm, and (n, 2), px, in the order of the list. Two axes swapped, one
-    axis reversed, and u and v swapped are all the same mirror image up to a rotation, which the
-    camera's pose takes up: they cannot be told apart, and are named together.
+    Points and spots are (n, 3), mm, and (n, 2), px, in list order. Two swapped axes, one reversed
+    axis, and swapped u and v are the same mirror image up to a rotation, which the pose absorbs:
+    they are indistinguishable and named together.
     """
     for code, sentence, points, spots in _patterns(points_world, uv):
         try:
@@ -52,9 +56,9 @@ def explain_misfit(
 
 
 def explain_baseline(first: str, second: str, found_mm: float, expected_mm: float) -> list[Finding]:
-    """Return what the distance of two cameras says about the unit of the list.
+    """Return findings on the unit of the list from the distance of two cameras.
 
-    The residuals of a calibration are the same in every unit; only something of known length tells.
+    Calibration residuals are the same in every unit; only a reference length reveals it.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""One camera from known points: several starts, wrong points found and named, full covariance.
+"""Fit of one camera to known points with several starts and outlier detection.
 
-Thesis 3.1 (after Heikkila and Silven 1997) with its errata. The normal minimum is found from the
-nominal focal length or from the DLT; which of them leads there depends on depth and distortion, so
-starts are tried until the residuals are what the spots' sigma says, and the best is kept.
+Thesis 3.1 (after Heikkila and Silven 1997) with its errata. Depending on depth and distortion, the
+nominal focal length or the DLT leads to the global minimum; starts are tried until the residuals
+match the spots' sigma, and the best is kept.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Pixels, Points3
 
 MINIMUM_POINTS = 20
-"""Below this, 14 parameters leave too little to tell a wrong point from a right one."""
+"""Below this, 14 parameters leave too little redundancy to detect a wrong point."""
 
 OUTLIER_PROBABILITY = 1e-3
-"""That one of all good points is called wrong."""
+"""Probability that any good point is classified as wrong."""
 
 _MEDIAN_OF_RAYLEIGH = 1.1774
 _ROUNDS = 12
@@ -39,19 +39,19 @@ _POSE = tuple(range(6))
 
 @dataclass(frozen=True, slots=True)
 class CameraFit:
-    """What a fit of one camera found; nothing of it is judged here."""
+    """Result of a fit of one camera, not judged."""
 
     camera: LensCamera
-    """With the extra terms, which are zero where they were not freed."""
+    """Extra terms are zero unless fitted."""
     free: tuple[int, ...]
-    """Indices into `lens.ALL_PARAMETERS` of what was fitted."""
+    """Indices into `lens.ALL_PARAMETERS` of the fitted parameters."""
     covariance: Float
-    """(p, p) of what was fitted, from the sigma of spots and of reference points."""
+    """(p, p) of the fitted parameters, from the sigma of spots and of reference points."""
     points_world: Points3
     uv: Pixels
-    """`points_world`, `uv`: (n, 3), mm, and (n, 2), px: all points that the camera saw."""
+    """`points_world`, `uv`: (n, 3), mm, and (n, 2), px: all points seen by the camera."""
     used: np.ndarray[tuple[int], np.dtype[np.bool_]]
-    """(n,): False for the points that were found wrong."""
+    """(n,): False for outliers."""
     distances: Float
     """(n,): length of the whitened residual; about 1 for a good point."""
     residuals_px: Pixels
@@ -61,11 +61,10 @@ class CameraFit:
     """`chi2`, `dof`: Of the used points."""
     sigma_px: float
     reference_sigma: float
-    """`sigma_px`, `reference_sigma`: What was assumed, px and mm per axis."""
+    """`sigma_px`, `reference_sigma`: Assumed, px and mm per axis."""
     converged: bool
-    """Whether the minimum was reached."""
     start: str
-    """Name of the start that led there."""
+    """Name of the start."""
     iterations: int
 
     @property
@@ -76,7 +75,7 @@ class CameraFit:
 
 @dataclass(frozen=True, slots=True)
 class _Candidate:
-    """A minimum, the points that it takes for good, and chi-square per degree of freedom."""
+    """A minimum, its inliers, and chi-square per degree of freedom."""
 
     start: Start
     minimum: Minimum[LensCamera]
@@ -85,10 +84,7 @@ class _Candidate:
 
     @property
     def score(self) -> float:
-        """Return what is least for the best candidate.
-
-        Leaving points out must not make a start look better than one that explains them.
-        """
+        """Return the score to minimise; penalises exclusion of points."""
         return self.ratio + 100.0 * float(np.mean(~self.used))
 
 
@@ -100,12 +96,12 @@ def fit_camera(
     reference_sigma: float = 0.0,
     extra_terms: tuple[str, ...] = (),
 ) -> CameraFit:
-    """Return the camera that sees known points at these spots.
+    """Return the camera that explains the spots of known points.
 
     Parameters
     ----------
     nominal
-        Sensor size, pixel pitch and nominal focal length; anything else of it is not used.
+        Sensor size, pixel pitch and nominal focal length; all else is ignored.
     points_world
         (n, 3), mm.
     uv
@@ -115,12 +111,12 @@ def fit_camera(
     reference_sigma
         Standard deviation of a reference position, mm per axis.
     extra_terms
-        Of `lens.EXTRA_TERMS`, what is fitted besides the running model.
+        Fitted terms of `lens.EXTRA_TERMS`.
 
     Raises
     ------
     CalibrationError
-        There are fewer than `MINIMUM_POINTS` points, or they do not determine the camera.
+        Fewer than `MINIMUM_POINTS` points, or they do not determine the camera.
     """
     if len(points_world) < MINIMUM_POINTS:
         raise CalibrationError(
@@ -138,7 +134,7 @@ def fit_camera(
         candidates.append(found)
         noise_only = found.ratio <= 1.0 + 4.0 * np.sqrt(2.0 / expected)
         clean = noise_only and float(np.mean(found.used)) >= 0.9
-        # Nothing can be clearly better than residuals that are nothing but noise.
+        # Pure noise cannot be improved clearly.
         if clean and found.minimum.converged:
             break
     if not candidates:
@@ -159,7 +155,7 @@ def _from_start(
     reference_sigma: float,
     extra_terms: tuple[str, ...],
 ) -> _Candidate | None:
-    """Return the minimum from one start, with wrong points left out; None where there is none."""
+    """Return the minimum from one start, without outliers; None on failure."""
     camera = LensCamera(start.camera)
     problem = CameraProblem(
         points_world,
@@ -175,7 +171,7 @@ def _from_start(
     used = np.ones(len(uv), dtype=np.bool_)
     distances = np.linalg.norm(minimum.residuals.reshape(2, -1), axis=0)
     if distances.max() > _least_limit(len(uv)) and distances.max() > _limit(distances):
-        # Wrong points may have led the fit astray beyond return.
+        # Outliers may have misled the fit irrecoverably.
         minimum = _robust(problem, camera)
         if reference_sigma > 0.0:
             problem, _ = _whitened_again(problem, minimum, sigma_px, reference_sigma, steps=0)
@@ -191,16 +187,16 @@ def _whitened_again(
     reference_sigma: float,
     steps: int = 60,
 ) -> tuple[CameraProblem, Minimum[LensCamera]]:
-    """Return the problem with the weights that hold at its minimum, and that one's minimum."""
+    """Return the problem with weights for its minimum, and its new minimum."""
     whitening = whitening_of(minimum.state, problem.points_world, sigma_px, reference_sigma)
     problem = replace(problem, whitening=whitening)
     return problem, (minimise(problem, minimum.state, steps) if steps else minimum)
 
 
 def _robust(problem: CameraProblem, camera: LensCamera) -> Minimum[LensCamera]:
-    """Return the minimum with Cauchy weights whose scale follows the median residual.
+    """Return the minimum with Cauchy weights scaled by the median residual.
 
-    The pose comes first: a lens fitted to a wrong pose can run away.
+    The pose comes first: a lens fitted to a wrong pose can diverge.
     """
     for free in (_POSE, problem.free):
         part = replace(problem, free=free)
@@ -220,10 +216,10 @@ def _robust(problem: CameraProblem, camera: LensCamera) -> Minimum[LensCamera]:
 def without_wrong_points(
     problem: CameraProblem, camera: LensCamera, enough: float = ABSOLUTE_DECREASE
 ) -> tuple[Minimum[LensCamera], np.ndarray[tuple[int], np.dtype[np.bool_]]]:
-    """Return the minimum of the good points, and which they are.
+    """Return the minimum of the inliers, and their mask.
 
-    All points are judged again after every fit, so that one wrongly left out comes back; the first
-    time by ``camera``. Fits end where chi-square can fall by no more than ``enough``.
+    All points are re-judged after every fit (first by ``camera``), so that a wrongly excluded one
+    returns. Fits stop once chi-square can fall by no more than ``enough``.
     """
     distances = problem.distances(problem.miss(camera))
     used = distances <= _limit(distances)
@@ -239,7 +235,7 @@ def without_wrong_points(
 
 
 def _scale_of(distances: Float) -> float:
-    """Return how many sigma the good residuals are, at least one."""
+    """Return the ratio of good residuals to sigma, at least one."""
     return max(float(np.median(distances)) / _MEDIAN_OF_RAYLEIGH, 1.0)
 
 
@@ -252,7 +248,7 @@ def _limit(distances: Float) -> float:
 
 
 def _least_limit(n: int) -> float:
-    """Return the limit where the good residuals are what their sigma says."""
+    """Return the limit if residuals match their sigma."""
     return math.sqrt(-2.0 * math.log(OUTLIER_PROBABILITY / n))
 
 
@@ -297,7 +293,7 @@ def _result(
 
 
 def indices_of_wrong(fit: CameraFit) -> Int:
-    """Return the indices of the points that were found wrong, the worst first."""
+    """Return the indices of outliers, the worst first."""
     wrong = np.flatnonzero(~fit.used)
     ordered: Int = wrong[np.argsort(-fit.distances[wrong])].astype(np.int64)
     return ordered

@@ -1,10 +1,8 @@
-"""All cameras of a rig from one list of known points.
+"""Calibration of all cameras of a rig from one list of known points.
 
-With the points from a CMM the cameras decouple (measured: their joint fit differs by less than a
-thousandth), so each is fitted by itself; what they have in common is the error of the reference
-points, and it couples their uncertainties.
-
-How the uncertainties of cameras hang together that were calibrated with the same points.
+With points from a CMM the cameras decouple (measured: a joint fit differs by less than a
+thousandth), so each is fitted alone; the common error of the reference points couples their
+uncertainties.
 """
 
 from __future__ import annotations
@@ -35,9 +33,9 @@ from ocmm_core.geometry import Float, Int, Pixels, Points3
 
 
 def own_covariance(fit: CameraFit, points: KnownPoints) -> Float:
-    """Return the covariance (14, 14) of one camera by itself.
+    """Return the covariance (14, 14) of one camera alone.
 
-    It grows by chi-square per degree of freedom where that is above one, and never shrinks.
+    It is scaled by chi-square per degree of freedom if that is above one, never shrunk.
     """
     stretch = _stretch(fit, points)
     own: Float = fit.covariance * max(1.0, fit.chi2 / fit.dof) + np.outer(stretch, stretch)
@@ -49,14 +47,14 @@ def joint_covariance(
 ) -> Float:
     """Return the covariance (14 C, 14 C) of all cameras.
 
-    A reference point that is wrong by d moves the parameters of every camera that used it by
-    -C J' W Jp d, where C is the camera's covariance; the product of two cameras' gains times the
-    variance of d is what they have in common. So is a length of the list that is wrong.
+    An error d of a reference point shifts the parameters of every camera that used it by -C J' W Jp
+    d, with the camera's covariance C; the product of two cameras' gains times the variance of d is
+    their covariance. The length error of the list is shared likewise.
 
     Parameters
     ----------
     indices
-        Which of the points each camera saw.
+        Points seen by each camera.
     """
     count = len(fits)
     covariance = np.zeros((N_PARAMETERS * count,) * 2)
@@ -77,10 +75,10 @@ def joint_covariance(
 
 
 def _stretch(fit: CameraFit, points: KnownPoints) -> Float:
-    """Return how a camera's parameters (14,) move when all lengths of the list grow by one sigma.
+    """Return the change of a camera's parameters (14,) for one sigma of list length.
 
-    The spots stay the same when the camera moves away in the same ratio; the middle of the points
-    stays where it is.
+    Spots are unchanged if the camera moves away in the same ratio; the centroid of the points stays
+    fixed.
     """
     move = np.zeros(N_PARAMETERS)
     pose = fit.camera.model.T_camera_from_world
@@ -101,7 +99,7 @@ def _reference_gain(fit: CameraFit) -> Float:
 
 @dataclass(frozen=True, slots=True)
 class Outlier:
-    """A point that was left out."""
+    """An outlier point."""
 
     name: str
     miss_px: Float
@@ -112,32 +110,31 @@ class Outlier:
 
 @dataclass(frozen=True, slots=True)
 class CameraCalibration:
-    """One calibrated camera and what may be said about it."""
+    """One calibrated camera with its evaluation."""
 
     model: CameraModel
     covariance: Float
-    """(14, 14), in the order of `camera.model.PARAMETERS`; grown by chi-square per degree of
-    freedom where that is above one, never shrunk; with the uncertain length of the list."""
+    """(14, 14), in the order of `camera.model.PARAMETERS`; scaled by chi-square per degree of
+    freedom if above one, never shrunk; with the length uncertainty of the list.
+    """
     rms_px: float
     chi2: float
     dof: int
-    """`rms_px`, `chi2`, `dof`: RMS residual per coordinate, and how it compares with the stated
-    uncertainties."""
+    """`rms_px`, `chi2`, `dof`: RMS residual per coordinate; chi-square and degrees of freedom."""
     indices: Int
-    """(n,): which reference points the camera saw."""
+    """(n,): indices of the reference points seen by the camera."""
     uv: Pixels
     residuals_px: Pixels
     """`uv`, `residuals_px`: (n, 2), px; residuals are observed minus predicted."""
     used: np.ndarray[tuple[int], np.dtype[np.bool_]]
     """(n,): False for the outliers."""
     outliers: tuple[Outlier, ...]
-    """Named, the worst first."""
+    """Worst first."""
     lens_terms: LensTerms
     """Whether k3 and the thin prism are needed."""
     warnings: tuple[Finding, ...]
-    """What speaks against this camera and was not refused."""
+    """Findings that did not refuse it."""
     start: str
-    """Which start led to the minimum."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,15 +142,13 @@ class RigCalibration:
     """All cameras of a rig, calibrated together."""
 
     cameras: tuple[CameraCalibration, ...]
-    """In the order of the rig."""
     covariance: Float
-    """(14 C, 14 C), with what the common reference points and their common length do to all
-    cameras."""
+    """(14 C, 14 C), with the common effects of reference points and list length."""
     warnings: tuple[Finding, ...]
     hull_world: Points3
-    """(h, 3), mm: corners of the convex hull of the points that at least two cameras used."""
+    """(h, 3), mm: corners of the convex hull of the points used by at least two cameras."""
     forced: bool
-    """Whether a person overruled a guard."""
+    """Whether the user overruled a guard."""
 
     @property
     def volume_world(self) -> Float:
@@ -161,7 +156,7 @@ class RigCalibration:
         return np.stack([self.hull_world.min(axis=0), self.hull_world.max(axis=0)])
 
     def applied_to(self, rig: Rig, identity: str) -> Rig:
-        """Return the rig with these cameras; ``identity`` is that of the calibration's record."""
+        """Return the rig with these cameras and the ``identity`` of the record."""
         return replace(
             rig,
             cameras=tuple(camera.model for camera in self.cameras),
@@ -180,15 +175,13 @@ def calibrate_rig(
     ----------
     rig
         Names, serials, sensors, nominal focal lengths and rough distances of the cameras.
-    points, spots
-        What was seen where.
     force
         Overrule the guards that question the design of the calibration; each becomes a warning.
 
     Raises
     ------
     CalibrationError
-        A guard refuses, see `guards`; the sentence says which, why and what to do.
+        A guard refuses, see `guards`.
     """
     rows = _rows_of(rig, spots)
     fits: list[CameraFit] = []
@@ -200,7 +193,7 @@ def calibrate_rig(
         at, uv = points.positions_world[seen], spots.uv[row, seen]
         fit = _fit_or_explain(nominal, at, uv, spots.sigma_px, points.sigma)
         found = judge_fit(fit, [points.names[i] for i in seen])
-        # What is hopeless is refused here: a test of its lens terms would mean nothing.
+        # Refuse hopeless fits here: a test of their lens terms would be meaningless.
         let_pass(found, force=True)
         terms.append(judge_lens_terms(fit))
         fits.append(fit)
@@ -225,7 +218,7 @@ def calibrate_rig(
 def _fit_or_explain(
     nominal: CameraModel, at: Points3, uv: Pixels, sigma_px: float, reference_sigma: float
 ) -> CameraFit:
-    """Return the fit of one camera; a list that would fit in another order is refused for it."""
+    """Return the fit of one camera; raise if the list fits only in another order."""
     try:
         fit = fit_camera(nominal, at, uv, sigma_px, reference_sigma)
     except CalibrationError as error:
@@ -247,7 +240,7 @@ def _refuse_mix_up(
 
 
 def _rows_of(rig: Rig, spots: SpotTable) -> list[int]:
-    """Return the row of the spots for every camera of the rig, by serial number."""
+    """Return the spots' row of every camera of the rig, by serial number."""
     expected = {camera.serial: camera.name for camera in rig.cameras}
     strange = [serial for serial in spots.serials if serial not in expected]
     missing = [serial for serial in expected if serial not in spots.serials]
@@ -264,7 +257,7 @@ def _rows_of(rig: Rig, spots: SpotTable) -> list[int]:
 
 
 def _baselines(rig: Rig, fits: Sequence[CameraFit]) -> list[Finding]:
-    """Return what the distance of the first camera to every other says about the unit."""
+    """Return findings on the unit from the distances between the first and other cameras."""
     found = []
     first = rig.cameras[0]
     for nominal, fit in zip(rig.cameras[1:], fits[1:], strict=True):

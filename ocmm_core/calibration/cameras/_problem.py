@@ -1,4 +1,4 @@
-"""The residuals of one camera that looks at known points, for the least-squares engine."""
+"""Residuals of one camera at known points, for the least-squares engine."""
 
 from __future__ import annotations
 
@@ -22,16 +22,17 @@ BEHIND_PX = 1e9
 
 @dataclass(frozen=True, slots=True)
 class CameraProblem:
-    """Known points, their spots, and how far each can be wrong."""
+    """Reference points, their spots, and uncertainties."""
 
     points_world: Points3
     uv: Pixels
     """`points_world`, `uv`: (n, 3), mm, and (n, 2), px."""
     whitening: Float
-    """(3, n), 1/px: the lower triangle (00, 10, 11) that brings each point's residual to unit
-    variance; that of a point weighted down is scaled down."""
+    """(3, n), 1/px: the lower triangle (00, 10, 11) that scales each point's residual to unit
+    variance, reduced for points with lower weight.
+    """
     free: tuple[int, ...]
-    """Indices into `ALL_PARAMETERS` of what is fitted; the rest stays at its start."""
+    """Indices into `ALL_PARAMETERS` of the fitted parameters; the others are fixed."""
 
     def linearise(self, state: LensCamera) -> tuple[Float, Float]:
         """Return whitened residuals (2n,), predicted minus observed, and derivatives (2n, p).
@@ -55,13 +56,12 @@ class CameraProblem:
         return distances
 
     def moved(self, state: LensCamera, step: Float) -> LensCamera:
-        """Return the camera after ``step`` (p,) of what is free."""
+        """Return the camera after a step (p,) of the free parameters."""
         change = np.zeros(len(ALL_PARAMETERS))
         change[list(self.free)] = step
         return state.moved(change)
 
     def scaled(self, factors: Float) -> CameraProblem:
-        """Return the problem with every point's residual multiplied by its factor (n,)."""
         return replace(self, whitening=self.whitening * factors)
 
 
@@ -77,11 +77,11 @@ def free_parameters(extra_terms: tuple[str, ...] = ()) -> tuple[int, ...]:
 def whitening_of(
     camera: LensCamera, points_world: Points3, sigma_px: float, reference_sigma: float
 ) -> Float:
-    """Return the whitening (3, n), 1/px, for uncertain spots and uncertain reference points.
+    """Return the whitening (3, n), 1/px, for uncertain spots and reference points.
 
-    A reference point that is wrong by ``reference_sigma`` (mm, each axis, independent) moves its
-    spot by d(pixel)/d(point). In the fit of one camera each point occurs once, so weighting with
-    this sum is, to first order, the fit with the points as unknowns (errors in variables).
+    An error ``reference_sigma`` (mm, each axis, independent) of a reference point moves its spot by
+    d(pixel)/d(point). In the fit of one camera each point occurs once, so weighting with this sum
+    is, to first order, the fit with the points as unknowns (errors in variables).
     """
     n = len(points_world)
     whitening = np.zeros((3, n))

@@ -1,7 +1,7 @@
-"""Guided calibration from known points: a target is brought to each position of a list.
+"""Guided calibration from known points: bring a target to each listed position.
 
-The list comes from a CMM; at each position the averaged spots of all cameras are one observation.
-They are taken live, step by step, or all at once from a table.
+The list comes from a CMM; the averaged spots of all cameras at each position are one observation,
+recorded live, step by step, or all at once from a table.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 
 EVALUATION_FROM = 80
-"""A list of so many points gives a part of them for evaluation."""
+"""Minimum list length for keeping a part for evaluation."""
 
 PREPARE, COLLECT, RESULT = "prepare", "collect", "result"
 
@@ -99,16 +99,14 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         valid_days: int = 365,
         artefacts: tuple[ArtefactUse, ...] = (),
     ) -> KnownPointsProcedure:
-        """Begin a session.
+        """Start a session.
 
         Parameters
         ----------
         rig
             Names, serials, sensors, nominal focal lengths and rough distances of the cameras.
-        store
-            Calibrations of that rig.
         evaluation
-            Points kept for evaluation; by default a quarter of a list that is long enough.
+            Points kept for evaluation; by default a quarter of a sufficiently long list.
 
         Raises
         ------
@@ -146,20 +144,20 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
 
     @classmethod
     def resume(cls, path: Path, rig: Rig, store: CalibrationStore) -> KnownPointsProcedure:
-        """Continue the session of a file where it stopped.
+        """Continue the session of a file.
 
         Raises
         ------
         StorageError
-            The file is not as it was written.
+            The file was changed.
         CalibrationError
-            It is empty, or was begun with another rig.
+            It is empty, or was started with another rig.
         """
         return cls(*_SESSIONS.resume(path), rig, store)
 
     @property
     def points(self) -> KnownPoints:
-        """Return the list that the session was begun with."""
+        """Return the list of the session."""
         return self._points
 
     @property
@@ -176,17 +174,13 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
             return KnownPointsView(self.base, points, self._next(), self._outcome)
 
     def watch(self, block: FrameBlock) -> None:
-        """Look at frames."""
         with self._lock:
             self._spots.feed(block)
 
     def aim(self, point: str | None) -> None:
-        """Say which point is taken next; None is the first one that was not taken yet.
+        """Choose the next point; None is the first unrecorded one.
 
-        Raises
-        ------
-        CalibrationError
-            The list has no such point.
+        Raises CalibrationError if the list has no such point.
         """
         if point is not None and point not in self._points.names:
             raise CalibrationError(
@@ -198,7 +192,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
             self._aim = point
 
     def skip(self, now: datetime) -> None:
-        """Leave the next point out, because no camera can see it."""
+        """Skip the next point because no camera can see it."""
         with self._lock:
             index = self._next()
             if index is not None:
@@ -207,12 +201,9 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
                 self._append(PointTaken(utc=utc_text(now), point=name, uv=nothing, sigma_px=0.0))
 
     def take_table(self, spots: SpotTable, now: datetime) -> None:
-        """Take all points of a table of recorded spots that are not taken yet.
+        """Record all unrecorded points of a table of recorded spots.
 
-        Raises
-        ------
-        CalibrationError
-            The spots are not those of the cameras of this rig.
+        Raises CalibrationError if the spots are from other cameras.
         """
         serials = tuple(camera.serial for camera in self.rig.cameras)
         if set(spots.serials) != set(serials):
@@ -233,7 +224,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
                     )
 
     def table(self) -> SpotTable:
-        """Return the spots of all points in the order of the list; NaN where not taken."""
+        """Return the spots of all points in the order of the list; NaN if not recorded."""
         with self._lock:
             taken = {one.point: one for one in self._taken}
         uv = np.full((len(self.rig.cameras), len(self._points.names), 2), np.nan)

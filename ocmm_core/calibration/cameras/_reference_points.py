@@ -1,4 +1,4 @@
-"""The known points and the spots seen at them, as files.
+"""Files of known points and their spots.
 
 Reference positions, from a CMM::
 
@@ -11,10 +11,10 @@ Reference positions, from a CMM::
     P001;-200,0;-7,5;-200,0
 
 ``unit`` is one of `ocmm_core.units`; ``uncertainty`` is the standard uncertainty (k = 1) of one
-coordinate in that unit, independent from point to point; ``length uncertainty``, which may be left
-out, that of all lengths together, as a ratio: 3 um/m is 3e-6. ``frame`` says in words what the
-coordinates refer to and becomes the world frame. Without a column ``name`` the points are numbered
-from 1.
+coordinate in that unit, independent between points; the optional ``length uncertainty`` is that of
+all lengths together, as a ratio: 3 um/m is 3e-6. ``frame`` describes the coordinate system, which
+becomes the world frame. Without a column ``name`` the points are numbered from 1. Headings may have
+the words of other programs, such as ``Point`` or ``X-Koordinate``.
 
 Spots, the mean of many exposures at each point::
 
@@ -23,13 +23,12 @@ Spots, the mean of many exposures at each point::
     point,serial,u,v
     P001,20330001,312.4471,1766.0312
 
-``sigma`` is the standard deviation of one mean, px per axis. A point that a camera does not see has
-no row for that camera. Separators and decimal signs: `ocmm_core.tables`.
+``sigma`` is the standard deviation of one mean, px per axis. A point unseen by a camera has no row
+for it. Separators and decimal signs: `ocmm_core.tables`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,20 +36,21 @@ import numpy as np
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Pixels, Points3
-from ocmm_core.tables import NamedColumns, TextTable, read_table
-from ocmm_core.units import named_unit
+from ocmm_core.tables import NamedColumns, TableAccount, TableOptions, TextTable, read_table
+from ocmm_core.units import named_unit, scaled
 
 MAX_COORDINATE_MM = 1e5
 
+_AXES = ("x", "y", "z")
 _LENGTH = "length uncertainty"
 
 MAX_LENGTH_SIGMA = 1e-3
-"""No machine is that bad; somebody gave another unit."""
+"""Larger values indicate a wrong unit."""
 
 
 @dataclass(frozen=True, slots=True)
 class KnownPoints:
-    """Positions that are known."""
+    """Reference positions."""
 
     names: tuple[str, ...]
     positions_world: Points3
@@ -58,9 +58,9 @@ class KnownPoints:
     sigma: float
     """Standard uncertainty of one coordinate, mm."""
     frame: str
-    """What the coordinates refer to, in words."""
+    """Description of the coordinate system."""
     length_sigma: float = 0.0
-    """Relative standard uncertainty of all distances, which are too long or too short together."""
+    """Relative standard uncertainty common to all distances."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,40 +69,54 @@ class SpotTable:
 
     serials: tuple[int, ...]
     uv: Pixels
-    """(C, n, 2), px, in the order of the reference points; NaN where not seen."""
+    """(C, n, 2), px, in the order of the reference points; NaN if unseen."""
     sigma_px: float
     """Standard deviation of one averaged spot, px per axis."""
 
 
-def load_reference_points(path: Path | str) -> KnownPoints:
-    """Return the reference points of the list at ``path``.
+@dataclass(frozen=True, slots=True)
+class ReferenceList:
+    """Reference points, and the account of the reader."""
+
+    points: KnownPoints
+    account: TableAccount
+
+
+def read_reference_points(path: Path, options: TableOptions | None = None) -> ReferenceList:
+    """Return the reference points of a list, and the account of the reader.
+
+    Parameters
+    ----------
+    options
+        Its unit replaces that of the header, also for the uncertainty.
 
     Raises
     ------
     InputError
-        The file is no such list, lacks unit, uncertainty or frame, has an unknown unit, a length
-        uncertainty that is no small ratio, a name twice, a cell that is no number or a coordinate
-        of more than 100 m.
+        Not such a list, no unit, uncertainty or frame, an unknown unit, a length uncertainty above
+        `MAX_LENGTH_SIGMA`, a duplicate name, a cell without a number, or a coordinate over 100 m.
     """
-    axes = ("x", "y", "z")
-    table = read_table(path, NamedColumns(axes, axes))
-    line, unit = table.value("unit", "the unit of the coordinates")
-    size = named_unit(unit, "length", f"{table.path}, line {line}").factor
-    table.unit(axes)
-    sigma = size * _positive(table, "uncertainty", "the uncertainty of the points", zero=True)
+    options = options or TableOptions()
+    table = read_table(path, NamedColumns(_AXES, _AXES, optional=("name", "unit")), options)
+    if not options.unit:
+        line, stated = table.value("unit", "the unit of the coordinates")
+        named_unit(stated, "length", table.path, line)
+    unit = table.unit(_AXES, options)
+    what = "the uncertainty of the points"
+    sigma = scaled(_positive(table, "uncertainty", what, zero=True), unit.factor)
     _, frame = table.value("frame", "the reference of the coordinates")
-    positions = np.array(
-        [[size * table.number(row, axis) for axis in ("x", "y", "z")] for row in table.rows]
-    )
+    rows = [[table.number(row, axis) for axis in _AXES] for row in table.rows]
+    positions = unit.in_mm(np.array(rows))
     far = np.abs(positions).max(axis=1) > MAX_COORDINATE_MM
     if far.any():
         row = table.rows[int(np.argmax(far))]
         raise InputError(
             "reference_points.unit",
             f"{table.path}, line {row.line}: a coordinate is more than 100 m.",
-            f"Check the unit {unit!r} in the header of the list.",
+            f"Check the unit {unit.symbol!r} of the list.",
         )
-    return KnownPoints(_names(table), positions, sigma, frame, _length_sigma(table))
+    points = KnownPoints(_names(table), positions, sigma, frame, _length_sigma(table))
+    return ReferenceList(points, table.account(unit))
 
 
 def load_spots(path: Path | str, points: KnownPoints) -> SpotTable:
@@ -111,8 +125,8 @@ def load_spots(path: Path | str, points: KnownPoints) -> SpotTable:
     Raises
     ------
     InputError
-        The file is no such table, lacks sigma, names a point that is not in the list, or has two
-        rows for the same point and camera, or a cell that is no number.
+        Not such a table, no sigma, a point outside the list, two rows for the same point and
+        camera, or a cell without a number.
     """
     table = read_table(path, NamedColumns(("point", "serial", "u", "v"), ("u", "v")))
     sigma_px = _positive(table, "sigma", "the uncertainty of an averaged spot, in px")
@@ -149,34 +163,6 @@ def load_spots(path: Path | str, points: KnownPoints) -> SpotTable:
         camera[index] = table.number(row, "u"), table.number(row, "v")
     serials = tuple(sorted(spots))
     return SpotTable(serials, np.stack([spots[serial] for serial in serials]), sigma_px)
-
-
-def write_reference_points(points: KnownPoints) -> bytes:
-    """Return the list as `load_reference_points` reads it, in mm with decimal points; for tests."""
-    lines = [
-        "# ocmm reference points",
-        "# unit: mm",
-        f"# uncertainty: {points.sigma!r}",
-        f"# length uncertainty: {points.length_sigma!r}",
-        f"# frame: {points.frame}",
-        "name,x,y,z",
-    ]
-    for name, position in zip(points.names, points.positions_world.tolist(), strict=True):
-        lines.append(",".join([name, *(repr(value) for value in position)]))
-    return ("\n".join(lines) + "\n").encode()
-
-
-def write_spots(spots: SpotTable, names: Sequence[str]) -> bytes:
-    """Return the table as `load_spots` reads it; ``names`` are those of the reference points.
-
-    For tests: nothing in the product asks for it.
-    """
-    lines = ["# ocmm spots", f"# sigma: {spots.sigma_px!r}", "point,serial,u,v"]
-    for serial, camera in zip(spots.serials, spots.uv, strict=True):
-        for name, (u, v) in zip(names, camera.tolist(), strict=True):
-            if np.isfinite(u) and np.isfinite(v):
-                lines.append(f"{name},{serial},{u!r},{v!r}")
-    return ("\n".join(lines) + "\n").encode()
 
 
 def _positive(table: TextTable, key: str, what: str, zero: bool = False) -> float:

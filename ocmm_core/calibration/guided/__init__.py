@@ -1,13 +1,13 @@
-"""What all guided procedures share: steps, sessions, collecting, seats, and their outcome.
+"""Common part of guided procedures: steps, sessions, collecting, seats, outcome.
 
-In: frames while somebody works, commands (next, take, repeat), lines of a session file.
-Out: snapshots of the procedure for any screen, averaged observations, a record to accept.
+In: frames during operation, commands (next, record, repeat), lines of a session file. Out:
+snapshots of the procedure for any screen, averaged observations, a record to accept.
 
-Read `_procedure` (steps and their gates) and `_procedure_views` (the snapshots), `_session` and
-`_session_events` (state follows from a file), `_collecting` (from frames to observations),
-`_labelling` (LEDs before cameras are known), `_seats`, `_repeats`, `_session_drift` and `_shocks`
-(did something move), `_coverage`, then `_outcome` and `_conclusion` (the record).
-It must not know which procedure uses it, nor Qt: a script runs a procedure as a window does.
+Read `_procedure` (steps and gates) and `_procedure_views` (snapshots), `_session` and
+`_session_events` (state from a file), `_collecting` (from frames to observations), `_labelling`
+(LEDs before cameras are calibrated), `_seats`, `_repeats`, `_session_drift` and `_shocks`
+(detection of motion), `_coverage`, then `_outcome` and `_conclusion` (the record). It is
+independent of specific procedures and of Qt: a script runs a procedure as a window does.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ if TYPE_CHECKING:
         record_shock,
         require_no_doubt_since,
     )
-    from ocmm_core.calibration.guided._shot_table import Shot, load_shots, write_shots
+    from ocmm_core.calibration.guided._shot_table import Shot, load_shots
     from ocmm_core.calibration.guided._touches import (
         RestingTouch,
         joint_covariance,
@@ -162,7 +162,7 @@ else:
             "from_spots is_ended require_probe sessions to_spots utc_text"
         ),
         _shocks="ShockDetector record_shock require_no_doubt_since",
-        _shot_table="Shot load_shots write_shots",
+        _shot_table="Shot load_shots",
         _touches="RestingTouch joint_covariance shared_covariance tips_of touch_of",
     )
 
@@ -258,5 +258,4 @@ __all__ = [
     "touch_of",
     "utc_text",
     "viewer_axes",
-    "write_shots",
 ]

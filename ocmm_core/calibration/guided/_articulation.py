@@ -1,8 +1,8 @@
-"""Whether the tip stays where it is while the probe is turned about its ball in a cone.
+"""Judge whether the tip stays in place while the probe is turned in a cone.
 
-Single point articulation (ASME B89.4.22): an error of the probe's geometry that cancels while the
-attitude stays turns with it and shows. The tips t_i = k - R_i d of a resting ball at k say by which
-vector d in the frame of the probe the ball is elsewhere than its calibration says.
+Single point articulation (ASME B89.4.22): a geometry error of the probe, which cancels at constant
+attitude, turns with the attitude and shows. The tips t_i = k - R_i d of a resting ball at k
+determine the displacement d of the ball from its calibration, in the probe frame.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ ARTICULATION_CHANCE = 1e-3
 """Probability that the spread exceeds its limit by chance."""
 
 SEAT_SIGMA_MM = 0.002
-"""How well a clean ball finds its place in a clean cone, standard deviation per axis."""
+"""Seating repeatability of a clean ball in a clean cone, standard deviation per axis."""
 
 _WORST_CONDITION = 1e10
 
@@ -44,14 +44,14 @@ class Articulation:
     """(3,), mm: half of largest less smallest, per world axis."""
     spread_limit: float
     largest_limit: float
-    """`spread_limit`, `largest_limit`: mm: what the stated uncertainties allow."""
+    """`spread_limit`, `largest_limit`: mm: allowed by the stated uncertainties."""
     half_range_limit: Float
     """(3,), mm."""
 
 
 @dataclass(frozen=True, slots=True)
 class BallPlace:
-    """Where the ball is in the probe, against its calibration."""
+    """Position of the ball in the probe against its calibration."""
 
     offset_probe: Float
     """(3,), mm: true less calibrated."""
@@ -62,7 +62,7 @@ class BallPlace:
 
     @property
     def length_error(self) -> float:
-        """Return by how much the ball is farther from the LEDs than calibrated, mm."""
+        """Return the increase of the ball's distance from the LEDs over calibration, mm."""
         return -float(self.offset_probe @ self.axis_probe)
 
     @property
@@ -72,7 +72,7 @@ class BallPlace:
 
     @property
     def sideways(self) -> float:
-        """Return how far the ball is off across that direction, mm."""
+        """Return the displacement of the ball across that direction, mm."""
         return float(np.linalg.norm(self._across @ self.offset_probe))
 
     @property
@@ -93,7 +93,7 @@ def articulate(
     chance: float = ARTICULATION_CHANCE,
     seat_sigma_mm: float = SEAT_SIGMA_MM,
 ) -> Articulation:
-    """Return how far the tips of two or more attitudes lie apart, and how far they may.
+    """Return the spread of the tips of two or more attitudes, with its limits.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def articulate(
 def place_of_ball(
     touches: Sequence[RestingTouch], rig: Rig, body: ProbeBody, seat_sigma_mm: float = SEAT_SIGMA_MM
 ) -> BallPlace | None:
-    """Return where the ball is in the probe; None where the attitudes do not determine it."""
+    """Return the ball's position in the probe; None if undetermined by the attitudes."""
     n = len(touches)
     turns = np.array([one.rotation_world_from_probe for one in touches]).reshape(-1, 3, 3)
     rows = np.concatenate(

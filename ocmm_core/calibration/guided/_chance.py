@@ -1,4 +1,4 @@
-"""What chance allows for the statistics of a test, from the covariance of what enters them."""
+"""Critical values of test statistics from the covariance of their inputs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ocmm_core.geometry import Float
 
 
 def square_limit(covariance: Float, probability: float) -> float:
-    """Return what the sum of squares of normal numbers exceeds with a probability.
+    """Return the value that a sum of squares exceeds with a probability.
 
     The quadratic form is given a chi-square of the same first three moments (Pearson; J. P. Imhof,
     Biometrika 48, 1961, 419-426, equation 4.1).
@@ -18,7 +18,7 @@ def square_limit(covariance: Float, probability: float) -> float:
     Parameters
     ----------
     covariance
-        (n, n): of the numbers, whose expectations are zero.
+        (n, n): of the squared normal numbers, whose expectations are zero.
     """
     values = np.maximum(np.linalg.eigvalsh(covariance), 0.0)
     first, second, third = (float(np.sum(values**power)) for power in (1, 2, 3))
@@ -30,9 +30,9 @@ def square_limit(covariance: Float, probability: float) -> float:
 
 
 def range_limit(covariance: Float, probability: float) -> float:
-    """Return what largest less smallest of normal numbers exceeds with at most a probability.
+    """Return the range that normal numbers exceed with at most a probability.
 
-    The bound is the sum of the probabilities of all pairs; far out it is nearly reached.
+    The bound is the sum of the probabilities of all pairs; nearly sharp far out.
 
     Parameters
     ----------

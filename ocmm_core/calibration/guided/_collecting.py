@@ -1,7 +1,7 @@
-"""From frames to observations: averages of targets at rest, and poses of a probe in motion.
+"""Turn frames into observations: averages of resting targets, poses of a moving probe.
 
-Each collector looks at every frame and keeps the last few only. What it has is either ready to be
-taken or says in one sentence why not.
+Each collector receives all frames and keeps the last few. Its average is ready, or a sentence gives
+the reason why not.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _SETTLED_PX = 0.02
 _SETTLED_MM = 0.02
 _SIGMAS = 6.0
 _REST_S = 0.1
-"""A hand that turns back stands still for less."""
+"""Longer than the standstill of a hand that reverses."""
 
 _MOST_TIP_SIGMA_MM = 0.06
 """Standard deviation of a resting ball; more of the probe must be seen for it to be less."""
@@ -44,7 +44,7 @@ STRANGE = (
 _TURN = "Turn the probe so that the cameras see more of its LEDs."
 
 _OUTSIDE_MM = 60.0
-"""Farther outside of what was calibrated, the model of the lens is only extrapolated."""
+"""Farther outside the calibrated volume the lens model is only extrapolated."""
 
 _INSIDE = (
     "LEDs are outside the calibrated volume: hold the probe so that its handle points into it."
@@ -57,7 +57,7 @@ class Average:
     """Mean of some frames."""
 
     uv: Pixels
-    """(C, n, 2), px: by spot or LED; NaN where it was not seen in every frame."""
+    """(C, n, 2), px: by spot or LED; NaN unless seen in every frame."""
     sigma_px: float
     """Standard deviation of one mean, px per axis."""
 
@@ -76,7 +76,7 @@ class _Window:
     uv: Float = field(default_factory=lambda: np.empty((0, 0, USUAL_SLOTS, 2)))
 
     def feed(self, block: FrameBlock) -> None:
-        """Add frames; a gap in them begins a new window."""
+        """Add frames; a gap in them starts a new window."""
         counter, uv = block.counter[-self.size :], block.uv[-self.size :]
         if len(self.counter) and counter[0] == self.counter[-1] + 1:
             counter = np.concatenate([self.counter, counter])[-self.size :]
@@ -91,17 +91,17 @@ class _Window:
 
 
 class StaticSpotAverager:
-    """Averages of ``count`` bright points at rest, told apart by nothing but their place.
+    """Averages ``count`` resting bright points, identified only by place.
 
     Parameters
     ----------
     rig
-        Names of the cameras, and how their spots scatter.
+        For camera names and spot noise.
     count
-        Points that belong to the target.
+        Points of the target.
     frames
-        Of one average. As many before it must show rest as well: the last part of a motion moves
-        little, but it would be a part of the average.
+        Frames of one average. As many before it must show rest: the last part of a motion is slow,
+        but would bias the average.
     """
 
     def __init__(self, rig: Rig, count: int, frames: int = STILL_FRAMES) -> None:
@@ -113,18 +113,17 @@ class StaticSpotAverager:
         self._judged: Live | None = None
 
     def feed(self, block: FrameBlock) -> None:
-        """Look at frames."""
         if len(block):
             self._judged = None
             self._window.feed(block)
 
     def taken(self, average: Average) -> None:
-        """Remember what was taken: the same place is not ready again."""
+        """Remember a recorded average: the same place is not ready again."""
         self._judged = None
         self._taken = average
 
     def average(self) -> Average:
-        """Return the mean of the window; a camera that did not see all points has NaN."""
+        """Return the mean of the window; NaN for a camera that missed a point."""
         uv = np.full((len(self._rig.cameras), self._count, 2), np.nan)
         for camera, slots in enumerate(self._slots()):
             if len(slots) == self._count:
@@ -132,7 +131,7 @@ class StaticSpotAverager:
         return Average(uv, sigma_of_mean(self._rig, self._frames))
 
     def live(self) -> Live:
-        """Return what is seen now and whether it can be taken."""
+        """Return the current view and whether it can be recorded."""
         if self._judged is None:
             self._judged = self._look()
         return self._judged
@@ -162,7 +161,7 @@ class StaticSpotAverager:
         return [np.flatnonzero(of_camera).astype(np.int64) for of_camera in there]
 
     def _motion(self, slots: list[Int]) -> float:
-        """Return how far the means of both halves of the window lie apart, px."""
+        """Return the distance between the means of both halves of the window, px."""
         half = len(self._window.uv) // 2
         if not half:
             return float("nan")
@@ -200,28 +199,27 @@ class StaticSpotAverager:
         return ""
 
     def _has_moved(self, taken: Average) -> bool:
-        """Return whether a camera sees a point where it saw none before, whichever it is."""
+        """Return whether a camera sees any point at a new place."""
         apart = self.average().uv[:, :, None] - taken.uv[:, None]
         nearest = np.linalg.norm(apart, axis=3).min(axis=2)
         return bool(np.nanmax(nearest, initial=0.0) > _SAME_PX)
 
 
 class ProbeSpotAverager:
-    """Averages of the probe's labelled spots, at rest or passing.
+    """Averages the probe's labelled spots, at rest or in motion.
 
     Parameters
     ----------
     rig, body
-        What is seen; the cameras need not stand where the rig says, see ``moved``.
+        Rig and probe; with ``moved`` the poses of the cameras are not used.
     resting
-        The ball must have rested for `_REST_S`, and must have moved ``distance_mm`` since the last
-        one that was taken.
+        The ball must rest for `_REST_S`, ``distance_mm`` away from the last recorded one.
     distance_mm, turn_rad
-        For a waved probe: it moved or turned at least so far.
+        For a waved probe: minimum motion or rotation since the last one.
     inside
-        The LEDs must be in the calibrated volume of the rig, or not far from it.
+        The LEDs must be in or near the calibrated volume of the rig.
     moved
-        The frame was moved: labels are found without trusting where the cameras stand.
+        The frame was moved: find labels without the cameras' poses.
     """
 
     def __init__(
@@ -249,7 +247,6 @@ class ProbeSpotAverager:
         self._judged: Live | None = None
 
     def feed(self, block: FrameBlock) -> None:
-        """Look at frames."""
         if not len(block):
             return
         self._judged = None
@@ -259,7 +256,7 @@ class ProbeSpotAverager:
         self._find_labels(int(block.time_ns[-1]))
 
     def taken(self, average: Average) -> None:
-        """Remember what was taken: the next one must be elsewhere."""
+        """Remember a recorded average: the next one must be elsewhere."""
         pose = solve(average.uv[None], self._rig, self._body, average.sigma_px)
         self._judged = None
         self._before = pose.rotation_world_from_probe[0], pose.tip_world[0]
@@ -271,8 +268,8 @@ class ProbeSpotAverager:
         return Average(spots.mean(axis=0), sigma_of_mean(self._rig, self._frames))
 
     def live(self) -> Live:
-        """Return what is seen now and whether it can be taken."""
-        # A procedure is asked several times between two blocks of frames.
+        """Return the current view and whether it can be recorded."""
+        # Cached: a procedure polls this several times between two blocks of frames.
         if self._judged is None:
             self._judged = self._look()
         return self._judged
@@ -304,7 +301,7 @@ class ProbeSpotAverager:
         )
 
     def _judge(self) -> tuple[str, float]:
-        """Return why the window cannot be taken, empty where it can, and the motion in it, px."""
+        """Return why the window cannot be recorded (empty if it can), and its motion, px."""
         if self._slot_of_led is None:
             counts = np.isfinite(self._window.uv[-1, :, :, 0]).sum(axis=1)
             return (STRANGE if np.sort(counts)[-2] >= _ENOUGH_SPOTS else _SHOW), np.nan
@@ -353,14 +350,14 @@ class ProbeSpotAverager:
         return "Keep moving and turning the probe."
 
     def _drop_labels(self, slot_of_led: Int, block: FrameBlock) -> None:
-        """Forget slots that were empty in any frame: they may hold another LED now."""
+        """Drop the labels of slots that were empty in any frame: they may hold another LED."""
         there = np.asarray(np.isfinite(block.uv).all(axis=(0, 3)))
         cameras = np.arange(len(slot_of_led))[:, None]
         kept = np.where((slot_of_led >= 0) & there[cameras, slot_of_led], slot_of_led, -1)
         self._slot_of_led = kept if np.any(kept >= 0) else None
 
     def _find_labels(self, now_ns: int) -> None:
-        """Look for labels where spots have none, but not in every frame."""
+        """Label unlabelled spots, but not in every frame."""
         latest = self._window.uv[-1]
         spots = np.count_nonzero(np.isfinite(latest[..., 0]))
         known = 0 if self._slot_of_led is None else np.count_nonzero(self._slot_of_led >= 0)

@@ -1,4 +1,4 @@
-"""From calibrated cameras to a record that waits for being accepted, and what it changes."""
+"""Build the record of calibrated cameras, ready for acceptance, and its comparison."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from ocmm_core.geometry import Float, Points3, rigid_fit
 from ocmm_core.tracking import triangulate
 
 MAP_CELLS = 16
-"""Of a residual map over either side of a sensor: some spots of a calibration in each cell."""
+"""Cells of a residual map along either side of a sensor: some calibration spots in each."""
 
 COMPARED_LENGTH_MM = 400.0
 _NODES = 5
@@ -40,11 +40,11 @@ _NODES = 5
 
 @dataclass(frozen=True, slots=True)
 class CalibrationContext:
-    """How a calibration came about."""
+    """Provenance of a calibration."""
 
     method: Method
     made: datetime
-    """When its last observation was taken."""
+    """Time of its last observation."""
     valid_days: int
     who: str
     software: str
@@ -53,14 +53,14 @@ class CalibrationContext:
     """`who`, `software`, `temperature_c`, `sensor_temperatures_c`: As in `CameraRecord`."""
     data_sha256: str
     artefacts: tuple[ArtefactUse, ...]
-    """What lengths and positions rest on."""
+    """Traceability of lengths and positions."""
     previous: str
     """Hash of the record in force; empty for the first one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """What a calibration found, whichever method it was."""
+    """Results of a calibration by any method."""
 
     cameras: tuple[CameraModel, ...]
     covariance: Float
@@ -69,32 +69,31 @@ class Findings:
     """`cameras`, `covariance`, `volume_world`, `hull_world`: As in `cameras.RigCalibration` and
     `relocation.RelocationResult`."""
     residuals: tuple[CameraResiduals, ...]
-    """One for each camera."""
     rms_px: float
     chi2_per_dof: float
-    """`rms_px`, `chi2_per_dof`: Of all cameras together."""
+    """`rms_px`, `chi2_per_dof`: Over all cameras."""
     points: int
     """Reference positions or poses that were used."""
     outliers: tuple[str, ...]
-    """Names of what was left out."""
+    """Names of outliers."""
     errors_at_world: Points3
     errors_world: Points3
     """`errors_at_world`, `errors_world`: See `outcome.CalibrationOutcome`."""
     warnings: tuple[Finding, ...]
-    """What speaks against it and was not refused."""
+    """Findings that did not refuse it."""
 
 
 def build_outcome(
     rig: Rig, found: Findings, how: CalibrationContext, before: Rig | None
 ) -> CalibrationOutcome:
-    """Return the record, the rig with it and how it differs from the calibration in force.
+    """Return the record, its rig, and the comparison with the calibration in force.
 
     Parameters
     ----------
     rig
-        That was calibrated: its name, aliases, sensors, kind of camera, frame rate and noise.
+        Source of name, aliases, sensors, device, frame rate and noise.
     before
-        The rig with the calibration in force; None where there is none.
+        Rig with the calibration in force, or None.
     """
     low, high = found.volume_world
     record = CameraRecord(
@@ -144,10 +143,11 @@ def build_outcome(
 
 
 def compare(before: Rig, after: Rig) -> CalibrationComparison:
-    """Return how a calibration differs from the one before, after the best common motion.
+    """Return the difference from the previous calibration after the best common motion.
 
-    Points of the volume are seen by the new cameras and located by the old ones; the rigid motion
-    between both is that of the whole frame, and the rest is what the calibrations disagree on.
+    Points of the volume are projected by the new cameras and located by the old ones; the rigid
+    motion between both is that of the whole frame, the rest is the disagreement of the
+    calibrations.
     """
     low, high = after.volume_world
     axes = [np.linspace(low[axis], high[axis], _NODES) for axis in range(3)]
@@ -184,7 +184,12 @@ def compare(before: Rig, after: Rig) -> CalibrationComparison:
 
 
 def residual_map(camera: CameraModel, residuals: CameraResiduals) -> ResidualMap:
-    """Return the mean residual in each cell of a camera's sensor."""
+    """Return the change by a calibration after the best common motion.
+
+    Points of the volume are projected by the new cameras and located by the old ones; the rigid
+    motion between both is that of the whole frame, the rest is the disagreement of the
+    calibrations.
+    """
     uv, left = residuals.uv[residuals.used], residuals.residuals_px[residuals.used]
     column = np.clip((uv[:, 0] / camera.width * MAP_CELLS).astype(int), 0, MAP_CELLS - 1)
     row = np.clip((uv[:, 1] / camera.height * MAP_CELLS).astype(int), 0, MAP_CELLS - 1)
@@ -203,7 +208,7 @@ def residual_map(camera: CameraModel, residuals: CameraResiduals) -> ResidualMap
 
 
 def hash_of(*arrays: Float) -> str:
-    """Return the SHA-256 of observations, whatever the order of their lines in a session."""
+    """Return the SHA-256 of observations, independent of their order in a session."""
     total = hashlib.sha256()
     for array in arrays:
         total.update(repr(array.shape).encode())

@@ -1,4 +1,4 @@
-"""What of a volume a waved probe has shown: cells and ways of holding it that still lack poses."""
+"""Coverage of a volume by a waved probe: cells and attitudes that still lack poses."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ CELL_MM = 120.0
 POSES_PER_CELL = 8
 POSES_PER_TILT = 30
 LEANING = np.radians(12.0)
-"""From here on a probe is said to lean."""
+"""Angle from which a probe counts as leaning."""
 
 _WORDS = (("left", "centre", "right"), ("near", "middle", "far"), ("low", "mid-height", "high"))
 _TILTS = ("upright", "leaning left", "leaning right", "leaning forward", "leaning back")
@@ -27,14 +27,14 @@ def coverage(
     Parameters
     ----------
     rotations_world_from_probe, tips_world
-        (n, 3, 3) and (n, 3), mm; of cameras that may stand a little elsewhere than the rig says.
+        (n, 3, 3) and (n, 3), mm; approximate, as the cameras may have moved from the rig's poses.
     """
     low, high = rig.volume_world
     views = viewer_axes(rig)
     counts = [max(1, min(4, round(float(size) / CELL_MM))) for size in high - low]
     step = (high - low) / counts
     place = np.floor((tips_world - low) / step).astype(np.int64)
-    # A frame that was moved shows poses somewhat outside: they count for the cell at the border.
+    # Poses of a moved frame may lie outside: count them in the cell at the border.
     place = np.clip(place, 0, np.array(counts) - 1)
     cells = []
     for index in np.ndindex(*counts):
@@ -54,13 +54,13 @@ def coverage(
 
 
 def viewer_axes(rig: Rig) -> Float:
-    """Return what is right, away and up for somebody who looks with the cameras, (3, 3) rows."""
+    """Return right, away and up as seen along the cameras' view, (3, 3) rows."""
     axes = np.mean([camera.T_camera_from_world.rotation for camera in rig.cameras], axis=0)
     return np.stack([axes[0], axes[2], -axes[1]])
 
 
 def _name(index: tuple[int, ...], counts: list[int], views: Float) -> str:
-    """Return where a cell is in words; an axis with one cell is not named."""
+    """Return the place of a cell in words; axes with one cell are not named."""
     words = []
     free = [0, 1, 2]
     for view in (1, 2, 0):
@@ -76,7 +76,7 @@ def _name(index: tuple[int, ...], counts: list[int], views: Float) -> str:
 
 
 def _tilts(body: ProbeBody, rotations: Float, views: Float) -> Int:
-    """Return how the probe is held in each pose, (n,): index into the names of tilts."""
+    """Return the attitude class of each pose, (n,): index into the names of tilts."""
     handle = body.leds_probe.mean(axis=0) - body.tip_probe
     axis = rotations @ (handle / np.linalg.norm(handle))
     right, away, up = views

@@ -1,10 +1,9 @@
-"""Which spot is which LED while the cameras stand where nobody knows.
+"""Assign spots to LEDs without valid camera poses.
 
-Tracking (`tracking.identify`) lets rays meet in space, which a frame that was moved does not allow.
-Here every camera names its spots by itself: for every order of the LEDs the pose is found that a
-far camera would see so (scaled orthography), the few orders that fit are refined with the true
-perspective, and the cameras must then agree, roughly, on how the probe is held. An answer is given
-only where one labelling is clearly better than all others.
+Tracking (`tracking.identify`) intersects rays, which a moved frame does not allow. Here every
+camera labels its own spots: for every order of the LEDs the scaled-orthographic pose is found, the
+few orders that fit are refined with true perspective, and the cameras must then roughly agree on
+the attitude of the probe. A labelling is returned only if clearly better than all others.
 """
 
 from __future__ import annotations
@@ -25,13 +24,13 @@ _FLAT_MM = 5.0
 """A body that is thinner than this has no scaled-orthographic pose."""
 
 _ORTHOGRAPHIC_MM = 8.0
-"""What perspective does to a body of 100 mm at a metre."""
+"""Effect of perspective on a body of 100 mm at a metre."""
 
 _PERSPECTIVE = 2.5e-3
-"""Residual, as a part of the distance, that a lens known to 2 % leaves."""
+"""Residual, relative to the distance, of a lens with 2 % error."""
 
 _MAX_TURN = np.radians(6.0)
-"""Cameras agree on the attitude of the probe within this."""
+"""Maximum disagreement of the cameras on the attitude of the probe."""
 
 _CLEARLY_BETTER = 3.0
 _STEPS = 8
@@ -50,15 +49,14 @@ class _Named:
 
 
 def label_roughly(rig: Rig, body: ProbeBody, spots: Float) -> Int | None:
-    """Return which slot follows which LED, (C, L), -1 where none does; None while in doubt.
+    """Return the slot of each LED, (C, L), -1 if none; None if ambiguous.
 
     Parameters
     ----------
     rig
-        Rough: attitudes to a few degrees, focal lengths to a few percent; where the cameras stand
-        is not used.
+        Rough: attitudes to a few degrees, focal lengths to a few percent; positions are not used.
     spots
-        (C, 8, 2), px: one frame, NaN where a slot is empty.
+        (C, 8, 2), px: one frame, NaN for empty slots.
     """
     thickness = np.linalg.svd(body.leds_probe - body.leds_probe.mean(axis=0))[1][2]
     if thickness < _FLAT_MM:
@@ -84,7 +82,7 @@ def label_roughly(rig: Rig, body: ProbeBody, spots: Float) -> Int | None:
 
 
 def _orders(camera: CameraModel, body: ProbeBody, uv: Float) -> list[_Named]:
-    """Return the orders of the LEDs that fit the spots (k, 2) of one camera, the best first."""
+    """Return LED orders that fit the spots (k, 2) of one camera, the best first."""
     image = ideal_from_pixels(camera, uv) / camera.focal
     orders = np.array(list(permutations(range(body.n_leds), len(uv))))
     leds = body.leds_probe[orders]
@@ -110,7 +108,7 @@ def _orders(camera: CameraModel, body: ProbeBody, uv: Float) -> list[_Named]:
 
 
 def _refined(start: RigidTransform, leds: Float, image: Float) -> tuple[RigidTransform, float]:
-    """Return the pose that sees the LEDs (k, 3) at normalised image points (k, 2), and its miss."""
+    """Return the pose of LEDs (k, 3) seen at normalised image points (k, 2), and its miss."""
     pose, miss = start, np.inf
     for _ in range(_STEPS):
         inside = pose.apply(leds)
@@ -131,7 +129,7 @@ def _refined(start: RigidTransform, leds: Float, image: Float) -> tuple[RigidTra
 
 
 def _agree(rig: Rig, body: ProbeBody, choice: tuple[_Named, ...]) -> bool:
-    """Return whether the cameras hold the probe alike, and see only LEDs that shine at them."""
+    """Return whether the cameras agree on the attitude and see only LEDs facing them."""
     attitudes = [
         camera.T_camera_from_world.rotation.T @ one.T_camera_from_probe.rotation
         for camera, one in zip(rig.cameras, choice, strict=True)

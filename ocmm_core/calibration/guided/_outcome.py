@@ -1,4 +1,4 @@
-"""What a procedure found, ready to be shown, compared and accepted."""
+"""Results of procedures, ready for display, comparison and acceptance."""
 
 from __future__ import annotations
 
@@ -14,25 +14,26 @@ from ocmm_core.geometry import Pixels, Points3
 
 @dataclass(frozen=True, slots=True)
 class CameraResiduals:
-    """What one camera's spots leave over: arrows on its picture."""
+    """Residuals of one camera's spots: arrows on its picture."""
 
     name: str
     uv: Pixels
     residuals_px: Pixels
-    """`uv`, `residuals_px`: (n, 2), px: where, and observed minus predicted."""
+    """`uv`, `residuals_px`: (n, 2), px: position, and observed minus predicted."""
     used: NDArray[np.bool_]
     """(n,): False for outliers."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraChange:
-    """How one camera differs from the running calibration, after the frames were matched."""
+    """Change of one camera from the running calibration, after alignment of the frames."""
 
     name: str
     shift_mm: float
     turn_rad: float
     """`shift_mm`, `turn_rad`: Distance of the centres, and angle between the attitudes, after the
-    best common rigid motion of all cameras; these remain of a frame that was moved as a whole."""
+    best common rigid motion of all cameras, which absorbs a motion of the whole frame.
+    """
     focal_mm: float
     u0_px: float
     v0_px: float
@@ -41,17 +42,18 @@ class CameraChange:
 
 @dataclass(frozen=True, slots=True)
 class CalibrationComparison:
-    """The new calibration beside the one in force."""
+    """Comparison of the new calibration with the one in force."""
 
     moved_mm: float
     turned_rad: float
     """`moved_mm`, `turned_rad`: The common motion of all cameras."""
     cameras: tuple[CameraChange, ...]
-    """What is left of each camera."""
+    """Remainder of each camera."""
     nodes_world: Points3
     differences_world: Points3
-    """`nodes_world`, `differences_world`: (n, 3), mm: points of the volume, and where the new
-    calibration locates what the old one located there, after the common motion was taken out."""
+    """`nodes_world`, `differences_world`: (n, 3), mm: points of the volume located by the old
+    calibration, and new minus old location after removal of the common motion.
+    """
     length_sigma_before_mm: float
     length_sigma_after_mm: float
     """`length_sigma_before_mm`, `length_sigma_after_mm`: Predicted standard uncertainty of a length
@@ -60,33 +62,33 @@ class CalibrationComparison:
 
 @dataclass(frozen=True, slots=True)
 class CalibrationOutcome:
-    """A calibration that waits for being accepted."""
+    """A calibration awaiting acceptance."""
 
     record: CameraRecord
-    """What would be stored."""
+    """To be stored."""
     rig: Rig
     residuals: tuple[CameraResiduals, ...]
-    """One for each camera."""
     errors_at_world: Points3
     errors_world: Points3
-    """`errors_at_world`, `errors_world`: (n, 3), mm: points that were not used for the calibration,
-    and located minus known (for known points), or the bar's and control points' misfits at their
-    places."""
+    """`errors_at_world`, `errors_world`: (n, 3), mm: points not used for the calibration, and
+    located minus reference (known points), or the misfits of the bar and control points at their
+    places.
+    """
     warnings: tuple[Finding, ...]
-    """What speaks against it and was not refused."""
+    """Findings that did not refuse it."""
     comparison: CalibrationComparison | None
-    """With the calibration in force; None where there is none."""
+    """With the calibration in force, or None."""
 
 
 @dataclass(frozen=True, slots=True)
 class VerificationOutcome:
-    """A verdict that waits for being stored."""
+    """A verdict awaiting storage."""
 
     record: VerificationRecord
-    """What would be stored, with all checks."""
+    """To be stored, with all checks."""
     largest: int
-    """Index of the check that is nearest to its limit, or farthest beyond."""
+    """Index of the check closest to, or farthest beyond, its limit."""
     failed: tuple[int, ...]
-    """Indices of the checks that do not conform by the rule of the verification."""
+    """Indices of the nonconforming checks."""
     warnings: tuple[Finding, ...]
-    """What makes the verdict weaker."""
+    """Findings that weaken the verdict."""

@@ -1,25 +1,24 @@
 """Guided procedures: steps with gates, seen as immutable snapshots.
 
-Window and command line use the same objects. A procedure is driven by few calls - frames are
-shown to it, observations are taken or dropped, the next step is entered - and everything that a
-screen needs is in the snapshot `view` (`_procedure_views`), which is pulled. Every accepted
-observation is one line of a session file that is on the disk before the call returns; the state is
-a pure fold over these lines, so that a procedure that was killed at any moment is the same one
-after `resume`.
+Window and command line use the same objects. A procedure is driven by few calls: push frames,
+record or drop observations, enter the next step. The snapshot `view` (`_procedure_views`) has
+everything a screen needs and is polled. Every accepted observation is one line of a session file,
+on disk before the call returns; the state is a pure fold over these lines, so a procedure killed at
+any moment is restored by `resume`.
 
 The procedures, each with ``begin`` and ``resume`` (see their modules):
 
 - `cameras.KnownPointsProcedure`: steps ``prepare``, ``collect``, ``result``
-- `relocation.RelocationProcedure`: ``prepare``, ``seats``, ``wave``, ``bar``, ``world``,
-  ``again``, ``result``
-- `verification.VerificationProcedure`: ``prepare``, ``seats``, ``lines``, ``spheres``,
-  ``again``, ``result``
+- `relocation.RelocationProcedure`: ``prepare``, ``seats``, ``wave``, ``bar``, ``world``, ``again``,
+  ``result``
+- `verification.VerificationProcedure`: ``prepare``, ``seats``, ``lines``, ``spheres``, ``again``,
+  ``result``
 - `sweeping.PivotProcedure`: ``prepare``, ``first``, ``second``, ``again``, ``result``
 
-``begin`` writes what is fixed for the whole session (rig, artefacts, people, temperature); the step
-``prepare`` shows it. A calculation that takes longer than a moment is `compute`; call it from a
-thread or a process of your own, it may run beside everything else. What it returned is then in the
-snapshot. It is not stored, because the same observations give the same result again.
+``begin`` writes what is fixed for the session (rig, artefacts, people, temperature); the step
+``prepare`` shows it. `compute` may take seconds; call it from a separate thread or process, it runs
+concurrently with everything else. Its result appears in the snapshot. It is not stored, because the
+same observations reproduce it.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ from ocmm_core.geometry import Int, Pixels
 
 
 class ProcedureKind(StrEnum):
-    """Which procedure it is; session files begin with this name."""
+    """Kind of procedure; session files start with this name."""
 
     KNOWN_POINTS = "known-points"
     RELOCATION = "relocation"
@@ -57,13 +56,12 @@ class ProcedureDecision(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """Whether the next step may be entered."""
+    """Permission to enter the next step."""
 
     open: bool
-    """It may."""
     reason: str = ""
     remedy: str = ""
-    """`reason`, `remedy`: Why not, and what to do; one sentence each, empty where it is open."""
+    """`reason`, `remedy`: Why it is closed, and what to do; one sentence each, empty if open."""
 
 
 OPEN = Gate(True)
@@ -77,69 +75,64 @@ class Step:
     """Stable identifier."""
     title: str
     instruction: str
-    """`title`, `instruction`: For people: a few words, and what to do now."""
+    """`title`, `instruction`: User text: a few words, and the present task."""
     gate: Gate
-    """Out of this step."""
+    """Leads out of this step."""
     done: int = 0
     wanted: int = 0
-    """`done`, `wanted`: Observations of this step; zero wanted where nothing is counted."""
+    """`done`, `wanted`: Observations of this step; zero wanted if not counted."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraLive:
-    """What one camera sees now."""
+    """Current spots of one camera."""
 
     name: str
     uv: Pixels
     """(k, 2), px: its spots in the latest frame."""
     labels: Int
-    """(k,): number of the LED of each spot, -1 where unknown."""
+    """(k,): LED number of each spot, -1 if unknown."""
 
 
 @dataclass(frozen=True, slots=True)
 class Live:
-    """What is seen now, and whether it could be taken."""
+    """Current view, and whether it can be recorded."""
 
     cameras: tuple[CameraLive, ...] = ()
     """One for each camera; empty before the first frame."""
     ready: bool = False
-    """`take` would take it now."""
+    """`take` would record it now."""
     hint: str = "No frames yet."
-    """Why not, or what to do next, in one sentence."""
+    """Why not, or the next task, in one sentence."""
     frames: int = 0
     wanted: int = 0
-    """`frames`, `wanted`: Frames of the present average, and how many make it complete."""
+    """`frames`, `wanted`: Frames in the current average, and the number that completes it."""
     motion_px: float = float("nan")
-    """How far the spots moved during the average, px; NaN while there is none."""
+    """Motion of the spots during the average, px; NaN without an average."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProcedureView:
-    """Everything that a screen shows of any procedure."""
+    """Common part of the snapshots of all procedures."""
 
     kind: StrEnum
-    """Which procedure: one of `ProcedureKind`, or of the enumeration of another room."""
+    """One of `ProcedureKind`, or of another package's enumeration."""
     session: Path
     rig: str
-    """Name of the rig."""
     begun_utc: str
     who: str
-    """`begun_utc`, `who`: ISO 8601 text, and who does it."""
+    """`begun_utc`, `who`: ISO 8601 text, and the operator."""
     steps: tuple[Step, ...]
-    """In order."""
     current: int
-    """Index of the current step."""
     live: Live
-    """What is seen now."""
     decision: ProcedureDecision
-    """How it ended, `ProcedureDecision.OPEN` until then."""
+    """Outcome; `ProcedureDecision.OPEN` until it has ended."""
     stored: bool
-    """What was accepted is in the store; where it is not, `compute` and `accept` put it there."""
+    """The accepted result is in the store; if not, `compute` and `accept` put it there."""
     error: Finding | None
-    """What the last calculation said against the observations; None while nothing did."""
+    """Objection of the last calculation, or None."""
     torn: str = ""
-    """What is to be told of an entry that was being written when the program stopped; empty where
-    there was none."""
+    """Message about an entry being written when the program stopped, or empty."""
 
     @property
     def step(self) -> Step:
@@ -148,34 +141,42 @@ class ProcedureView:
 
 
 class Procedure(Protocol):
-    """What window and command line do with any procedure; any thread may call.
+    """Interface of any procedure for window and command line; thread-safe.
 
-    Times come from the caller, so that a test says what time it is.
+    Times come from the caller, so that tests control them.
     """
 
     @property
     def base(self) -> ProcedureView:
-        """Return the part of the snapshot that all procedures have."""
+        """Return the common part of the snapshot."""
         ...
 
     def watch(self, block: FrameBlock) -> None:
-        """Look at frames, in the order of their exposure; never takes anything by itself."""
+        """Process frames in the order of exposure; never records anything."""
+        ...
+
+    def require_name(self) -> None:
+        """Raise StorageError if the session file is not on the disk under its name.
+
+        All entries are then in another file, and no observation is ready any more. Cheap: for a
+        timer.
+        """
         ...
 
     def take(self, now: datetime) -> None:
-        """Take what is seen now as the next observation of the current step.
+        """Record the current view as the next observation of the current step.
 
         Raises
         ------
         CalibrationError
-            `Live.ready` is not set; the sentence says why.
+            `Live.ready` is not set; the message has the reason.
         StorageError
-            It could not be stored; nothing was taken.
+            It could not be stored; nothing was recorded.
         """
         ...
 
     def drop(self, now: datetime) -> None:
-        """Take back the last observation of the current step; without one, do nothing."""
+        """Remove the last observation of the current step, if any."""
         ...
 
     def advance(self, now: datetime) -> None:
@@ -184,41 +185,41 @@ class Procedure(Protocol):
         Raises
         ------
         CalibrationError
-            The gate is closed; the sentence says why and what to do.
+            The gate is closed; the message has reason and remedy.
         """
         ...
 
     def back(self, now: datetime) -> None:
-        """Return to the step before; observations are kept."""
+        """Return to the previous step; observations are kept."""
         ...
 
     def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
-        """Keep how warm the sensors are, degrees Celsius, camera by camera; None: not known."""
+        """Record the sensor temperatures, degrees Celsius, camera by camera; None: unknown."""
         ...
 
     def compute(self) -> None:
-        """Calculate the result of the observations so far; takes up to some seconds.
+        """Calculate the result of the present observations; takes up to some seconds.
 
         Raises
         ------
         CalibrationError
-            They do not allow it; the same is in the snapshot.
+            They do not allow it; also in the snapshot.
         """
         ...
 
     def accept(self, now: datetime, reason: str) -> None:
-        """Store the result in the calibrations of the rig and end the procedure.
+        """Store the result in the rig's calibrations and end the procedure.
 
-        A calibration is then in force, and SUSPECT until a verification passed. Of a verification
-        this stores the verdict, whatever it is. May be called again where it was interrupted.
+        A calibration is then in force, and SUSPECT until a verification passes. For a verification
+        the verdict is stored in any case. Repeat the call if it was interrupted.
 
         Raises
         ------
         CalibrationError
-            There is no result, or another one ended the procedure.
+            There is no result, or the procedure has ended with another decision.
         """
         ...
 
     def keep(self, now: datetime, reason: str) -> None:
-        """End the procedure and leave everything as it was."""
+        """End the procedure without changes to the store."""
         ...

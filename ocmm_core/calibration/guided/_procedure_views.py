@@ -1,4 +1,4 @@
-"""Snapshots of the three procedures: what `view` of each returns."""
+"""Snapshots of the procedures, returned by `view` of each."""
 
 from __future__ import annotations
 
@@ -15,39 +15,37 @@ class Cell:
     """One cell of the volume."""
 
     name: str
-    """Where it is, in words ("near top left")."""
+    """Place in words ("near top left")."""
     low_world: Float
     high_world: Float
     """`low_world`, `high_world`: (3,), mm."""
     poses: int
     wanted: int
-    """`poses`, `wanted`: Of the probe in it."""
+    """`poses`, `wanted`: Poses of the probe in it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tilt:
-    """One way of holding the probe."""
+    """One attitude class of the probe."""
 
     name: str
     """In words ("leaning left")."""
     poses: int
     wanted: int
-    """`poses`, `wanted`: Held so."""
 
 
 @dataclass(frozen=True, slots=True)
 class VolumeCoverage:
-    """What of the volume was shown."""
+    """Coverage of the volume."""
 
     cells: tuple[Cell, ...]
     tilts: tuple[Tilt, ...]
-    """`cells`, `tilts`: With what is still missing."""
     fraction: float
-    """Of what is wanted, 0 to 1."""
+    """Fraction of the wanted poses, 0 to 1."""
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Return the names of cells and tilts that lack poses, the emptiest first."""
+        """Return the names of incomplete cells and tilts, the emptiest first."""
         places = [(one.poses / one.wanted, one.name) for one in self.cells]
         ways = [(one.poses / one.wanted, one.name) for one in self.tilts]
         return tuple(name for share, name in sorted(places + ways) if share < 1.0)
@@ -61,7 +59,7 @@ class KnownPoint:
     position_world: Float
     """(3,), mm."""
     views: int | None
-    """Cameras that saw it; None until it was taken."""
+    """Cameras that saw it; None until recorded."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,13 +67,12 @@ class KnownPointsView:
     """Snapshot of the calibration from known points."""
 
     base: ProcedureView
-    """What all procedures show."""
     points: tuple[KnownPoint, ...]
-    """All of the list, in its order."""
+    """In order of the list."""
     next_point: int | None
-    """Index of the point that is taken next; None after the last one."""
+    """Index of the point to record next; None after the last one."""
     outcome: CalibrationOutcome | None
-    """Of `compute`; None before it, and after another point was taken."""
+    """Result of `compute`; None before it, and after another point."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,30 +80,28 @@ class RelocationView:
     """Snapshot of the relocation."""
 
     base: ProcedureView
-    """What all procedures show."""
     poses: int
     coverage: VolumeCoverage
     length_sigma_mm: float | None
-    """Predicted standard uncertainty of a length of ``length_mm`` anywhere in the volume, from what
-    was collected so far (`predict`); None before the first prediction."""
+    """Predicted standard uncertainty of a length of ``length_mm`` anywhere in the volume, from the
+    data collected (`predict`); None before the first prediction.
+    """
     length_mm: float
     length_limit_mm: float
-    """`length_mm`, `length_limit_mm`: Which length, and from where on it is good enough."""
+    """`length_mm`, `length_limit_mm`: Test length, and its sufficient uncertainty."""
     bar_placements: int
     bars_wanted: int
-    """`bar_placements`, `bars_wanted`: Taken so far, and wanted."""
     world_points: tuple[str, ...]
     world_wanted: tuple[str, ...]
-    """`world_points`, `world_wanted`: Control points taken so far by name, and the names that are
-    wanted."""
+    """`world_points`, `world_wanted`: Names of recorded and of required control points."""
     visits: int
-    """Of the seats that are visited first and last, so far."""
+    """Visits of the seats that are visited first and last."""
     seats_world: tuple[Float, ...]
-    """(3,), mm, each: seats that were visited, by the cameras as they were before."""
+    """(3,), mm, each: visited seats, by the previous camera calibration."""
     next_seat: int | None
-    """Index of the seat that is visited next, now or at the end; None after the last one."""
+    """Index of the seat to visit next, now or at the end; None after the last one."""
     outcome: CalibrationOutcome | None
-    """Of `compute`; None before it, and after another observation was taken."""
+    """Result of `compute`; None before it, and after another observation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,15 +111,14 @@ class LinePlan:
     name: str
     """In words ("space diagonal 1")."""
     ends_world: Float
-    """(2, 3), mm: where the first and the last nest of the bar should be."""
+    """(2, 3), mm: nominal places of the first and the last nest of the bar."""
     taken: int
-    """Nests that were taken, of `wanted`."""
+    """Recorded nests of `wanted`."""
     wanted: int
-    """Nests of the bar."""
     hint: str = ""
-    """What speaks against the placement as it was taken; empty where nothing does."""
+    """Objection to the recorded placement, or empty."""
     shares: tuple[float, ...] = ()
-    """Where the nests are along the bar, from 0 to 1."""
+    """Positions of the nests along the bar, from 0 to 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,24 +126,23 @@ class VerificationView:
     """Snapshot of the verification."""
 
     base: ProcedureView
-    """What all procedures show."""
     lines: tuple[LinePlan, ...]
-    """The seven lines, or more where the corners need them."""
+    """Seven lines, or more if the corners need them."""
     current_line: int | None
-    """Index of the line that is being taken; None after the last one."""
+    """Index of the current line; None after the last one."""
     spheres: tuple[int, ...]
-    """Points taken on each sphere; empty where none was chosen."""
+    """Points recorded on each sphere; empty without spheres."""
     sphere_points: int
     """Wanted on each."""
     outcome: VerificationOutcome | None
-    """Of `compute`; the verdict, or None before it."""
+    """Result of `compute`, or None."""
     places: tuple[str, ...]
-    """One for each sphere: which third of the volume, or empty."""
+    """Third of the volume of each sphere, or empty."""
     seats_world: tuple[Float, ...]
-    """(3,), mm, each: seats that were visited."""
+    """(3,), mm, each: visited seats."""
     next_seat: int | None
-    """Index of the seat that is visited next, now or at the end; None after the last one."""
+    """Index of the seat to visit next, now or at the end; None after the last one."""
     corners: tuple[Corner, ...]
-    """Of the volume, as test lengths ended there so far."""
+    """Of the volume, with the test lengths that ended there."""
     notes: tuple[str, ...]
-    """What of the guideline's advice could not be followed, and why."""
+    """Guideline advice that could not be followed, and why."""

@@ -1,9 +1,8 @@
-"""Whether places that were measured twice are still where they were.
+"""Judge whether places measured twice have stayed in place.
 
-A session begins at a place and comes back to it at its end. What changed meanwhile - a camera, the
-frame, the table, the seat of the artefact - moves the second position against the first one, while
-an error that both share, such as that of the calibration, cancels. What remains is judged against
-what chance allows: the normalised square of the shift is chi-square with three degrees of freedom.
+A session starts at a place and returns to it at its end. A change in between (camera, frame, table,
+seat of the artefact) displaces the second position, while shared errors such as those of the
+calibration cancel. The normalised square of the shift is chi-square with three degrees of freedom.
 """
 
 from __future__ import annotations
@@ -21,21 +20,22 @@ from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 
 REPEAT_CHANCE = 1e-3
-"""Probability that any repeat of a session is called inconsistent by chance."""
+"""Probability that any repeat of an undisturbed session is called inconsistent."""
 
 
 @dataclass(frozen=True, slots=True)
 class RestingPosition:
-    """Where the ball rested."""
+    """Position of the resting ball."""
 
     world: Float
     """(3,), mm."""
     covariance: Float
-    """(3, 3), mm^2: of what is drawn anew when the place is measured again. What both positions
-    share (cameras, probe) does not belong to it; the pattern of the sensors does, where the probe
-    is held otherwise."""
+    """(3, 3), mm^2: of effects that differ between visits. Effects shared by both positions
+    (cameras, probe) are excluded; the pattern noise of the sensors is included if the attitude
+    differs.
+    """
     utc: str
-    """When, ISO 8601 text."""
+    """ISO 8601 text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class Repeat:
 
 @dataclass(frozen=True, slots=True)
 class JudgedRepeat:
-    """What became of one place."""
+    """Result of one place."""
 
     place: str
     first_utc: str
@@ -59,38 +59,37 @@ class JudgedRepeat:
     shift_world: Float
     """(3,), mm: again less first."""
     normalised_square: float
-    """Of the shift, with its covariance; 3 on average where nothing moved."""
+    """With the covariance of the shift; 3 on average if nothing moved."""
     limit: float
-    """What chance exceeds with the stated probability, shared by all repeats."""
+    """Critical value at the stated probability, shared by all repeats."""
 
     @property
     def consistent(self) -> bool:
-        """Return whether chance explains the shift."""
+        """Return whether the shift is insignificant."""
         return self.normalised_square <= self.limit
 
     @property
     def shift_mm(self) -> float:
-        """Return the length of the shift."""
         return float(np.linalg.norm(self.shift_world))
 
 
 def judge_repeats(
     repeats: Sequence[Repeat], chance: float = REPEAT_CHANCE, seat_sigma_mm: float = SEAT_SIGMA_MM
 ) -> tuple[JudgedRepeat, ...]:
-    """Return the shifts of places that were measured twice, in their order.
+    """Return the shifts of places measured twice, in order.
 
     Parameters
     ----------
     chance
-        Probability that at least one of them is called inconsistent while nothing moved; each gets
-        the same part of it (Bonferroni).
+        Probability that at least one is called inconsistent although nothing moved, divided equally
+        (Bonferroni).
     seat_sigma_mm
-        How well the ball finds its seat, standard deviation per axis, each time anew.
+        Seating repeatability of the ball, standard deviation per axis.
 
     Raises
     ------
     CalibrationError
-        A position or its covariance is no number, or the covariance is none.
+        A position or covariance is not finite, or not a covariance.
     """
     limit = float(chdtri(3.0, chance / max(len(repeats), 1)))
     judged = []
@@ -107,18 +106,18 @@ def judge_repeats(
 
 
 def moved_between(judged: Sequence[JudgedRepeat]) -> tuple[str, str] | None:
-    """Return since when and until when something moved, ISO 8601 text; None where nothing did.
+    """Return the interval in which something moved, ISO 8601 text, or None.
 
-    A single change explains all repeats where one fits: it lies in the time of every inconsistent
-    repeat and in that of no consistent one, so between the last consistent and the first
-    inconsistent moment. Where none does, the whole time of the inconsistent ones is returned.
+    If a single change explains all repeats, it lies within every inconsistent repeat and no
+    consistent one, so between the last consistent and first inconsistent moment. Otherwise the
+    whole interval of the inconsistent ones is returned.
     """
     wrong = [one for one in judged if not one.consistent]
     if not wrong:
         return None
     spans = [(_moment(one.first_utc), _moment(one.again_utc)) for one in wrong]
     low, high = max(begin for begin, _ in spans), min(end for _, end in spans)
-    # A consistent repeat takes its time off an end; what it takes away may let another one do so.
+    # A consistent repeat shortens an end, which may let another one do so.
     for _ in judged:
         for one in judged:
             begin, end = _moment(one.first_utc), _moment(one.again_utc)
@@ -132,12 +131,12 @@ def moved_between(judged: Sequence[JudgedRepeat]) -> tuple[str, str] | None:
 
 
 def repeat_finding(judged: Sequence[JudgedRepeat], remedy: str) -> Finding | None:
-    """Return what speaks against a session whose places moved; None where chance explains all.
+    """Return the finding for a session whose places moved, or None.
 
     Parameters
     ----------
     remedy
-        What to do, a sentence: which procedure to take again once what moved was found and fixed.
+        What to do, a sentence: the procedure to repeat once the cause is fixed.
     """
     between = moved_between(judged)
     if between is None:
@@ -155,7 +154,7 @@ def repeat_finding(judged: Sequence[JudgedRepeat], remedy: str) -> Finding | Non
 
 
 def shown_moment(utc: str) -> str:
-    """Return an ISO 8601 moment as people read it, to the second."""
+    """Return an ISO 8601 moment in display form, to the second."""
     return f"{_moment(utc):%Y-%m-%d %H:%M:%S}"
 
 

@@ -1,4 +1,4 @@
-"""Two seats that are fixed to the table: visited first, and again when all else was taken."""
+"""Two seats fixed to the table: visited first, and again after all other observations."""
 
 from __future__ import annotations
 
@@ -15,17 +15,16 @@ SEATS = 2
 """Visited first and again at the end."""
 
 SEAT_MM = 5.0
-"""Nobody moves a seat so far without knowing, and no two seats are so near."""
+"""Larger than unnoticed seat motion, smaller than the distance between seats."""
 
 _SEATS_APART = 0.3
-"""Of the space diagonal: two seats near each other say the same about a camera."""
+"""Fraction of the space diagonal: seats close together give the same evidence on a camera."""
 
 
 class SeatVisited(SessionEvent, frozen=True, kw_only=True):
-    """The probe in a seat that stays where it is during the session."""
+    """The probe in a seat that stays in place during the session."""
 
     seat: int
-    """Index."""
     uv: Spots
     """(C, L), px."""
     sigma_px: float
@@ -33,14 +32,14 @@ class SeatVisited(SessionEvent, frozen=True, kw_only=True):
 
 
 def judge_first_visit(tip_world: Float, known_world: Sequence[Float], rig: Rig) -> str:
-    """Return why a resting ball is in no other seat; empty where it may be.
+    """Return why a resting ball cannot be in a new seat; empty if it can.
 
     Parameters
     ----------
     tip_world
         (3,), mm.
     known_world
-        (3,), mm, each: seats that were visited.
+        (3,), mm, each: visited seats.
     """
     away = [float(np.linalg.norm(tip_world - one)) for one in known_world]
     least = _SEATS_APART * float(np.linalg.norm(np.ptp(rig.volume_world, axis=0)))
@@ -55,12 +54,12 @@ def judge_first_visit(tip_world: Float, known_world: Sequence[Float], rig: Rig) 
 def judge_visit_again(
     tip_world: Float, seat: int, known_world: Sequence[Float], near_mm: float = SEAT_MM
 ) -> str:
-    """Return why a resting ball is not in the seat that is wanted; empty where it may be.
+    """Return why a resting ball is not in the wanted seat; empty if it may be.
 
     Parameters
     ----------
     near_mm
-        From so near it may be that seat.
+        Largest distance from that seat.
     """
     away = [float(np.linalg.norm(tip_world - one)) for one in known_world]
     if away[seat] <= near_mm:
@@ -71,7 +70,7 @@ def judge_visit_again(
 
 
 def first_gate(seat: int | None) -> Gate:
-    """Return the gate of the first visits, where ``seat`` is the next one; None after the last."""
+    """Return the gate of the first visits; ``seat`` is the next one, None after the last."""
     if seat is None:
         return OPEN
     return Gate(

@@ -1,9 +1,8 @@
-"""The state of a guided procedure, as it follows from its session file.
+"""State of a guided procedure, folded from its session file.
 
-Every event is one line of a chained file (`chain_file`) and is on the disk before the call that
-made it returns. `GuidedProcedure` holds what all procedures have in common; a procedure says how
-an event changes its state, and nothing else may change it, so that reading the file again gives
-the same state.
+Every event is one line of a chained file (`chain_file`), on disk before the call that made it
+returns. `GuidedProcedure` is the common base; a procedure defines how an event changes its state.
+Nothing else may change the state, so reading the file again reproduces it.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ from ocmm_core.calibration.guided._session_events import (
 from ocmm_core.calibration.records import CalibrationStore, Finding, ProbeStore
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
-from ocmm_core.errors import CalibrationError, OcmmError
+from ocmm_core.errors import CalibrationError, OcmmError, StorageError
 
 WARMTH_STEP_K = 0.5
 
@@ -46,20 +45,20 @@ O = TypeVar("O")  # noqa: E741 - an outcome, as T is a type
 
 
 class Dated(Protocol):
-    """Something that happened at a time, ISO 8601 text."""
+    """Anything with a time, ISO 8601 text."""
 
     @property
     def utc(self) -> str:
-        """Return when."""
+        """Return the time."""
         ...
 
 
 class Store(Protocol):
-    """Where accepted results go."""
+    """Destination of accepted results."""
 
     @property
     def events(self) -> Sequence[Dated]:
-        """Return what happened, oldest first."""
+        """Return the events, oldest first."""
         ...
 
 
@@ -70,23 +69,23 @@ TORN = (
 
 
 class GuidedProcedure(ABC, Generic[E, O]):
-    """What all procedures do; see `procedure.Procedure`.
+    """Base of all procedures; see `procedure.Procedure`.
 
     Parameters
     ----------
     chain
-        The session file with at least its first line.
+        Session file with at least its first line.
     begun
         That line.
     rig
-        What the session starts from.
+        Rig that the session starts from.
     store
-        Where what is accepted will be.
+        Destination of the accepted result.
 
     Raises
     ------
     CalibrationError
-        The session was begun with another rig.
+        The session was started with another rig.
     """
 
     kind: ProcedureKind
@@ -106,7 +105,8 @@ class GuidedProcedure(ABC, Generic[E, O]):
         self._accepted = store
         self._chain = chain
         self._torn = TORN if chain.torn else ""
-        # With the rest of a line that a crash cut off, which the next line replaces.
+        self._lost = ""
+        # Including a line cut off by a crash, which the next line replaces.
         self._size = chain.path.stat().st_size
         self._first = begun
         self._lock = threading.RLock()
@@ -119,43 +119,43 @@ class GuidedProcedure(ABC, Generic[E, O]):
         self._error: Finding | None = None
         self._kept_steps: tuple[object, tuple[Step, ...]] | None = None
 
-    # What a procedure says about itself.
+    # Implemented by each procedure.
 
     @abstractmethod
     def _steps(self) -> tuple[Step, ...]:
-        """Return the steps with their gates, as things are."""
+        """Return the steps with their current gates."""
 
     def _steps_rest_on(self) -> object:
-        """Return what the steps rest on beside what was taken; None where on what is seen now."""
+        """Return a key of further inputs of the steps; None disables caching of the steps."""
         return None
 
     @abstractmethod
     def _seen(self) -> Live:
-        """Return what is seen now."""
+        """Return the current live view."""
 
     @abstractmethod
     def _wants(self) -> bool:
-        """Return whether the current step takes another observation."""
+        """Return whether the current step accepts another observation."""
 
     @abstractmethod
     def _observation(self, utc: str) -> E:
-        """Return what is seen now as an event; only called when `Live.ready` and `_wants`."""
+        """Return the current view as an event; only called when `Live.ready` and `_wants`."""
 
     @abstractmethod
     def _observe(self, event: E) -> None:
-        """Take an observation into the state."""
+        """Add an observation to the state."""
 
     @abstractmethod
     def _has_observation(self, step: str) -> bool:
-        """Return whether something was taken in a step."""
+        """Return whether a step has observations."""
 
     @abstractmethod
     def _undo(self, step: str) -> None:
-        """Take the last observation of a step out of the state."""
+        """Remove the last observation of a step from the state."""
 
     @abstractmethod
     def _calculation(self) -> Callable[[], O]:
-        """Return what calculates the result of the observations so far, apart from the state."""
+        """Return the calculation for the present observations, independent of the state."""
 
     @abstractmethod
     def _put(self, outcome: O, decided: Decided) -> None:
@@ -163,17 +163,16 @@ class GuidedProcedure(ABC, Generic[E, O]):
 
     @abstractmethod
     def _in_force(self) -> str:
-        """Return the hash of what an accepted result would replace; empty where there is none."""
+        """Return the hash of the record that an accepted result would replace, or empty."""
 
     @abstractmethod
     def watch(self, block: FrameBlock) -> None:
-        """Look at frames; see `procedure.Procedure.watch`."""
+        """Process frames; see `procedure.Procedure.watch`."""
 
-    # What all of them do.
+    # Common to all procedures.
 
     @property
     def base(self) -> ProcedureView:
-        """Return the part of the snapshot that all procedures have."""
         with self._lock:
             return ProcedureView(
                 kind=self.kind,
@@ -193,7 +192,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
             )
 
     def _steps_now(self) -> tuple[Step, ...]:
-        """Return the steps; who shows them asks many times between two observations."""
+        """Return the steps, cached because views poll them between observations."""
         others = self._steps_rest_on()
         if others is None:
             return self._steps()
@@ -204,12 +203,22 @@ class GuidedProcedure(ABC, Generic[E, O]):
 
     def _live(self) -> Live:
         seen = self._seen()
+        if self._lost:
+            return replace(seen, ready=False, hint=self._lost)
         if self._decided is not None or not self._wants():
             return replace(seen, ready=False, hint="Nothing to take in this step.")
         return seen
 
+    def require_name(self) -> None:
+        """Raise StorageError if the file is lost; see `procedure.Procedure.require_name`."""
+        try:
+            self._chain.require_name()
+        except StorageError as error:
+            self._lost = error.what
+            raise
+
     def take(self, now: datetime) -> None:
-        """Take what is seen now; see `procedure.Procedure.take`."""
+        """Record the current observation; see `procedure.Procedure.take`."""
         with self._lock:
             live = self._live()
             if not live.ready:
@@ -217,13 +226,13 @@ class GuidedProcedure(ABC, Generic[E, O]):
             self._append(self._observation(utc_text(now)))
 
     def drop(self, now: datetime) -> None:
-        """Take back the last observation of the current step; without one, do nothing."""
+        """Remove the last observation of the current step, if any."""
         with self._lock:
             if self._has_observation(self._step):
                 self._append(Dropped(utc=utc_text(now), step=self._step))
 
     def advance(self, now: datetime) -> None:
-        """Enter the next step; raise CalibrationError where the gate is closed."""
+        """Enter the next step; raise CalibrationError if the gate is closed."""
         with self._lock:
             index = self.step_names.index(self._step)
             gate = self._steps_now()[index].gate
@@ -233,7 +242,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 self._append(Entered(utc=utc_text(now), step=self.step_names[index + 1]))
 
     def back(self, now: datetime) -> None:
-        """Return to the step before; observations are kept."""
+        """Return to the previous step; observations are kept."""
         with self._lock:
             index = self.step_names.index(self._step)
             if index:
@@ -245,15 +254,14 @@ class GuidedProcedure(ABC, Generic[E, O]):
             self._append(Forced(utc=utc_text(now), reason=reason))
 
     def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
-        """Keep how warm the cameras' sensors are while observations are taken.
+        """Record the temperature of the cameras' sensors during observations.
 
-        A change of less than `WARMTH_STEP_K` is no news; once there is a result, it stays as it
-        is.
+        Changes below `WARMTH_STEP_K` are ignored; nothing changes once there is a result.
 
         Parameters
         ----------
         sensors_c
-            Degrees Celsius, camera by camera; nothing is kept where one is not known.
+            Degrees Celsius, camera by camera; ignored if any is missing.
         """
         known = tuple(value for value in sensors_c if value is not None)
         with self._lock:
@@ -265,9 +273,9 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 self._append(Warmed(utc=utc_text(now), sensors_c=known))
 
     def compute(self, elsewhere: Callable[[], O] | None = None) -> None:
-        """Calculate the result of the observations so far; see `procedure.Procedure.compute`.
+        """Calculate the result of the present observations; see `procedure.Procedure.compute`.
 
-        ``elsewhere`` returns what another process calculated that resumed the same session.
+        ``elsewhere`` returns the result of another process that resumed the same session.
         """
         with self._lock:
             calculate, version = elsewhere or self._calculation(), self._version
@@ -279,7 +287,9 @@ class GuidedProcedure(ABC, Generic[E, O]):
                     self._error = Finding(error.code, error.what, error.remedy, refuses=True)
             raise
         with self._lock:
-            # What was taken meanwhile makes the result one of other observations.
+            # Calculate the result of the observations; see `procedure.Procedure.compute`.
+            #
+            # ``elsewhere`` returns the result of another process that resumed the same session.
             if version == self._version:
                 self._outcome, self._error = outcome, None
 
@@ -294,12 +304,12 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 self._put(self._outcome, decided)
 
     def keep(self, now: datetime, reason: str) -> None:
-        """End the procedure and leave everything as it was."""
+        """End the procedure without changes to the store."""
         with self._lock:
             self._decide(ProcedureDecision.KEPT, now, reason)
 
     def _check(self, outcome: O) -> None:
-        """Raise CalibrationError where a result may not be stored as things are."""
+        """Raise CalibrationError if a result may not be stored now."""
         if self._first.running != self._in_force() and not self._is_stored():
             raise CalibrationError(
                 "session.overtaken",
@@ -321,18 +331,18 @@ class GuidedProcedure(ABC, Generic[E, O]):
         return decided
 
     def _fold(self) -> None:
-        """Bring the state to where the session file ends; the last act of a constructor."""
+        """Replay the session file; last step of every constructor."""
         for line in self._chain.items[1:]:
             self._change(line.event)
 
     def _refuse_older(self, which: str) -> None:
-        """Refuse to go on with a session that an earlier version began and that lacks something.
+        """Refuse to resume a session of an earlier version that lacks information.
 
         Parameters
         ----------
         which
-            What that version did not do, as a relative clause; without it nobody could tell
-            whether something moved meanwhile. A session that has ended may still be looked at.
+            Missing action of that version, as a relative clause; without it, movement in between
+            would be undetectable. Ended sessions may still be opened.
         """
         if self._decided is None:
             raise CalibrationError(
@@ -345,8 +355,9 @@ class GuidedProcedure(ABC, Generic[E, O]):
     def _append(self, event: E | CommonEvent) -> None:
         if self._decided is not None:
             raise self._ended(self._decided)
+        self.require_name()
         if self._size != self._chain.path.stat().st_size:
-            # Appending would write over what somebody else has taken meanwhile.
+            # Appending would overwrite lines of another program.
             raise CalibrationError(
                 "session.elsewhere",
                 f"{self._chain.path}: another program is using this session.",
@@ -382,7 +393,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
 
 
 class CameraProcedure(GuidedProcedure[E, O]):
-    """A procedure about the cameras of a rig; see `GuidedProcedure`."""
+    """Base of procedures for the cameras of a rig; see `GuidedProcedure`."""
 
     def __init__(
         self, chain: ChainFile[SessionLine[E]], begun: Begun, rig: Rig, store: CalibrationStore
@@ -395,7 +406,7 @@ class CameraProcedure(GuidedProcedure[E, O]):
 
 
 class ProbeProcedure(GuidedProcedure[E, O]):
-    """A procedure about a probe with one of its tips; see `GuidedProcedure`.
+    """Base of procedures for a probe with one of its tips; see `GuidedProcedure`.
 
     Parameters
     ----------

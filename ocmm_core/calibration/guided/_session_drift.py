@@ -1,12 +1,12 @@
-"""Whether a camera moved while a session went on, which one, and since when.
+"""Detect whether a camera moved during a session, which one, and when.
 
-Every resting position leaves residuals over: spots less what the pose predicts. A camera that
-turned leaves a pattern of them from one moment on; and a seat that is visited first and again at
-the end then stands elsewhere. Both are linear in the three angles of the camera, so one weighted
-least squares for each camera and each moment says how much better the session is explained with
-such a step (generalised likelihood ratio; M. Basseville, I. V. Nikiforov, Detection of Abrupt
-Changes, 1993, section 2.4). What the whole session shares - the uncertainty of the calibration and
-of the probe - is in the covariance, so that an error of the calibration is not taken for a step.
+Every resting position leaves residuals: spots minus those predicted by the pose. A camera that
+turned leaves a pattern of them from one moment on, and a seat visited first and again at the end
+appears displaced. Both are linear in the camera's three angles, so one weighted least squares fit
+per camera and moment gives the improvement by such a step (generalised likelihood ratio; M.
+Basseville, I. V. Nikiforov, Detection of Abrupt Changes, 1993, section 2.4). Effects shared by the
+whole session (uncertainty of calibration and probe) are in the covariance, so that a calibration
+error is not mistaken for a step.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from ocmm_core.geometry import Float, skew
 from ocmm_core.tracking import ProbeBody, reprojection
 
 STEP_CHANCE = 1e-3
-"""Probability that a session in which nothing moved is called one in which a camera did."""
+"""False alarm probability of a session."""
 
 _ANGLES = 3
 
@@ -39,20 +39,20 @@ class Rest:
     touch: RestingTouch
     """The ball's centre with its sensitivities."""
     residuals: Float
-    """(m - 6,): what the pose leaves over, in directions across all poses, in sigmas."""
+    """(m - 6,): residuals of the pose, in directions orthogonal to all poses, in sigmas."""
     by_cameras: Float
     by_geometry: Float
     """`by_cameras`, `by_geometry`: (m - 6, 14 C) and (m - 6, 3 L + 3): their derivatives."""
     utc: str
-    """When, ISO 8601 text."""
+    """ISO 8601 text."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraStep:
-    """The step that explains a session best."""
+    """Step that explains a session best."""
 
     camera: int
-    """Index of the camera that would have turned."""
+    """Index of the turned camera."""
     last: int
     first: int
     """`last`, `first`: Indices of the last rest before it and of the first one after it."""
@@ -60,17 +60,18 @@ class CameraStep:
     """(3,), rad: of the camera, in its own frame."""
     gain: float
     limit: float
-    """`gain`, `limit`: By how much chi-square falls with it, and what chance exceeds with the
-    stated probability over all cameras and moments."""
+    """`gain`, `limit`: Decrease of chi-square with it, and the critical value at the stated
+    probability over all cameras and moments.
+    """
 
     @property
     def is_real(self) -> bool:
-        """Return whether chance does not explain it."""
+        """Return whether the step is significant."""
         return self.gain > self.limit
 
 
 def rest_of(uv: Float, sigma_px: float, utc: str, rig: Rig, body: ProbeBody) -> Rest:
-    """Return the rest of averaged spots (C, L, 2), px; TrackingError where there is no pose."""
+    """Return the rest of averaged spots (C, L, 2), px; TrackingError without a pose."""
     touch = touch_of(uv, sigma_px, rig, body)
     rotation = touch.rotation_world_from_probe
     origin = touch.tip_world - rotation @ body.tip_probe
@@ -110,23 +111,23 @@ def camera_step(
     repeats
         Indices of rests in the same seat, first and again.
     chance
-        Probability that the best step of a session without any exceeds the limit; each camera and
-        moment gets the same part of it.
+        Probability that the best step of an undisturbed session exceeds the limit, divided equally
+        between cameras and moments.
 
     Returns
     -------
     CameraStep or None
-        None where there are fewer than two rests.
+        None for fewer than two rests.
     """
     n, cameras = len(rests), len(rig.cameras)
     if n < 2:
         return None
-    # Columns of what the whole session shares, scaled to one standard deviation each.
+    # Columns of effects shared by the session, scaled to one standard deviation each.
     of_cameras, of_geometry = _root(rig.parameter_covariance), _root(body.geometry_covariance)
     turns = _turns(rig)
     seats = [_whitened(rests[i].touch, rests[k].touch, seat_sigma_mm) for i, k in repeats]
     parts = [
-        # A rest feels all steps before it, a repeat those after its first and before its second.
+        # A rest sees all earlier steps, a repeat those between its first and second visit.
         (1, i, rest.by_cameras @ turns, rest.residuals,
          np.hstack([rest.by_cameras @ of_cameras, rest.by_geometry @ of_geometry]))
         for i, rest in enumerate(rests)
@@ -138,7 +139,7 @@ def camera_step(
         parts.append((first + 1, again, jacobian @ turns, shift, shared))
     k, size = turns.shape[1], parts[0][4].shape[1]
     shared_square, shared_data = np.eye(size), np.zeros(size)
-    # By moment: the step stands before rest 1 .. n - 1.
+    # Moment i: the step is before rest i = 1 .. n - 1.
     square, mixed, data = np.zeros((n, k, k)), np.zeros((n, k, size)), np.zeros((n, k))
     for low, high, rows, values, shared in parts:
         shared_square += shared.T @ shared
@@ -156,7 +157,7 @@ def camera_step(
             cross = mixed[moment, own]
             information = square[moment][own, own] - cross @ cho_solve(factor, cross.T)
             score = data[moment, own] - cross @ cho_solve(factor, shared_data)
-            # A camera that saw nothing since then leaves its angles open.
+            # A camera without spots since then leaves its angles undetermined.
             turn = np.asarray(np.linalg.lstsq(information, score)[0], dtype=np.float64)
             gain = float(score @ turn)
             if best is None or gain > best.gain:
@@ -167,12 +168,12 @@ def camera_step(
 def step_finding(
     step: CameraStep | None, rests: Sequence[Rest], rig: Rig, remedy: str
 ) -> Finding | None:
-    """Return what speaks against a session in which a camera moved; None where none did.
+    """Return the finding for a session in which a camera moved, or None.
 
     Parameters
     ----------
     remedy
-        What to do, a sentence.
+        Remedy, a sentence.
     """
     if step is None or not step.is_real:
         return None
@@ -188,7 +189,7 @@ def step_finding(
 
 
 def _turns(rig: Rig) -> Float:
-    """Return how all parameters change as each camera turns about its centre, (14 C, 3 C)."""
+    """Return the derivatives of all parameters by each camera's rotation, (14 C, 3 C)."""
     cameras = len(rig.cameras)
     turns = np.zeros((cameras, N_PARAMETERS, cameras, _ANGLES))
     for c, camera in enumerate(rig.cameras):
@@ -201,7 +202,7 @@ def _turns(rig: Rig) -> Float:
 def _whitened(
     first: RestingTouch, again: RestingTouch, seat_sigma_mm: float
 ) -> tuple[Float, Float, Float, Float]:
-    """Return slopes of a step, shift, and slopes by what is shared, in units of their noise."""
+    """Return step jacobian, shift and jacobians of shared effects, in units of their noise."""
     covariance = first.noise + again.noise + 2.0 * seat_sigma_mm**2 * np.eye(3)
     white = np.linalg.inv(np.linalg.cholesky(covariance))
     return (
@@ -213,7 +214,7 @@ def _whitened(
 
 
 def _root(covariance: Float) -> Float:
-    """Return columns whose products add up to a covariance that may be singular."""
+    """Return a square root, as columns, of a possibly singular covariance."""
     values, vectors = np.linalg.eigh(covariance)
     root: Float = vectors * np.sqrt(np.maximum(values, 0.0))
     return root

@@ -1,4 +1,4 @@
-"""The lines of a session file: what all guided procedures write; each adds its observations."""
+"""Lines of a session file common to all guided procedures."""
 
 from __future__ import annotations
 
@@ -22,34 +22,32 @@ from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody
 
 Spots: TypeAlias = tuple[tuple[tuple[float, float] | None, ...], ...]
-"""Averaged spots (C, n) of all cameras, px; None where a spot was not seen."""
+"""Averaged spots (C, n) of all cameras, px; None for an unseen spot."""
 
 
 class SessionEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True):
     """Base of all events."""
 
     utc: str
-    """When, ISO 8601 text."""
+    """ISO 8601 text."""
 
 
 class Begun(SessionEvent, frozen=True, kw_only=True):
-    """First line: what is fixed for the whole session; each procedure adds its own."""
+    """First line: data fixed for the whole session; procedures extend it."""
 
     rig: str
     rig_identity: str
-    """`rig`, `rig_identity`: Name of the rig that the session starts from, and the hash of its
-    document or record."""
+    """`rig`, `rig_identity`: Name of the initial rig, and the hash of its document or record."""
     running: str
-    """Hash of the calibration in force at the beginning; empty where there was none."""
+    """Hash of the calibration in force at the start, or empty."""
     who: str
-    """Who does it."""
+    """Operator."""
     software: str
-    """Version."""
     temperature_c: float | None
-    """Of the surroundings; None where nobody measured it. InputError where it cannot be one."""
+    """Ambient; None if not measured. InputError if implausible."""
 
     def __post_init__(self) -> None:
-        """Refuse a temperature that nobody measures at; lengths of artefacts rest on it."""
+        """Refuse an implausible temperature; lengths of artefacts depend on it."""
         if self.temperature_c is not None:
             require_temperature("surroundings", self.temperature_c)
 
@@ -61,19 +59,19 @@ class Entered(SessionEvent, frozen=True, kw_only=True):
 
 
 class Dropped(SessionEvent, frozen=True, kw_only=True):
-    """The last observation of a step was taken back."""
+    """The last observation of a step was removed."""
 
     step: str
 
 
 class Forced(SessionEvent, frozen=True, kw_only=True):
-    """A person overrules the guards that question how the observations were taken."""
+    """The user overrules the guards that question how observations were recorded."""
 
     reason: str
 
 
 class Warmed(SessionEvent, frozen=True, kw_only=True):
-    """The cameras told how warm their sensors are, degrees Celsius, camera by camera."""
+    """Sensor temperatures reported by the cameras, degrees Celsius, camera by camera."""
 
     sensors_c: tuple[float, ...]
 
@@ -88,7 +86,7 @@ class Decided(SessionEvent, frozen=True, kw_only=True):
 CommonEvent: TypeAlias = Entered | Dropped | Forced | Warmed | Decided
 
 E = TypeVar("E", bound=SessionEvent)
-"""Union of the events that only one procedure has: its first line and its observations."""
+"""Union of the events specific to one procedure: its first line and observations."""
 
 
 class SessionLine(msgspec.Struct, Generic[E], frozen=True, forbid_unknown_fields=True):
@@ -101,7 +99,7 @@ B = TypeVar("B", bound=Begun)
 
 
 class SessionFormat(Generic[E, B]):
-    """How the sessions of a procedure begin and go on, the same for all procedures.
+    """Session files of a procedure: creation and resumption.
 
     Parameters
     ----------
@@ -125,18 +123,18 @@ class SessionFormat(Generic[E, B]):
         temperature_c: float | None,
         **own: object,
     ) -> tuple[ChainFile[SessionLine[E]], B]:
-        """Return the file of a new session with its first line, which is on the disk.
+        """Create a session file with its first line on disk and return both.
 
         Parameters
         ----------
         own
-            What only the first line of this procedure has.
+            Procedure-specific fields of the first line.
 
         Raises
         ------
         InputError
-            The cameras cannot prove the age or the order of their data, and the rig document does
-            not allow that.
+            The cameras cannot prove age or order of their data, and the rig document does not allow
+            that.
         StorageError
             The file cannot be written.
         """
@@ -166,9 +164,9 @@ class SessionFormat(Generic[E, B]):
         Raises
         ------
         CalibrationError
-            The file has no first line: the power went before it was on the disk.
+            The file has no first line: power failed before it was on disk.
         StorageError
-            The file cannot be read, or is not as it was written.
+            The file cannot be read, or was changed.
         """
         chain = ChainFile(path, self._lines, remembered=True)
         begun = chain.items[0].event if chain.items else None
@@ -180,17 +178,17 @@ class SessionFormat(Generic[E, B]):
 
 
 def require_probe(path: Path, begun_with: str, body: ProbeBody) -> None:
-    """Refuse to go on with another probe than the one that a session was begun with.
+    """Refuse to resume a session with another probe.
 
     Parameters
     ----------
     begun_with
-        Hash of the document of that probe.
+        Hash of the document of the session's probe.
 
     Raises
     ------
     CalibrationError
-        It is another one.
+        The probe differs.
     """
     if begun_with != body.identity:
         raise CalibrationError(
@@ -201,24 +199,24 @@ def require_probe(path: Path, begun_with: str, body: ProbeBody) -> None:
 
 
 def utc_text(now: datetime) -> str:
-    """Return a moment as it is written into sessions and records."""
+    """Return a time as written into sessions and records."""
     return now.astimezone(UTC).isoformat(timespec="microseconds")
 
 
 def session_path(folder: Path, kind: ProcedureKind, now: datetime) -> Path:
-    """Return the file of a session that begins now."""
+    """Return the path of a session that starts now."""
     return folder / f"{kind.value}-{now.astimezone(UTC):%Y%m%dT%H%M%S%f}Z.jsonl"
 
 
 def sessions(folder: Path, kind: ProcedureKind) -> tuple[Path, ...]:
-    """Return the files of all sessions of a kind, the newest first."""
+    """Return all session files of a kind, newest first."""
     return tuple(sorted(folder.glob(f"{kind.value}-*.jsonl"), reverse=True))
 
 
 def is_ended(path: Path) -> bool:
-    """Return whether the last whole line of a session file says that it was decided.
+    """Return whether the last complete line of a session file is a decision.
 
-    What ended is never gone on with, so that whatever else it says needs no reading.
+    Ended sessions are never resumed, so nothing else is read.
     """
     try:
         lines = read_bytes(path).rsplit(b"\n", 2)
@@ -229,7 +227,7 @@ def is_ended(path: Path) -> bool:
 
 
 def to_spots(uv: Float) -> Spots:
-    """Return averaged spots (C, n, 2), NaN where not seen, as they are written."""
+    """Return averaged spots (C, n, 2), NaN if unseen, in file form."""
     return tuple(
         tuple((u, v) if np.isfinite(u) and np.isfinite(v) else None for u, v in of_camera)
         for of_camera in uv.tolist()
@@ -237,6 +235,6 @@ def to_spots(uv: Float) -> Spots:
 
 
 def from_spots(spots: Spots) -> Float:
-    """Return spots as an array (C, n, 2), NaN where not seen."""
+    """Return spots as an array (C, n, 2), NaN if unseen."""
     nothing = (np.nan, np.nan)
     return np.array([[nothing if one is None else one for one in camera] for camera in spots])

@@ -1,4 +1,4 @@
-"""Blows of the probe, as the frames report them, and what they mean for a check that is made."""
+"""Probe shocks reported by frames, and their effect on a running check."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _AT_ONCE = timedelta(seconds=2)
 
 @dataclass(slots=True)
 class ShockDetector:
-    """Finds where blows begin; each is reported by the frames of a second."""
+    """Finds the starts of shocks; each is reported by the frames of a second."""
 
     _felt: bool = False
 
     def feed(self, block: FrameBlock) -> Int:
-        """Return the indices (n,) of the frames in which a blow begins."""
+        """Return the indices (n,) of the frames in which a shock starts."""
         if not len(block):
             return np.empty(0, dtype=np.int64)
         felt = (block.flags & FrameFlag.DROPPED) != 0
@@ -32,7 +32,7 @@ class ShockDetector:
 
 
 def record_shock(store: ProbeStore, now: datetime) -> None:
-    """Write a blow into the history, unless the station that shows the frames has just done so.
+    """Record a shock in the history unless the station has just done so.
 
     Raises
     ------
@@ -47,12 +47,12 @@ def record_shock(store: ProbeStore, now: datetime) -> None:
 
 
 def require_no_doubt_since(store: ProbeStore, tip: str, begun: datetime) -> None:
-    """Refuse to store a check that cannot lift what happened after it was begun.
+    """Refuse to store a check that started before a later suspicion.
 
     Raises
     ------
     CalibrationError
-        The tip was put in doubt, or mounted anew, since that moment.
+        The tip was suspected or mounted since that moment.
     """
     doubts = [
         one

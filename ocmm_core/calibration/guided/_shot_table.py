@@ -1,4 +1,4 @@
-"""Averaged spots of the probe and of the bar as a file, for relocation, verification and tips.
+"""Table of averaged spots, for relocation, verification and tips.
 
 ::
 
@@ -7,18 +7,16 @@
     shot;kind;place;serial;led;u;v
     1;pose;;20330001;1;312.4471;1766.0312
 
-One row for each spot; the rows of a shot stand together or apart. ``kind`` is ``pose`` (the waved
-probe), ``bar`` (its two LEDs), ``seat`` (the ball in the control point ``place``; without a place,
-in an end of the bar), ``repeat`` (in the next of the two seats that a relocation visits first and
-again at its end), ``nest`` (in the next nest of the line under way), ``sphere`` (on the next
-point of it) or ``cone`` (held in the next attitude). ``led`` counts from 1 in the order of the
-probe document. ``sigma`` is the standard deviation of a spot, px per axis. Separators and decimal
-signs: `ocmm_core.tables`.
+One row for each spot; rows of a shot need not be adjacent. ``kind`` is ``pose`` (the waved probe),
+``bar`` (its two LEDs), ``seat`` (the ball in the control point ``place``; without a place, in an
+end of the bar), ``repeat`` (in the next of the two seats that a relocation visits first and again
+at its end), ``nest`` (in the next nest of the current line), ``sphere`` (on its next point) or
+``cone`` (in the next attitude). ``led`` counts from 1 in the order of the probe document. ``sigma``
+is the standard deviation of a spot, px per axis. Separators and decimal signs: `ocmm_core.tables`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
@@ -43,7 +41,7 @@ class Shot:
     place: str
     """`kind`, `place`: See above."""
     uv: Pixels
-    """(C, L, 2), px, by LED; (C, 2, 2) for the bar; NaN where not seen."""
+    """(C, L, 2), px, by LED; (C, 2, 2) for the bar; NaN if unseen."""
     sigma_px: float
     """Standard deviation of a spot, px per axis."""
 
@@ -54,8 +52,8 @@ def load_shots(path: Path | str, rig: Rig, n_leds: int) -> tuple[Shot, ...]:
     Raises
     ------
     InputError
-        The file is no such table, or a row names a kind, camera or LED that is not known, repeats a
-        spot, or says something else of its shot than the row before.
+        Not such a table, or a row has an unknown kind, camera or LED, repeats a spot, or
+        contradicts an earlier row of its shot.
     """
     table = read_table(path, NamedColumns(_COLUMNS, ("u", "v")))
     what = "the uncertainty of an averaged spot, in px"
@@ -92,19 +90,6 @@ def load_shots(path: Path | str, rig: Rig, n_leds: int) -> tuple[Shot, ...]:
             raise _wrong(table, row.line, "this spot occurs already", "Keep one of the rows.")
         shot.uv[camera, led] = table.number(row, "u"), table.number(row, "v")
     return tuple(shots.values())
-
-
-def write_shots(shots: Sequence[Shot], rig: Rig) -> bytes:
-    """Return the table as `load_shots` reads it; all shots must have the same sigma; for tests."""
-    lines = ["# ocmm shots", f"# sigma: {shots[0].sigma_px!r}", ",".join(_COLUMNS)]
-    for number, shot in enumerate(shots, start=1):
-        for camera, of_camera in zip(rig.cameras, shot.uv.tolist(), strict=True):
-            for led, (u, v) in enumerate(of_camera, start=1):
-                if np.isfinite(u) and np.isfinite(v):
-                    lines.append(
-                        f"{number},{shot.kind},{shot.place},{camera.serial},{led},{u!r},{v!r}"
-                    )
-    return ("\n".join(lines) + "\n").encode()
 
 
 def _led(table: TextTable, row: TextRow, count: int) -> int:

@@ -1,4 +1,4 @@
-"""Ball centres of single observations, with everything that makes them uncertain."""
+"""Ball centres of single observations with their uncertainty contributions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ocmm_core.tracking import ProbeBody, tip_sensitivity
 
 @dataclass(frozen=True, slots=True)
 class RestingTouch:
-    """The probe at rest with its ball somewhere."""
+    """Pose of the probe at rest."""
 
     tip_world: Float
     """(3,), mm: centre of the ball by the calibration of the probe."""
@@ -29,7 +29,7 @@ class RestingTouch:
 
 
 def touch_of(uv: Float, sigma_px: float, rig: Rig, body: ProbeBody) -> RestingTouch:
-    """Return the touch of averaged spots (C, L, 2), px; TrackingError where there is no pose."""
+    """Return the touch of averaged spots (C, L, 2), px; TrackingError without a pose."""
     found = tip_sensitivity(uv, rig, body)
     by_spots = found.by_spots.reshape(3, -1)
     return RestingTouch(
@@ -48,13 +48,13 @@ def tips_of(touches: Sequence[RestingTouch]) -> Points3:
 
 
 def shared_covariance(by_cameras: Float, by_geometry: Float, rig: Rig, body: ProbeBody) -> Float:
-    """Return the covariance (3, 3), mm^2, that cameras and probe give to a tip or a difference.
+    """Return the covariance (3, 3), mm^2, of a tip due to cameras and probe.
 
     Parameters
     ----------
     by_cameras, by_geometry
-        Derivatives as in `RestingTouch`, or their difference between two touches: what they have in
-        common cancels.
+        Derivatives as in `RestingTouch`, or their difference between two touches, in which shared
+        effects cancel.
     """
     covariance: Float = (
         by_cameras @ rig.parameter_covariance @ by_cameras.T
@@ -66,7 +66,7 @@ def shared_covariance(by_cameras: Float, by_geometry: Float, rig: Rig, body: Pro
 def joint_covariance(
     touches: Sequence[RestingTouch], directions: Float, rig: Rig, body: ProbeBody
 ) -> Float:
-    """Return the covariance of projections of n tips, mm^2, with what they have in common.
+    """Return the covariance of projections of n tips, mm^2, including shared effects.
 
     Parameters
     ----------

@@ -1,13 +1,12 @@
-"""The watch over a calibration in use: has a camera, the probe or the part moved.
+"""Monitor a calibration in use for motion of a camera, the probe or the part.
 
-In: residuals of tracked frames while points are taken, and a baseline that was learnt before.
-Out: a verdict with its score: nothing has changed, or what did, and which camera.
+In: residuals of tracked frames during measuring, and a baseline learnt before. Out: a verdict with
+its score: unchanged, or the kind of change and the camera.
 
-Read `_residual_samples` (residuals averaged while the probe hardly moves), `_baseline` with
-`_pattern_fit` and `_baseline_file` (what is normal for these sensors), `_drift_design_matrix` (what
-would move the spots), `_drift_statistic` and `_drift_decision`; `_monitor` runs
-it.
-It must not know the station, threads or jobs: who holds points back is `station`.
+Read `_residual_samples` (residuals averaged during little motion), `_baseline` with `_pattern_fit`
+and `_baseline_file` (normal residuals of these sensors), `_drift_design_matrix` (derivatives of the
+spots), `_drift_statistic` and `_drift_decision`; `_monitor` runs it. The package is independent of
+station, threads and jobs: `station` decides on holding points back.
 """
 
 from __future__ import annotations

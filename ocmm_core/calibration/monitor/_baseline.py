@@ -1,8 +1,8 @@
-"""The residual map that the monitor compares with, learnt from a probe waved through the volume.
+"""Baseline residual map of the monitor, learnt from a waved probe.
 
-The pattern of a sensor is fixed to it, so what is left over at a place today can be told from what
-is left over there tomorrow - if the map is fine enough to hold the pattern, which some hundred
-calibration points are not. A minute of waving crosses every place many times.
+The pattern of a sensor is fixed to it, so residuals at a place are comparable over time if the map
+is fine enough, which some hundred calibration points are not. A minute of waving through the volume
+crosses every place many times.
 """
 
 from __future__ import annotations
@@ -28,45 +28,43 @@ MIN_LOOKS = 1000
 _CELLS_PER_LENGTH = 2.0
 """Between the middles of cells half a length apart, linear interpolation misses 3 % of it."""
 _HELD_OUT = 5
-"""Every fifth stretch of looks is not learnt from but tells how good the map is."""
+"""Every fifth stretch of looks is held out to validate the map."""
 _STRETCH = 50
 _MOST_LEFT = 0.5
-"""Maps that leave more than this share of the pattern are not worth having."""
+"""Maps that leave more than this share of the pattern are useless."""
 _CAUTION = 1.3
-"""What is left is not normal: some places are held much worse than most."""
+"""The remainder is not normal: some places are much worse than most."""
 
 
 @dataclass(frozen=True, slots=True)
 class Baseline:
-    """What the cameras leave over while nothing has changed."""
+    """Residuals of the cameras in the unchanged state."""
 
     maps: tuple[ResidualMap, ...]
-    """One for each camera: the pattern in the middle of each cell, and how many spots were in it.
-    """
+    """One for each camera: pattern at the middle of each cell, and number of spots in it."""
     belief: Belief
-    """What is known besides of the errors of cameras and probe, given these maps."""
+    """Prior of other camera and probe errors, given these maps."""
     left_px: float
-    """Standard deviation of what the maps do not hold where spots were, per axis, found with looks
-    that they were not learnt from."""
+    """Standard deviation of the pattern not contained in the maps, per axis, from held-out looks.
+    """
     looks: int
-    """How many they were learnt from."""
+    """Number of looks used."""
 
 
 def learn_baseline(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -> Baseline:
-    """Return the residual maps that explain looks of a waved probe.
+    """Return residual maps from looks of a waved probe.
 
     Parameters
     ----------
     looks
-        Of some 20 ms each, made without any map, with all the places and attitudes that
-        measuring will have.
+        Of some 20 ms each, made without a map, over all places and attitudes of later measurements.
     rig, body
-        That they were tracked with.
+        Used for tracking.
 
     Raises
     ------
     CalibrationError
-        There are too few looks.
+        Too few looks.
     """
     if len(looks) < MIN_LOOKS:
         raise CalibrationError(
@@ -94,16 +92,15 @@ def learn_baseline(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -
 
 
 def pattern_maps(rig: Rig, maps: Sequence[ResidualMap], left_px: float) -> tuple[PatternMap, ...]:
-    """Return the residual maps of all cameras as looks take them.
+    """Return the residual maps of all cameras in the form used by looks.
 
     Parameters
     ----------
     maps
         One for each camera.
     left_px
-        What they leave over where spots were as dense as they were for the typical one. It is more
-        where they were fewer, and with the distance from the last of them it grows to the whole
-        pattern. Cells longer than the pattern hold nothing of it.
+        Their error at typical spot density. It is larger for fewer spots, and grows with the
+        distance from the nearest to the whole pattern. Cells longer than the pattern are useless.
     """
     return tuple(
         _pattern_map(camera, rig.noise, residual_map, left_px)
@@ -123,7 +120,7 @@ def _pattern_map(
     if float(cell.max()) < noise.pattern_length_px and count.any():
         apart = np.asarray(distance_transform_edt(count == 0, sampling=cell[::-1]))
         beyond = np.maximum(apart - cell.max(), 0.0) / noise.pattern_length_px
-        # Spots within the length of the pattern speak for a place, the near ones most.
+        # Spots within the pattern length contribute, near ones most.
         reach = noise.pattern_length_px / np.sqrt(2.0) / cell[::-1]
         density = np.asarray(gaussian_filter(count.astype(np.float64), reach))
         typical = np.median(np.repeat(density.ravel(), count.ravel()))
@@ -140,7 +137,7 @@ def _map_of(
     heights: Float,
     uv: Pixels,
 ) -> ResidualMap:
-    """Return the map of one camera whose looks had their spots at ``uv`` (n, 2)."""
+    """Return the map of one camera with look spots at ``uv`` (n, 2)."""
     size = np.array([camera.width, camera.height])
     columns, rows = np.ceil(size * _CELLS_PER_LENGTH / noise.pattern_length_px).astype(int)
     cell = size / np.array([columns, rows])

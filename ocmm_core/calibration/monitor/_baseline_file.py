@@ -1,4 +1,4 @@
-"""A learnt baseline on the disk, beside the calibration and for the probe that it belongs to."""
+"""File of a learnt baseline, stored with its calibration, for one probe."""
 
 from __future__ import annotations
 
@@ -34,17 +34,14 @@ class _Sealed(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def baseline_path(folder: Path, calibration: str, probe: str) -> Path:
-    """Return where the baseline of a calibration and a probe is, both named by their hashes."""
+    """Return the path of the baseline of a calibration and a probe, named by their hashes."""
     return folder / f"baseline-{calibration[:16]}-{probe[:16]}.json"
 
 
 def save_baseline(folder: Path, baseline: Baseline, calibration: str, probe: str) -> Path:
-    """Write a baseline into the folder of the calibrations, in place of an earlier one.
+    """Write a baseline into the calibration folder, replacing an earlier one.
 
-    Raises
-    ------
-    CalibrationError
-        The folder cannot be written.
+    Raises CalibrationError if the folder cannot be written.
     """
     content = msgspec.json.encode(
         _Content(
@@ -73,12 +70,9 @@ def save_baseline(folder: Path, baseline: Baseline, calibration: str, probe: str
 
 
 def load_baseline(folder: Path, calibration: str, probe: str) -> Baseline | None:
-    """Return the baseline of a calibration and a probe, or None where none was learnt.
+    """Return the baseline of a calibration and a probe, or None.
 
-    Raises
-    ------
-    CalibrationError
-        It is not as it was written, or belongs to something else.
+    Raises CalibrationError if it was changed, or belongs to something else.
     """
     path = baseline_path(folder, calibration, probe)
     if not path.exists():

@@ -1,10 +1,7 @@
-"""What looks say about a calibration in use: nothing has changed, or what, and who it was.
+"""Decide from residual samples whether a calibration has changed, and its cause.
 
-Two cameras that see one probe know only how they stand to each other: which of them has moved
-shows where there are three, where a lens changed, or where the ball rests in nests whose places
-are known.
-
-Changes of cameras and probe in words for people.
+Two cameras that see one probe determine only their relative pose: the moved camera is identified
+with three cameras, after a lens change, or if the ball rests in nests with known places.
 """
 
 from __future__ import annotations
@@ -24,8 +21,9 @@ from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody
 
 _SHARE, _BY_CHANCE = 0.9, 15.0
-"""One axis is named alone where it explains this share of what all of them explain, or all but what
-five more free numbers explain by chance in 99 of 100 cases."""
+"""One axis is named alone if it explains this share of the gain of all, or all but the amount that
+five more free parameters explain by chance in 99 of 100 cases.
+"""
 
 _TEXTS = (
     ("pitch about", 1e6, "µrad"), ("yaw about", 1e6, "µrad"), ("roll about", 1e6, "µrad"),
@@ -36,7 +34,7 @@ _TEXTS = (
 
 
 def describe_motion(scores: Scores, camera: int) -> str:
-    """Return how a camera probably moved: about one axis where that explains it, else about all."""
+    """Return the probable motion of a camera: about one axis if that explains it, else all."""
     motion = scores.motions[camera]
     best = int(np.argmax(scores.axes[camera, :N_MOTIONS]))
     if _alone(scores, camera, best, motion):
@@ -50,7 +48,7 @@ def describe_motion(scores: Scores, camera: int) -> str:
 
 
 def describe_lens(scores: Scores, camera: int) -> str:
-    """Return what probably happened to the lens of a camera."""
+    """Return the probable change of the lens of a camera."""
     lens = scores.lenses[camera]
     best = N_MOTIONS + int(np.argmax(scores.axes[camera, N_MOTIONS:]))
     if _alone(scores, camera, best, lens):
@@ -64,7 +62,7 @@ def _alone(scores: Scores, camera: int, axis: int, change: PossibleChange) -> bo
 
 
 def describe_led(led: int, change: PossibleChange) -> str:
-    """Return the sentence about an LED that left its place on the probe."""
+    """Return the sentence on a displaced LED."""
     far = 1e3 * float(np.linalg.norm(change.size))
     return (
         f"LED {led + 1} of the probe is {far:.0f} µm off its position: the probe is bent or loose."
@@ -72,7 +70,7 @@ def describe_led(led: int, change: PossibleChange) -> str:
 
 
 def describe_common(change: PossibleChange) -> str:
-    """Return the sentence about nests that stand elsewhere for all cameras."""
+    """Return the sentence on nests displaced for all cameras."""
     turn = 1e6 * float(np.linalg.norm(change.size[:3]))
     shift = 1e3 * float(np.linalg.norm(change.size[3:]))
     return (
@@ -95,14 +93,14 @@ def _amount(axis: int, size: float) -> str:
 
 
 _PLACES, _APART_MM = 5, 10.0
-"""A good check needs looks at so many places of the probe, so far from each other."""
+"""A good check needs this number of probe places with this distance."""
 
 _DECISIVE = 12.0
-"""Twice the logarithm of a likelihood ratio of 400: what is less likely than this is ruled out."""
+"""Twice the logarithm of a likelihood ratio of 400: less likely alternatives are excluded."""
 
 
 class ChangeCause(Enum):
-    """What has changed since the calibration."""
+    """Kind of change since the calibration."""
 
     NOTHING = "nothing"
     CAMERA = "camera"
@@ -114,50 +112,49 @@ class ChangeCause(Enum):
 
 @dataclass(frozen=True, slots=True)
 class MonitorOptions:
-    """How changes are looked for."""
+    """Options of the search for changes."""
 
     look_ns: int = 50_000_000
     """Bus time of one look."""
     looks: int = 40
     every: int = 10
-    """`looks`, `every`: So many of the latest looks are examined together, each time that ``every``
-    new ones came."""
+    """`looks`, `every`: Number of latest looks examined together, whenever ``every`` new ones
+    arrived.
+    """
     sparse: int = 30
-    """One look of so many is kept for the slow changes; ``looks`` of them are examined together."""
+    """Every n-th look is kept for slow changes; ``looks`` of them are examined together."""
     floor_px: float = 0.0004
     false_alarm: float = 1e-7
-    """Probability of an alarm of one kind in one examination of a rig to which nothing happened."""
+    """Probability of an alarm of one kind in one examination of an unchanged rig."""
     good: float = 0.01
-    """Whatever chance explains with more than this probability is a good check."""
+    """A check with a chance probability above this is good."""
     worst_chi2: float = 2.0
-    """Squared residuals per degree of freedom above which something is wrong that has no name."""
+    """Squared residuals per degree of freedom that indicate a fault of unknown kind."""
     unfit_ns: int = 2_000_000_000
-    """After so much bus time in which the spots fit no pose, though they are seen, something is
-    wrong, too."""
+    """Bus time with visible spots that fit no pose, after which a fault is reported."""
 
 
 @dataclass(frozen=True, slots=True)
 class DriftReport:
-    """What some looks, or none, say about the calibration."""
+    """Verdict of an examination on the calibration."""
 
     time_ns: int
-    """Bus time of the last frame that went into it."""
+    """Bus time of the last frame included."""
     cause: ChangeCause
-    """What has changed."""
     cameras: tuple[str, ...]
-    """Names of those that may have changed, the likeliest first."""
+    """Names of possibly changed cameras, the likeliest first."""
     what: str
-    """One sentence for people; empty where nothing has changed."""
+    """One sentence for people, or empty."""
     good: bool
-    """Nothing has changed, and the looks were enough to say so."""
+    """Unchanged, with sufficient looks."""
     since_ns: int | None
-    """Until this bus time all was well, as far as is known; None where it was never checked."""
+    """Last bus time without a change; None if never checked."""
     scores: Scores | None
-    """The numbers; None where the spots fit no pose."""
+    """None if the spots fit no pose."""
 
     @property
     def alarm(self) -> bool:
-        """Return whether the calibration is in doubt."""
+        """Return whether the calibration is suspect."""
         return self.cause is not ChangeCause.NOTHING
 
 
@@ -168,10 +165,10 @@ def examine(
     belief: Belief,
     options: MonitorOptions,
 ) -> DriftReport:
-    """Return what looks say about the calibration, ``since_ns`` left open.
+    """Return the verdict on the calibration from looks, ``since_ns`` left open.
 
-    Looks into nests whose place is known (`ResidualSample.known_tip_world`), at least three of
-    them, tell also who has moved.
+    At least three looks into nests with known places (`ResidualSample.known_tip_world`) also
+    identify the moved element.
     """
     scores = score_changes(list(looks), rig, body, belief, options.floor_px)
     cause, cameras, what = _judge(scores, rig, options)
@@ -211,7 +208,7 @@ def _judge(
     if max(leds) == best:
         led = int(np.argmax(leds))
         return ChangeCause.PROBE, (), describe_led(led, scores.leds[led])
-    # Looks of which some are from before the change fit none well, and then small leads mean less.
+    # Looks from before and after the change fit no hypothesis well; small leads then mean less.
     misfit = max(1.0, (scores.chi2 - best) / scores.dof)
     decisive = _DECISIVE * misfit
     lens = max(lenses) > max(motions) + decisive
@@ -231,20 +228,17 @@ def _changes(scores: Scores) -> tuple[PossibleChange, ...]:
 
 
 def _chance(change: PossibleChange) -> float:
-    """Return the probability of a score as high where nothing has changed."""
+    """Return the probability of such a score without a change."""
     return float(chdtrc(change.dof, change.score))
 
 
 def _worth(change: PossibleChange) -> float:
-    """Return the score less what free numbers win by chance (H. Akaike, IEEE TAC 19, 1974)."""
+    """Return the score less the chance gain of free parameters (H. Akaike, IEEE TAC 19, 1974)."""
     return change.score - 2.0 * change.dof
 
 
 def _places(looks: Sequence[ResidualSample]) -> int:
-    """Return at how many places at least `_APART_MM` from each other the probe was.
-
-    It is not counted any further than `_PLACES`.
-    """
+    """Return the number of probe places at least `_APART_MM` apart, up to `_PLACES`."""
     places: list[Float] = []
     for look in looks:
         if len(places) == _PLACES:

@@ -1,4 +1,4 @@
-"""What moves the spots of looks: poses, cameras, LEDs - and what is believed of their errors."""
+"""Derivatives of look spots by poses, cameras and LEDs, and the prior of their errors."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ CAMERA_CHANGES = (
     "pitch", "yaw", "roll", "sideways", "vertical", "axial", "focal length",
     "principal point u", "principal point v",
 )  # fmt: skip
-"""What can happen to a camera: turns (rad) about its own axes through its projection centre - x to
-the right of the image, y down it, z along the view -, shifts (mm) of that centre along them, focal
-length (mm) and principal point (px)."""
+"""Possible changes of a camera: rotations (rad) about its axes through its projection centre (x to
+the right of the image, y down it, z along the view), shifts (mm) of that centre along them, focal
+length (mm) and principal point (px).
+"""
 
 N_MOTIONS = 6
 """The first of them are motions."""
@@ -27,7 +28,7 @@ N_MOTIONS = 6
 
 @dataclass(frozen=True, slots=True)
 class Belief:
-    """What is believed of the errors of cameras and probe, while nothing changes."""
+    """Prior of the errors of cameras and probe without changes."""
 
     mean: Float
     """(14 C + 3 L + 3,): truth minus documents; parameters of all cameras, then the probe as in
@@ -37,7 +38,7 @@ class Belief:
 
     @classmethod
     def of_documents(cls, rig: Rig, body: ProbeBody) -> Belief:
-        """Return what the calibration of the cameras and that of the probe say."""
+        """Return the prior from the calibrations of the cameras and of the probe."""
         n_cameras = len(rig.parameter_covariance)
         size = n_cameras + len(body.geometry_covariance)
         covariance = np.zeros((size, size))
@@ -46,10 +47,10 @@ class Belief:
         return cls(np.zeros(size), covariance)
 
     def factor(self) -> Float:
-        """Return F with F F' = covariance; computed once, it is asked for twice a second."""
+        """Return F with F F' = covariance; cached, as it is needed twice a second."""
         if self._factor is not None:
             return self._factor
-        # Units differ widely, and parameters that were held have no variance at all.
+        # Units differ widely, and fixed parameters have zero variance.
         scale = np.sqrt(np.diag(self.covariance))
         scale = np.where(scale > 0.0, scale, 1.0)
         values, vectors = np.linalg.eigh(self.covariance / np.outer(scale, scale))
@@ -60,19 +61,19 @@ class Belief:
 
 @dataclass(frozen=True, slots=True)
 class SpotRows:
-    """The n spots of one camera in some looks, and what moves them."""
+    """The n spots of one camera in some looks, with derivatives."""
 
     look: Int
     led: Int
     """`look`, `led`: (n,)."""
     uv: Pixels
     residuals: Pixels
-    """`uv`, `residuals`: (n, 2), px: where they are, and as in `ResidualSample`."""
+    """`uv`, `residuals`: (n, 2), px: position, and as in `ResidualSample`."""
     white_px: Float
     pattern_px: Float
     """`white_px`, `pattern_px`: (n,): standard deviations, as in `ResidualSample`."""
     by_pose: Float
-    """(n, 2, 6): turn about the ball (rad), shift of the ball (mm), world."""
+    """(n, 2, 6): by rotation about the ball (rad), shift of the ball (mm), world."""
     by_camera: Float
     """(n, 2, 14): in the order of `camera.model.PARAMETERS`."""
     by_led: Float
@@ -102,16 +103,13 @@ def spot_rows(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody, c: int
 
 
 def spot_weights(spots: SpotRows, pattern_length_px: float, floor_px: float) -> Float:
-    """Return the inverse of the covariance of the n spots of one camera, (n, n), 1/px², per axis.
+    """Return the inverse covariance of the n spots of one camera, (n, n), 1/px², per axis.
 
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        Where the covariance is not positive definite.
+    Raises numpy.linalg.LinAlgError if the covariance is not positive definite.
     """
     n = len(spots.look)
-    # In two places of memory: this is done twice a second of measuring, and new arrays of this
-    # size, or a sum over pairs, would take longer than what is computed in them.
+    # Two buffers reused: this runs twice a second during measuring, and allocating arrays of this
+    # size, or summing over pairs, would take longer than the computation.
     u, v = spots.uv.T
     covariance, other = u[:, None] - u, v[:, None] - v
     covariance *= covariance
@@ -126,7 +124,7 @@ def spot_weights(spots: SpotRows, pattern_length_px: float, floor_px: float) -> 
     upper, failed = dpotrf(covariance.T, overwrite_a=1)
     if failed:
         raise np.linalg.LinAlgError(f"The covariance of {n} spots is not positive definite.")
-    # From the factor to the inverse is a third of the work of solving for every column of one.
+    # Inverting from the factor takes a third of the work of solving for every column of one.
     half, _ = dpotri(upper, overwrite_c=1)
     half[diagonal, diagonal] *= 0.5
     weights: Float = half + half.T
@@ -136,8 +134,8 @@ def spot_weights(spots: SpotRows, pattern_length_px: float, floor_px: float) -> 
 def camera_changes(camera: CameraModel) -> Float:
     """Return d(parameters)/d(change), (14, 9): `camera.model.PARAMETERS` by `CAMERA_CHANGES`."""
     columns = np.zeros((N_PARAMETERS, len(CAMERA_CHANGES)))
-    # The parameters turn what is seen, about the origin of the world; a camera that turns about
-    # its projection centre turns it the other way and takes the translation along.
+    # The parameters turn the scene about the world origin; a rotation of the camera about its
+    # projection centre is the inverse and also changes the translation.
     columns[0:3, 0:3] = -np.eye(3)
     columns[3:6, 0:3] = skew(camera.T_camera_from_world.translation)
     columns[3:6, 3:6] = -np.eye(3)
@@ -146,7 +144,7 @@ def camera_changes(camera: CameraModel) -> Float:
 
 
 def tips_world(looks: Sequence[ResidualSample], body: ProbeBody) -> Float:
-    """Return where the ball of each look is by its pose, (K, 3), mm, world."""
+    """Return the ball position of each look from its pose, (K, 3), mm, world."""
     return np.stack(
         [look.rotation_world_from_probe @ body.tip_probe + look.origin_world for look in looks]
     )

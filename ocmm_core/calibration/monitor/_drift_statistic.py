@@ -1,15 +1,14 @@
-"""How strongly looks speak for a change of one camera, of the probe, or of the place of the part.
+"""Likelihood that looks show a change of a camera, the probe, or the part's place.
 
-The residuals of some looks are modelled as what every honest look shows - poses that nobody knows,
-the uncertain calibration, the uncertain probe, the pattern of the sensor, white noise - and tested
-for more: the generalised likelihood ratio of "this has changed by an unknown amount" against
-"nothing has". White noise is small in a look. The pattern is not: it stays at its place of the
-sensor, so it enters with its covariance over the sensor, and a probe that rests adds no certainty
-however long it rests. A floor, alike for all looks of one LED in one camera, stands for what no
-model holds, so that certainty ends there too.
+The residuals of looks are modelled by effects present without any change (unknown poses, uncertain
+calibration and probe, sensor pattern, white noise), and tested for more: the generalised likelihood
+ratio of "this has changed by an unknown amount" against "nothing has". White noise is small in a
+look, but the pattern is fixed to the sensor: it enters with its covariance over the sensor, so a
+resting probe adds no certainty over time. A floor common to all looks of one LED in one camera
+represents unmodelled effects and limits the certainty.
 
-All changes are of first order. With uncertain calibration and probe as prior this is the score
-test in a linear model with normal errors (C. R. Rao, Proc. Camb. Phil. Soc. 44, 1948).
+All changes are of first order. With uncertain calibration and probe as prior this is the score test
+in a linear model with normal errors (C. R. Rao, Proc. Camb. Phil. Soc. 44, 1948).
 """
 
 from __future__ import annotations
@@ -36,39 +35,40 @@ from ocmm_core.geometry import Float, skew
 from ocmm_core.tracking import ProbeBody
 
 _UNITS = np.array([1e-5] * 3 + [0.01] * 3 + [1e-3] + [0.01] * 2)
-"""Changes of about the size that matters, so that all weigh alike in the numerics."""
+"""Relevant sizes of changes, for numerical scaling."""
 _LED_UNIT = 0.01
 _BOUND = 1e3
-"""Nothing changes by more units than this; keeps apart what some looks cannot tell apart."""
+"""Largest change in units; regularises changes that some looks cannot separate."""
 
 
 @dataclass(frozen=True, slots=True)
 class PossibleChange:
-    """One thing that may have changed."""
+    """One possible change."""
 
     score: float
-    """Twice the logarithm of the likelihood ratio; a chi-square of ``dof`` degrees of freedom where
-    nothing has changed."""
+    """Twice the logarithm of the likelihood ratio; chi-square of ``dof`` degrees of freedom if
+    nothing has changed.
+    """
     dof: int
-    """Numbers that the change has."""
+    """Number of parameters of the change."""
     size: Float
-    """(dof,): its most likely amount."""
+    """(dof,): most likely amount."""
     covariance: Float
-    """(dof, dof) of that."""
+    """(dof, dof): of the amount."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scores:
-    """What some looks say."""
+    """Scores of all possible changes."""
 
     chi2: float
     dof: int
-    """`chi2`, `dof`: Squared residuals after everything that an honest look shows; a chi-square."""
+    """`chi2`, `dof`: Chi-square of the residuals beyond effects present without any change."""
     cameras: tuple[PossibleChange, ...]
     """Change of each camera, sizes in the order of `CAMERA_CHANGES`."""
     motions: tuple[PossibleChange, ...]
     lenses: tuple[PossibleChange, ...]
-    """`motions`, `lenses`: The same, of the first six of these alone and of the others alone."""
+    """`motions`, `lenses`: The same, for the first six of these alone and for the others alone."""
     axes: Float
     """(C, 9): score of each of these changes alone."""
     axis_sizes: Float
@@ -76,33 +76,33 @@ class Scores:
     leds: tuple[PossibleChange, ...]
     """Change of the place of each LED in the probe frame, (3,), mm."""
     common: PossibleChange | None
-    """Motion of all cameras together against the known places of the ball: a turn (rad) about the
-    origin of the world, then a shift (mm), both of the places; None where no look has a known
-    place."""
+    """Motion of all cameras together against the reference places of the ball: a rotation (rad)
+    about the world origin, then a shift (mm), both of the places; None without reference places.
+    """
 
 
 def score_changes(
     looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody, belief: Belief, floor_px: float
 ) -> Scores:
-    """Return what looks say about changes since the calibration.
+    """Return the scores of changes since the calibration.
 
     Parameters
     ----------
     looks
         At least one.
     rig, body
-        That they were tracked with.
+        Used for tracking.
     belief
-        How wrong these are since ever.
+        Their errors at calibration.
     floor_px
-        Standard deviation of what stays alike for one LED in one camera, per axis.
+        Standard deviation, per axis, of the constant error of one LED in one camera.
     """
     system = _System.of(looks, rig, body, belief, floor_px)
     normal = system.without_poses()
     n_poses = system.blocks["poses"].stop
     first_of = {name: block.start - n_poses for name, block in system.blocks.items()}
     nuisance = slice(first_of["cameras"], first_of["common"])
-    # Uncertain calibration and probe in units of their own prior: x = factor z, z ~ N(0, 1).
+    # Uncertain calibration and probe in units of their prior: x = factor z, z ~ N(0, 1).
     factor = belief.factor()
     inner = factor.T @ normal[nuisance, nuisance] @ factor + np.eye(factor.shape[1])
     outer = normal[:, nuisance] @ factor
@@ -122,7 +122,7 @@ def score_changes(
         cameras.append(change(first, columns, _UNITS))
         motions.append(change(first, columns[:, :N_MOTIONS], _UNITS[:N_MOTIONS]))
         lenses.append(change(first, columns[:, N_MOTIONS:], _UNITS[N_MOTIONS:]))
-        # Each number alone: 1 by 1, all at once.
+        # Each parameter alone: 1 by 1, all at once.
         scaled, rows = columns * _UNITS, slice(first, first + len(columns))
         information = np.sum(scaled * (marginal[rows, rows] @ scaled), axis=0)
         score = scaled.T @ marginal[rows, -1]
@@ -152,7 +152,7 @@ def score_changes(
 class _System:
     """Normal equations of all unknowns, the residuals as last column.
 
-    Unknowns: 6 for the pose of each look (turn about the ball, shift of the ball), 14 for each
+    Unknowns: 6 for the pose of each look (rotation about the ball, shift of the ball), 14 for each
     camera, the probe as in `ProbeBody.geometry_covariance`, 6 for the common motion.
     """
 
@@ -196,14 +196,14 @@ class _System:
             whitened = _anchor_rows(look, body, k, blocks, width)
             normal += whitened.T @ whitened
             rows += len(whitened)
-        # What is believed already is taken off the residuals: y - X mean, in the normal equations.
+        # Subtract the prior mean from the residuals: y - X mean, in the normal equations.
         known = slice(blocks["cameras"].start, blocks["probe"].stop)
         normal[:, -1] -= normal[:, known] @ belief.mean
         normal[-1] -= belief.mean @ normal[known]
         return cls(normal, blocks, rows, anchored)
 
     def without_poses(self) -> Float:
-        """Return the normal equations of the others after the poses were eliminated."""
+        """Return the normal equations with the poses eliminated."""
         poses = self.blocks["poses"]
         scale = 1.0 / np.sqrt(np.diag(self.normal)[poses])
         own = self.normal[poses, poses] * np.outer(scale, scale)
@@ -218,8 +218,8 @@ def _add_camera(
 ) -> None:
     """Add the spots of one camera to the normal equations.
 
-    A pose moves the spots of its look only, so its columns are kept sparse: with them dense, the
-    whole takes four times as long.
+    Pose columns are sparse, as a pose moves only the spots of its look: dense ones would take four
+    times as long.
     """
     n = len(spots.look)
     first = blocks["cameras"].start + c * N_PARAMETERS
@@ -238,7 +238,7 @@ def _add_camera(
         dense[:, np.arange(n), N_PARAMETERS + 3 * spots.led + i] = spots.by_led[:, :, i].T
     dense[:, :, -1] = spots.residuals.T
     for axis in range(2):
-        # Each spot is a column with the six numbers of its pose.
+        # Each spot has the six parameters of its pose as columns.
         pose: csc_array = csc_array(
             (spots.by_pose[:, axis].ravel(), unknowns, ends), shape=(poses.stop, n)
         )
@@ -253,7 +253,7 @@ def _add_camera(
 def _anchor_rows(
     look: ResidualSample, body: ProbeBody, k: int, blocks: dict[str, slice], width: int
 ) -> Float:
-    """Return the whitened rows that say where the ball of a look is known to be."""
+    """Return the whitened rows of the reference place of the ball."""
     known, covariance = look.known_tip_world, look.known_tip_covariance
     assert known is not None  # noqa: S101 - the caller has looked
     assert covariance is not None  # noqa: S101 - as above
@@ -267,7 +267,7 @@ def _anchor_rows(
 
 
 def _change(information: Float, score: Float, units: Float) -> PossibleChange:
-    """Return the change that information and score, both for one unit of each number, imply."""
+    """Return the change implied by information and score, both per unit of each parameter."""
     covariance = np.linalg.inv(information + np.eye(len(units)) / _BOUND**2)
     size = covariance @ score
     return PossibleChange(

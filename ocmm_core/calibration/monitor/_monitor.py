@@ -1,7 +1,7 @@
-"""The watch over a calibration in use: is what is seen still what the calibration says.
+"""Monitor a calibration in use against tracked frames.
 
-Tracked frames become looks (`calibration.looks`); the latest two seconds of them, and the last
-minute more sparsely, are examined for changes (`calibration.change_verdict`).
+Tracked frames become looks (`_residual_samples`); those of the latest two seconds, and of the last
+minute more sparsely, are examined for changes (`_drift_decision`).
 """
 
 from __future__ import annotations
@@ -27,17 +27,16 @@ from ocmm_core.tracking import FrameStatus, ProbeBody, TrackBlock
 
 
 class CalibrationMonitor:
-    """Examine tracked frames as they come; used by one thread.
+    """Examine tracked frames as they arrive; for one thread.
 
     Parameters
     ----------
     rig, body
-        That the frames are tracked with.
+        Used for tracking.
     maps
-        Residual maps of the calibration; empty where there are none.
+        Residual maps of the calibration, or empty.
     baseline
-        What was learnt of the sensors, with this probe; None where nothing was. It goes before
-        ``maps``.
+        Sensor patterns learnt with this probe, or None; replaces ``maps``.
     """
 
     def __init__(
@@ -67,7 +66,7 @@ class CalibrationMonitor:
         self._unfit = _UnfitFrames(self._options.unfit_ns)
 
     def feed(self, track: TrackBlock) -> list[DriftReport]:
-        """Take in tracked frames and return the examinations that became due."""
+        """Add tracked frames and return the examinations that became due."""
         results: list[DriftReport] = []
         if self._unfit.feed(track):
             results.append(
@@ -88,7 +87,7 @@ class CalibrationMonitor:
 
     def _take(self, look: ResidualSample) -> list[DriftReport]:
         if self._latest and look.first_ns < self._latest[-1].first_ns:
-            # The bus clock was set anew: times of before mean nothing any more.
+            # The bus clock was reset: earlier times are invalid.
             self._latest.clear()
             self._sparse.clear()
             self._good_ns.clear()
@@ -96,7 +95,7 @@ class CalibrationMonitor:
         self._latest.append(look)
         self._count += 1
         results = []
-        # Few looks at one place could all be wrong by what no map holds there.
+        # Few looks at one place could share an error not contained in a map.
         if self._count % self._options.every == 0 and 2 * len(self._latest) >= self._options.looks:
             results.append(self._examined("latest", self._latest))
         if self._count % self._options.sparse == 0:
@@ -108,18 +107,18 @@ class CalibrationMonitor:
 
     def _examined(self, kind: str, looks: deque[ResidualSample]) -> DriftReport:
         result = examine(looks, self._rig, self._body, self._belief, self._options)
-        # Where only some looks are from after a change, nothing explains them for a while.
+        # Looks from before and after a change fit no hypothesis for a while.
         self._unnamed = self._unnamed + 1 if result.cause is ChangeCause.UNKNOWN else 0
         if 0 < self._unnamed <= self._options.looks // self._options.every:
             result = replace(result, cause=ChangeCause.NOTHING, what="")
-        # What happens in the middle of some looks may not show yet: all was well at their begin.
+        # A change within some looks may not be visible yet: fault-free until their start.
         if result.good:
             self._good_ns[kind] = looks[0].first_ns
         return replace(result, since_ns=self._good_ns.get(kind))
 
 
 class _UnfitFrames:
-    """Notice that a probe that was followed is seen on and on but fits no pose any more."""
+    """Detect a tracked probe that stays visible but no longer fits a pose."""
 
     def __init__(self, patience_ns: int) -> None:
         self._patience_ns = patience_ns
@@ -127,13 +126,13 @@ class _UnfitFrames:
         self.last_fit_ns: int | None = None
 
     def feed(self, track: TrackBlock) -> bool:
-        """Take in frames and say, once, whether it has lasted too long."""
+        """Add frames and return, once, whether it has lasted too long."""
         fit = np.flatnonzero(track.status == FrameStatus.OK)
         lost = np.flatnonzero(track.status == FrameStatus.LOST)
         if len(fit) or len(lost):
             last_fit = int(fit[-1]) if len(fit) else -1
             last_lost = int(lost[-1]) if len(lost) else -1
-            # Who loses the probe may come back with another one: that is no bump.
+            # After a loss another probe may appear: that is no shock.
             self.last_fit_ns = int(track.time_ns[last_fit]) if last_fit > last_lost else None
             self._told = False
         if self._told or self.last_fit_ns is None:

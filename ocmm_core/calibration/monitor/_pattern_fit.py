@@ -1,10 +1,10 @@
-"""The pattern of the sensors by ridge regression on the residuals of many looks.
+"""Estimate the sensor patterns by ridge regression on the residuals of many looks.
 
 The pattern is a sum of Gaussian bells with independent heights, one for each node of a grid: such a
-field has the correlation that `camera.rig.SpotNoise` states. The heights are found together with
-the errors of calibration and probe; the pose of every look is eliminated, since it has absorbed a
-part of what is seen. Conjugate gradients (M. Hestenes, E. Stiefel, J. Res. NBS 49, 1952) need no
-matrix of the some ten thousand unknowns.
+field has the correlation of `camera.rig.SpotNoise`. Heights are estimated together with the errors
+of calibration and probe; the pose of every look, which has absorbed a part of the residuals, is
+eliminated. Conjugate gradients (M. Hestenes, E. Stiefel, J. Res. NBS 49, 1952) need no matrix of
+the some ten thousand unknowns.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from ocmm_core.geometry import Float, Int, Pixels
 from ocmm_core.tracking import ProbeBody
 
 _REACH = 3
-"""A bell is taken as zero this many nodes away, where it is 1 % high."""
+"""A bell is truncated this many nodes away, at 1 % of its height."""
 _BLUR_PX = 0.0007
-"""A look moves on while it is taken, and its mean is not quite that of its middle."""
+"""The probe moves during a look, so its mean differs slightly from its middle."""
 _TOLERANCE, _MOST_STEPS = 1e-3, 400
 
 
@@ -37,28 +37,28 @@ class BellGrid:
     start: int
     columns: int
     rows: int
-    """`start`, `columns`, `rows`: Number of its first node, and how many there are."""
+    """`start`, `columns`, `rows`: Index of its first node, and grid size."""
     step_px: float
-    """Their distance, which is also the standard deviation of a bell."""
+    """Node distance, equal to the standard deviation of a bell."""
     height_px: float
-    """Of a bell whose height is 1."""
+    """Scale of a bell with unit coefficient."""
 
     @classmethod
     def on(cls, camera: CameraModel, noise: SpotNoise, start: int) -> BellGrid:
-        """Return the grid of one sensor; its nodes are numbered from ``start`` on."""
-        # Independent bells of width s make a field whose correlation has the length s sqrt(2); at
-        # this distance of the nodes its variance is that of a bell times pi.
+        """Return the grid of one sensor, with nodes numbered from ``start``."""
+        # Independent bells of width s make a field with correlation length s sqrt(2); at this node
+        # distance its variance is that of a bell times pi.
         step = noise.pattern_length_px / np.sqrt(2.0)
         columns, rows = (int(size / step) + 2 for size in (camera.width, camera.height))
         return cls(start, columns, rows, step, max(noise.pattern_px, _BLUR_PX) / np.sqrt(np.pi))
 
     @property
     def part(self) -> slice:
-        """Return where its heights are."""
+        """Return the slice of its heights."""
         return slice(self.start, self.start + self.columns * self.rows)
 
     def bells(self, uv: Pixels) -> tuple[Float, Int]:
-        """Return the bells that reach pixels (n, 2) and the numbers of their nodes, (n, 6, 6)."""
+        """Return the bells at pixels (n, 2) and their node indices, (n, 6, 6)."""
         place = uv / self.step_px
         near = np.floor(place).astype(np.int64)[:, :, None] + np.arange(1 - _REACH, 1 + _REACH)
         high = np.exp(-0.5 * (place[:, :, None] - near) ** 2)
@@ -70,27 +70,27 @@ class BellGrid:
 
 @dataclass(frozen=True, slots=True)
 class PatternFit:
-    """The regression: a residual is heights of bells, errors in units of their belief, and a pose.
+    """Regression of residuals on bell heights, normalised prior errors, and poses.
 
-    Rows are looks by cameras by LEDs by axes; those of spots that were not seen weigh nothing.
+    Rows are looks by cameras by LEDs by axes; those of unseen spots have zero weight.
     """
 
     bells: csr_array
-    """(K m, nodes): what each height adds to each residual, px."""
+    """(K m, nodes): derivative of each residual by each height, px."""
     errors: Float
     """(K m, z): the same for the factor of the belief."""
     factor: Float
     """(14 C + 3 L + 3, z)."""
     residuals: Float
     weights: Float
-    """`residuals`, `weights`: (K, m): px, and one over their standard deviation."""
+    """`residuals`, `weights`: (K, m): px, and inverse standard deviation."""
     poses: Float
-    """(K, m, 6): orthonormal base of what the pose of a look can do to its weighted residuals."""
+    """(K, m, 6): orthonormal base of the effect of a look's pose on its weighted residuals."""
     grids: tuple[tuple[BellGrid, BellGrid], ...]
 
     @classmethod
     def of(cls, looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -> PatternFit:
-        """Return the regression on looks that were made without any map."""
+        """Return the regression on looks made without a map."""
         shape = (len(looks), len(rig.cameras), body.n_leds, 2)
         belief = Belief.of_documents(rig, body)
         factor = belief.factor()
@@ -122,7 +122,7 @@ class PatternFit:
         values, rows_of, columns = (np.concatenate(part) for part in zip(*entries, strict=True))
         weights = spot_weights.reshape(len(looks), -1)
         weighted = by_pose.reshape(len(looks), -1, 6) * weights[:, :, None]
-        # A look's own scale of turns and shifts, before the base is made orthonormal.
+        # Scale rotations and shifts within each look before orthonormalisation.
         weighted /= np.linalg.norm(weighted, axis=1, keepdims=True)
         return cls(
             bells=csr_array((values, (rows_of, columns)), shape=(residuals.size, start)),
@@ -135,9 +135,9 @@ class PatternFit:
         )
 
     def solve(self, used: NDArray[np.bool_], start: Float | None = None) -> Float:
-        """Return the heights, then the errors, that explain the looks ``used`` (K,).
+        """Return heights, then errors, that explain the looks ``used`` (K,).
 
-        ``start`` is what explains others of the looks; it saves half of the steps.
+        ``start`` is the solution for other looks; it halves the steps.
         """
         nodes = self.bells.shape[1]
         weights = np.where(used[:, None], self.weights, 0.0)
@@ -156,13 +156,13 @@ class PatternFit:
         return np.asarray(x, dtype=np.float64)
 
     def predicted(self, x: Float) -> Float:
-        """Return the residuals (K, m), px, that heights and errors make."""
+        """Return the residuals (K, m), px, from heights and errors."""
         nodes = self.bells.shape[1]
         predicted: Float = self.bells @ x[:nodes] + self.errors @ x[nodes:]
         return predicted.reshape(self.residuals.shape)
 
     def left_px(self, x: Float, used: NDArray[np.bool_]) -> float:
-        """Return the standard deviation, px, that ``x`` leaves over beyond white noise."""
+        """Return the remaining standard deviation, px, beyond white noise."""
         weighted = (self.residuals - self.predicted(x))[used] * self.weights[used]
         rest = weighted - _onto(self.poses[used], weighted)
         seen = self.weights[used] > 0.0
@@ -171,7 +171,7 @@ class PatternFit:
         return float(np.sqrt(max(excess, 0.0)) / np.median(self.weights[used][seen]))
 
     def belief(self, x: Float) -> Belief:
-        """Return what is known of cameras and probe when the heights are taken as known."""
+        """Return the prior of cameras and probe given the heights."""
         weighted = self.errors.reshape(*self.weights.shape, -1) * self.weights[:, :, None]
         information = np.eye(self.factor.shape[1])
         for look, base in zip(weighted, self.poses, strict=True):
@@ -188,6 +188,6 @@ class PatternFit:
 
 
 def _onto(base: Float, weighted: Float) -> Float:
-    """Return the part of weighted residuals (K, m) that poses can make."""
+    """Return the part of weighted residuals (K, m) in the span of the poses."""
     part: Float = (base @ (base.transpose(0, 2, 1) @ weighted[:, :, None]))[:, :, 0]
     return part

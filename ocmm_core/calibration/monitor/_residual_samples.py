@@ -1,9 +1,8 @@
-"""Looks: what tracked frames leave over, averaged over moments in which the probe hardly moved.
+"""Mean residuals of tracked frames over moments with little motion ("looks").
 
-The monitor judges residuals far below the noise of one frame. A look is the mean residual of the
-frames of some tens of milliseconds: its white noise is small and known, and what remains is the
-pattern of the sensor at that place, the error of the calibration and of the probe - or a camera
-that moved.
+The monitor judges residuals far below the noise of one frame. A look averages the residuals of some
+tens of milliseconds: its white noise is small, and the rest is the sensor pattern at that place,
+the error of calibration and probe, or a moved camera.
 """
 
 from __future__ import annotations
@@ -20,48 +19,48 @@ from ocmm_core.geometry import Float, Pixels
 from ocmm_core.tracking import FrameStatus, ProbeBody, TrackBlock, cut, join
 
 _MIN_SHARE = 0.5
-"""A look needs this share of the frames of its moment, all with the same LEDs seen."""
+"""Minimum share of a moment's frames, all with the same visible LEDs."""
 _MIN_FRAMES = 4
 _REACH_PX = 60.0
-"""A probe that moves its spots further within one look is too fast for it: one pose could not
-stand for all its frames."""
+"""Limit of spot motion within a look, beyond which one pose cannot represent all its frames."""
 
 
 @dataclass(frozen=True, slots=True)
 class ResidualSample:
-    """Mean residuals of frames that follow each other."""
+    """Mean residuals of consecutive frames."""
 
     first_ns: int
     last_ns: int
     """`first_ns`, `last_ns`: Bus time of its first and last frame."""
     n_frames: int
-    """Frames that were averaged."""
     residuals: Float
-    """(C, L, 2), px: seen minus predicted by the pose of each frame and by the residual map; NaN
-    where not seen."""
+    """(C, L, 2), px: seen minus predicted by the pose of each frame and by the residual map; NaN if
+    unseen.
+    """
     pattern_px: Float
-    """(C, L): standard deviation of what the map does not hold of the pattern there."""
+    """(C, L): standard deviation of the pattern not contained in the map."""
     white_px: float
-    """Standard deviation of each of them that is left of the white noise."""
+    """Standard deviation of each of them due to white noise."""
     rotation_world_from_probe: Float
     origin_world: Float
     """`rotation_world_from_probe`, `origin_world`: (3, 3) and (3,), mm: pose in the middle."""
     known_tip_world: Float | None = None
     known_tip_covariance: Float | None = None
-    """`known_tip_world`, `known_tip_covariance`: (3,), mm, and (3, 3), mm^2: where the ball was, if
-    that is known from elsewhere, as in a control nest; None otherwise."""
+    """`known_tip_world`, `known_tip_covariance`: (3,), mm, and (3, 3), mm^2: place of the ball from
+    another source, such as a control nest; else None.
+    """
 
 
 @dataclass(frozen=True, slots=True)
 class PatternMap:
-    """What one camera is known to leave over at each place of its sensor."""
+    """Mean residuals of one camera over its sensor."""
 
     cell_px: Float
-    """(2,): width and height of a cell; the first one begins at pixel (0, 0)."""
+    """(2,): width and height of a cell; the first one starts at pixel (0, 0)."""
     mean_px: Float
     """(rows, columns, 2): at the middle of the cells."""
     left_px: Float
-    """(rows, columns): standard deviation of what it does not hold of the pattern."""
+    """(rows, columns): standard deviation of the pattern not contained in the map."""
 
     def at(self, uv: Pixels) -> tuple[Pixels, Float]:
         """Return mean and standard deviation at pixels (..., 2): (..., 2) and (...).
@@ -83,16 +82,16 @@ class PatternMap:
 
 
 class ResidualAccumulator:
-    """Cut the stream of tracked frames into looks; used by one thread.
+    """Cuts the stream of tracked frames into looks; for one thread.
 
     Parameters
     ----------
     rig, body
-        That the frames were tracked with.
+        Used for tracking.
     length_ns
         Bus time of a look.
     maps
-        What the cameras are known to leave over, one for each; empty where nothing is known.
+        One for each camera, or empty.
     """
 
     def __init__(
@@ -106,9 +105,9 @@ class ResidualAccumulator:
         self._moment = -1
 
     def feed(self, track: TrackBlock) -> list[ResidualSample]:
-        """Take in tracked frames and return the looks that were completed.
+        """Add tracked frames and return the completed looks.
 
-        Where the looks begin does not depend on how the stream is cut into blocks.
+        Start times of looks are independent of the block boundaries.
         """
         looks: list[ResidualSample] = []
         moments = track.time_ns // self._length_ns
@@ -136,16 +135,16 @@ def look_of(
     Parameters
     ----------
     frames
-        Tracked frames; those without a tip are left out.
+        Tracked frames; those without a tip are ignored.
     rig, body
-        That they were tracked with.
+        Used for tracking.
     maps
-        What the cameras are known to leave over, one for each; empty where nothing is known.
+        One for each camera, or empty.
 
     Returns
     -------
     Look or None
-        None where too few frames saw the same LEDs, or the probe moved too far.
+        None if too few frames saw the same LEDs, or the probe moved too far.
     """
     enough = max(_MIN_FRAMES, round(_MIN_SHARE * len(frames)))
     good = np.flatnonzero(frames.status == FrameStatus.OK)
@@ -169,7 +168,7 @@ def look_of(
         residuals[:, c, seen[c]] -= expected
         pattern[c, seen[c]] = left.mean(axis=0)
     mean = residuals.mean(axis=0)
-    # Six numbers of each frame went into its pose.
+    # The pose of each frame has six parameters.
     freedom = (len(used) - 1) * (2 * int(np.count_nonzero(seen)) - 6)
     scatter = float(np.sqrt(np.sum((residuals - mean)[:, seen] ** 2) / freedom))
     middle = len(used) // 2
@@ -186,7 +185,7 @@ def look_of(
 
 
 def _seen_most_often(seen: NDArray[np.uint64]) -> NDArray[np.bool_]:
-    """Return which frames saw just what most of them saw, (n,), of what they saw, (n, ...)."""
+    """Return the mask (n,) of frames with the most frequent visibility (n, ...)."""
     alike: NDArray[np.bool_] = np.all(seen == seen[0], axis=tuple(range(1, seen.ndim)))
     if not alike.all():
         _, kinds, counts = np.unique(seen, axis=0, return_inverse=True, return_counts=True)
@@ -195,7 +194,7 @@ def _seen_most_often(seen: NDArray[np.uint64]) -> NDArray[np.bool_]:
 
 
 def leds_world_of(looks: Sequence[ResidualSample], body: ProbeBody) -> Float:
-    """Return where the LEDs of the looks are, (K, L, 3), mm, world."""
+    """Return the LED positions of the looks, (K, L, 3), mm, world."""
     rotations = np.stack([look.rotation_world_from_probe for look in looks])
     origins = np.stack([look.origin_world for look in looks])
     leds: Float = body.leds_probe @ rotations.transpose(0, 2, 1) + origins[:, None]

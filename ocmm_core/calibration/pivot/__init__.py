@@ -1,12 +1,12 @@
-"""The geometry of a probe from a sweep about its ball, and how far it can be wrong.
+"""Probe geometry from a sweep about its ball, with its uncertainty.
 
-In: spots of a probe that is turned about its resting ball, and calibrated cameras.
-Out: places of the LEDs about the ball, the covariance of the tip, and what speaks against it.
+In: spots of a probe that is turned about its resting ball, and calibrated cameras. Out: LED
+positions about the ball, the covariance of the tip, and findings.
 
-Read `_data` (what comes and goes), `_centre` and `_start` (first values), `_bundle` with `_kernel`
+Read `_data` (input and output), `_centre` and `_start` (first values), `_bundle` with `_kernel`
 (one rotation a pose), `_robust` (wrong frames), `_covariance` and `_pattern`, then `_pivot`, which
-puts them in order. `_guards`, `_coverage`, and `_validation` (a second sweep) judge.
-It must not know steps, sessions or screens; the guided form is `sweeping`.
+combines them. `_guards`, `_coverage`, and `_validation` (a second sweep) judge. The package is
+independent of steps, sessions and screens; the guided form is `sweeping`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.pivot._poses import pivot_of_poses
     from ocmm_core.calibration.pivot._robust import free_poses
     from ocmm_core.calibration.pivot._start import locate_targets, mean_shape, start_pivot
-    from ocmm_core.calibration.pivot._sweep_table import load_sweeps, write_sweeps
+    from ocmm_core.calibration.pivot._sweep_table import load_sweeps
     from ocmm_core.calibration.pivot._validation import (
         OTHER_ATTITUDE,
         OTHER_PLACE_MM,
@@ -57,7 +57,7 @@ else:
         _poses="pivot_of_poses",
         _robust="free_poses",
         _start="locate_targets mean_shape start_pivot",
-        _sweep_table="load_sweeps write_sweeps",
+        _sweep_table="load_sweeps",
         _validation="OTHER_ATTITUDE OTHER_PLACE_MM PivotValidation attitude_between validate_pivot",
     )
 
@@ -91,5 +91,4 @@ __all__ = [
     "start_pivot",
     "thesis_pivot",
     "validate_pivot",
-    "write_sweeps",
 ]

@@ -1,7 +1,8 @@
-"""Bundle adjustment of a swept probe: centre of the ball, arms to the LEDs, one turn a pose.
+"""Bundle adjustment of a swept probe.
 
-The residuals are those of the spots in the images of all cameras. A turn of the body's frame
-changes nothing; of all solutions the one nearest to the last state is taken.
+Unknowns are the ball centre, the arms to the LEDs and a rotation for each pose; residuals are image
+residuals of all cameras. Rotations of the body frame are a gauge freedom; the solution nearest to
+the last state is chosen.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ FIRST_DAMPING = 1e-6
 LARGEST_DAMPING = 1e6
 RELATIVE_DECREASE = 1e-9
 ENOUGH = 1e-4
-"""Chi-square; a step that lowers it by no more is a hundredth of the standard deviations."""
+"""Chi-square; smaller decreases correspond to steps of a hundredth of the standard deviations."""
 
 LARGEST_CONDITION = 1e13
 _STANDING_FOR_ALL = 500
@@ -38,7 +39,7 @@ class PivotState:
     rotations: Float
     """(n, 3, 3), world from body."""
     slacks: Points3
-    """(n, 3), mm, world: where the ball is in each pose, less the centre."""
+    """(n, 3), mm, world: ball position in each pose, less the centre."""
 
     @property
     def columns(self) -> int:
@@ -46,11 +47,11 @@ class PivotState:
         return 3 + self.arms.size
 
     def turns(self) -> Float:
-        """Return what a turn of the body's frame does to the common unknowns, (k, 3)."""
+        """Return the derivative of the common unknowns by rotation of the body frame, (k, 3)."""
         return np.vstack([np.zeros((3, 3)), *(-skew(arm) for arm in self.arms)])
 
     def points(self) -> Float:
-        """Return where the LEDs are in every pose, (n, L, 3), mm, world."""
+        """Return the LED positions in every pose, (n, L, 3), mm, world."""
         places: Float = np.einsum("nij,lj->nli", self.rotations, self.arms)
         return places + (self.centre + self.slacks)[:, None]
 
@@ -60,23 +61,23 @@ class PivotNormals:
     """Reduced normal equations at a state."""
 
     cost: float
-    """Chi-square; infinite where the state is impossible."""
+    """Chi-square; infinite for an impossible state."""
     normals: Float
     gradients: Float
     """`normals`, `gradients`: (B, k, k) and (B, k), block by block."""
     crossed: Float
-    """(B, k, 14 C): the rows that cross with the cameras, where they were asked for."""
+    """(B, k, 14 C): rows coupled with the cameras, if requested."""
     factors: Float
     y: Float
     z: Float
-    """`factors`, `y`, `z`: What the turns need."""
+    """`factors`, `y`, `z`: Factors for back-substitution of the poses."""
     scores: Float
     """(n, k): gradient of every pose."""
 
 
 @dataclass(frozen=True, slots=True)
 class PivotMinimum:
-    """Where an adjustment ended; as `bundle.BundleMinimum`."""
+    """Result of an adjustment; as `bundle.BundleMinimum`."""
 
     state: PivotState
     cost: float
@@ -88,14 +89,14 @@ def normals_at(
     rig: Rig, sweep: PivotSweep, state: PivotState, slack_mm: float, damping: float = 0.0,
     blocks: Int | None = None, with_cameras: bool = False,
 ) -> PivotNormals:  # fmt: skip
-    """Return the normal equations at ``state``, turns eliminated.
+    """Return the normal equations at ``state``, rotations eliminated.
 
     Parameters
     ----------
     blocks
-        (n,): number of the block of every pose, from 0; one block without.
+        (n,): block number of every pose, from 0; default one block.
     with_cameras
-        Also how the cameras' parameters act on centre and arms.
+        Include coupling of the camera parameters with centre and arms.
     """
     n, k = len(sweep.uv), state.columns
     width = k + N_CAMERA * len(rig.cameras) * with_cameras
@@ -122,9 +123,9 @@ def normals_at(
 def adjust_pivot(
     rig: Rig, sweep: PivotSweep, start: PivotState, slack_mm: float = 0.0, max_iterations: int = 25
 ) -> PivotMinimum:
-    """Return the minimum of chi-square that is reached from ``start`` (Levenberg-Marquardt).
+    """Return the minimum of chi-square reached from ``start`` (Levenberg-Marquardt).
 
-    A start that is impossible itself is returned with an infinite cost.
+    An impossible start is returned with an infinite cost.
     """
     state, damping = start, FIRST_DAMPING
     here = normals_at(rig, sweep, state, slack_mm, damping)
@@ -150,7 +151,7 @@ def adjust_pivot(
 
 
 def solve_pinned(normal: Float, turns: Float, right: Float, damping: float = 0.0) -> Float:
-    """Return the solution of the normal equations that turns the body's frame least."""
+    """Return the normal equations' solution with least rotation of the body frame."""
     scaled, scale, _ = pinned_normal(normal, turns)
     scaled.flat[:: len(scaled) + 1] += damping
     shape = (-1,) + (1,) * (right.ndim - 1)
@@ -159,7 +160,7 @@ def solve_pinned(normal: Float, turns: Float, right: Float, damping: float = 0.0
 
 
 def inverse_pinned(normal: Float, turns: Float) -> Float | None:
-    """Return the covariance (k, k) of the common unknowns; None where they are not determined."""
+    """Return the covariance (k, k) of the common unknowns, or None if undetermined."""
     scaled, scale, pinned = pinned_normal(normal, turns)
     if not np.linalg.cond(scaled) < LARGEST_CONDITION:
         return None
@@ -168,7 +169,7 @@ def inverse_pinned(normal: Float, turns: Float) -> Float | None:
 
 
 def residuals(rig: Rig, sweep: PivotSweep, state: PivotState) -> Float:
-    """Return predicted minus observed (n, C, L, 2), px; NaN where not seen."""
+    """Return predicted minus observed (n, C, L, 2), px; NaN if unseen."""
     points = state.points()
     return np.stack([project(camera, points) for camera in rig.cameras], axis=1) - sweep.uv
 
@@ -176,10 +177,10 @@ def residuals(rig: Rig, sweep: PivotSweep, state: PivotState) -> Float:
 def chi2_of_cameras(
     rig: Rig, sweep: PivotSweep, state: PivotState, slack_mm: float, draws: int, seed: int
 ) -> Float:
-    """Return by how much cameras that are wrong by their uncertainty raise chi-square, (draws,).
+    """Return the increase of chi-square by drawn camera errors, (draws,).
 
-    Spots as drawn cameras would see this state without noise, adjusted with the known ones. Some
-    frames, evenly spread, stand for all.
+    Noise-free spots of drawn cameras are adjusted with the calibrated cameras, using a regular
+    subset of the frames.
     """
     some = np.arange(0, len(sweep.uv), max(1, len(sweep.uv) // _STANDING_FOR_ALL))
     times = len(sweep.uv) / len(some)

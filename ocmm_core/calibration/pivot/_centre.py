@@ -1,10 +1,10 @@
-"""Centres of spheres through the paths of the LEDs: one for all of them, or one for each.
+"""Sphere centres of LED paths: one for all, or one for each.
 
 The algebraic fit of the thesis (1.3.1.2) minimises the squares of ``|x - c|^2 - r^2``. About the
-mean of its path a sphere has the centre ``c = mean + S^-1 q / 2`` with ``S = sum y y'`` and
-``q = sum y |y|^2``. The paths turn about the same ball, so that one centre serves them all: its
-normal matrix is the sum of theirs, and each path keeps a radius of its own. That halves the error
-of the mean of the centres for a tilt of 20 degrees, and quarters it for 10.
+mean of its path a sphere has the centre ``c = mean + S^-1 q / 2`` with ``S = sum y y'`` and ``q =
+sum y |y|^2``. All paths turn about the same ball and share one centre: its normal matrix is the sum
+of theirs, and each path keeps its own radius. Compared with the mean of the centres, that halves
+the error for a tilt of 20 degrees, and quarters it for 10.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ocmm_core.geometry import Float, Int, Points3
 
 _MOST_ROUNDS = 20
 _SMALL_FALL = 1e-9
-"""Of the residual of the group average: no longer reduced significantly (thesis 3.2)."""
+"""Relative decrease of the group average residual considered insignificant (thesis 3.2)."""
 
 _LARGEST_CONDITION = 1e12
 
@@ -54,7 +54,7 @@ def moments_of(targets: Float, reference: Points3) -> Float:
 
 
 def sphere_centres(moments: Float, reference: Points3) -> Points3:
-    """Return the centre of each path, (L, 3), mm, NaN where it is flat; thesis 1.3.1.2."""
+    """Return the centre of each path, (L, 3), mm, NaN for a flat one; thesis 1.3.1.2."""
     matrices, rights, means = _centred(moments)
     centres = np.full((len(moments), 3), np.nan)
     for led, (matrix, right) in enumerate(zip(matrices, rights, strict=True)):
@@ -64,12 +64,12 @@ def sphere_centres(moments: Float, reference: Points3) -> Points3:
 
 
 def common_centre(moments: Float, reference: Points3) -> Float:
-    """Return the one centre (3,), mm, of all paths; NaN where they leave it open."""
+    """Return the common centre (3,), mm, of all paths; NaN if undetermined."""
     matrices, rights, means = _centred(moments)
     matrix = matrices.sum(axis=0)
     if not np.linalg.cond(matrix) < _LARGEST_CONDITION:
         return np.full(3, np.nan)
-    # The common origin is that of the first reference: differences keep their digits.
+    # Common origin at the first reference, to preserve digits of differences.
     places = means + reference - reference[0]
     right = 0.5 * rights.sum(axis=0) + np.einsum("lij,lj->i", matrices, places)
     centre: Float = reference[0] + np.linalg.solve(matrix, right)
@@ -77,13 +77,7 @@ def common_centre(moments: Float, reference: Points3) -> Float:
 
 
 def complete_poses(targets: Float) -> Int:
-    """Return which poses (n, L, 3) show all LEDs.
-
-    Raises
-    ------
-    CalibrationError
-        None does.
-    """
+    """Return the poses (n, L, 3) with all LEDs; raise CalibrationError if none."""
     whole = np.flatnonzero(np.isfinite(targets).all(axis=(1, 2)))
     if not len(whole):
         raise CalibrationError(
@@ -95,14 +89,10 @@ def complete_poses(targets: Float) -> Int:
 
 
 def group_average(targets: Float, centre: Float) -> Points3:
-    """Return the mean arms (L, 3), mm, of all complete poses (n, L, 3) about the centre (3,).
+    """Return the mean arms (L, 3), mm, of all complete poses about the centre (3,).
 
-    Group average of Gower (thesis 1.3.2 and 3.2), turned as in the first complete pose.
-
-    Raises
-    ------
-    CalibrationError
-        No pose shows all LEDs.
+    Group average of Gower (thesis 1.3.2 and 3.2), turned as in the first complete pose (n, L, 3).
+    Raises CalibrationError without a complete pose.
     """
     whole = complete_poses(targets)
     targets = np.ascontiguousarray(targets)

@@ -1,15 +1,14 @@
-"""How far LEDs and tip of a swept probe can be wrong.
+"""Covariance of LEDs and tip of a swept probe.
 
-Frames of a sweep are correlated: the hand moves on slowly over the pattern of the sensors, and the
-ball creeps. The formal covariance takes them as independent and flatters. Whole blocks of
-consecutive frames, as long as the frames' influences on the tip resemble each other, are drawn with
-replacement instead (block bootstrap; Kuensch 1989), each draw solved by one Gauss-Newton step from
-the sums of its blocks. A hand also comes back to the same attitudes, and with them to the same
-errors of the sensors: blocks of neighbouring attitudes are drawn likewise, and count where they
-scatter more. Neither sees all of the sensors' fixed pattern, which is the same in both sweeps of a
-cone; what the rig says of it is computed (`_pattern`) and counts where it is larger. What the
-cameras' own uncertainty does to the result is common to all frames and added
-to it; what it does to the scatter of the blocks is taken off, or it would count twice.
+Frames of a sweep are correlated: the hand moves slowly over the sensor pattern, and the ball
+creeps, so the formal covariance is too small. A block bootstrap (Kuensch 1989) draws blocks of
+consecutive frames, as long as their influences on the tip are correlated, with replacement; each
+draw is solved by one Gauss-Newton step from the sums of its blocks. A hand also returns to the same
+attitudes and sensor errors: blocks of neighbouring attitudes are drawn likewise, and the larger
+scatter counts. Neither reveals all of the fixed sensor pattern, which both sweeps of a cone share;
+its effect is computed from the rig (`_pattern`) and used if larger. The contribution of the
+cameras' uncertainty, common to all frames, is added; its part in the scatter of the blocks is
+subtracted, as it would count twice.
 """
 
 from __future__ import annotations
@@ -39,10 +38,11 @@ _CORRELATIONS_PER_BLOCK = 6.0
 _CELLS_ACROSS = 8
 
 PATTERN_WAVES = 300
-"""Cosine waves of a sensor's pattern: variances are then right to some per cent."""
+"""Cosine waves of a sensor pattern: gives variances to some per cent."""
 
 BEYOND_CHANCE = 1.4
-"""Variances from some sixty blocks differ by a fifth; always taking the larger would exaggerate."""
+"""Variances from some sixty blocks scatter by a fifth; always using the larger would overestimate.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +55,9 @@ class Geometry:
     T_probe_from_body: RigidTransform
     """From the frame of the adjustment, whose origin is the tip."""
     by_arms: Float
-    """(3 L + 3, 3 L): derivative of LEDs and tip by the arms of the adjustment. The LEDs stay laid
-    onto those of the document."""
+    """(3 L + 3, 3 L): derivative of LEDs and tip by the arms of the adjustment, with the LEDs kept
+    fitted to those of the document.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,29 +65,30 @@ class PivotUncertainty:
     """Covariances (3 L + 3, 3 L + 3), mm^2, of LEDs and tip in the probe's frame."""
 
     noise: Float
-    """Of the sweep, by block bootstrap, less what the cameras' errors add to the scatter of the
-    blocks; never below the formal one, nor below that of the sensors' pattern."""
+    """From block bootstrap less the cameras' contribution to block scatter; at least the formal one
+    and that of the sensor pattern.
+    """
     formal: Float
     """Of independent frames with the stated sigma."""
     by_cameras: Float
     """(3 L + 3, 14 C): derivative of LEDs and tip by the parameters of the cameras."""
     cameras: Float
-    """What the uncertainty of the cameras adds."""
+    """Contribution of the cameras' uncertainty."""
     block: int
     """Frames in a block."""
 
     @property
     def total(self) -> Float:
-        """Return all of it."""
+        """Return the sum of both."""
         return self.noise + self.cameras
 
 
 def geometry_in(leds_document: Points3, arms: Points3) -> Geometry:
-    """Return LEDs and tip, laid onto the LEDs (L, 3), mm, of the probe's document."""
+    """Return LEDs and tip, fitted to the LEDs (L, 3), mm, of the document."""
     rotation, tip = rigid_fit(arms, leds_document)
     leds = arms @ rotation.T + tip
     n_leds = len(leds)
-    # Motions of the whole probe: turns about the origin, then shifts.
+    # Motions of the whole probe: rotations about the origin, then shifts.
     motions = np.vstack([np.hstack([-skew(point), np.eye(3)]) for point in (*leds, tip)])
     held = np.linalg.pinv(motions[: 3 * n_leds])
     by_leds = np.vstack([np.eye(3 * n_leds), np.zeros((3, 3 * n_leds))]) - motions @ held
@@ -99,21 +101,21 @@ def pivot_uncertainty(
     rig: Rig, sweep: PivotSweep, state: PivotState, geometry: Geometry, slack_mm: float,
     resamples: int, seed: int, *, pattern: bool = False,
 ) -> PivotUncertainty:  # fmt: skip
-    """Return how far a minimum can be wrong.
+    """Return the uncertainty of a minimum.
 
     Parameters
     ----------
     sweep, state
-        The frames that took part, and the minimum.
+        The frames used, and the minimum.
     resamples, seed
         Draws of the bootstrap, and their seed.
     pattern
-        The sensors have the pattern that the rig says.
+        The sensors have the pattern of the rig.
 
     Raises
     ------
     CalibrationError
-        The sweep leaves the probe open.
+        The sweep does not determine the probe.
     """
     here = normals_at(rig, sweep, state, slack_mm, with_cameras=True)
     turns = state.turns()
@@ -135,7 +137,7 @@ def pivot_uncertainty(
         split = normals_at(rig, sweep, state, slack_mm, blocks=numbers, with_cameras=True)
         drawn = by_common @ _bootstrap(split, turns, resamples, seed) @ by_common.T
         of_cameras = _scatter_of_cameras(split, inverse, by_common, rig.parameter_covariance)
-        # A bootstrap of few blocks can by chance be smaller than what noise alone allows.
+        # A bootstrap of few blocks can by chance fall below pure noise.
         left = max(_of_tip(drawn) - of_cameras, _of_tip(formal))
         noises.append(drawn * left / _of_tip(drawn))
     beyond = _of_tip(noises[1]) > BEYOND_CHANCE * _of_tip(noises[0])
@@ -156,10 +158,10 @@ def pivot_uncertainty(
 
 
 def block_length(influences: Float) -> int:
-    """Return how many consecutive frames are to be taken as one, from their influences (n, 3).
+    """Return the block length for correlated influences (n, 3) of frames.
 
     Six times the integrated autocorrelation time of the slowest axis (Sokal's window), so that
-    blocks hardly know of each other; never so long that fewer than eight remain.
+    blocks are nearly independent; limited to leave at least eight blocks.
     """
     n = len(influences)
     times = max(_correlation_time(column) for column in influences.T)
@@ -186,17 +188,14 @@ def _correlation_time(series: Float) -> float:
 def pose_pivot_covariance(
     rotations: Float, origins: Points3, found: PosePivot, resamples: int = 500, seed: int = 1
 ) -> tuple[Float, Float]:
-    """Return the covariances (3, 3), mm^2, of a tip that was found from poses.
+    """Return covariances (3, 3), mm^2, of a tip from poses; for tests.
 
-    For tests: nothing in the product asks for it.
-
-    The first by bootstrap of blocks of consecutive poses; the second is the formal one of
-    independent poses, for comparison.
+    The first by bootstrap of blocks of consecutive poses; the second for independent poses.
 
     Parameters
     ----------
     rotations, origins, found
-        What `_poses.pivot_of_poses` took and gave.
+        Input and output of `_poses.pivot_of_poses`.
     """
     turns, places = rotations[found.used], origins[found.used]
     n = len(turns)
@@ -219,9 +218,9 @@ def pose_pivot_covariance(
 
 
 def attitude_blocks(directions: Points3) -> Int:
-    """Return to which cell of neighbouring directions every frame belongs, (n,), from 0.
+    """Return the attitude cell of every frame, (n,), from 0.
 
-    Eight cells across each of the two widest directions; empty ones have no number.
+    Eight cells across each of the two widest directions; empty ones are not numbered.
     """
     centred = directions - directions.mean(axis=0)
     across = centred @ np.linalg.svd(centred, full_matrices=False)[2][:2].T
@@ -238,10 +237,10 @@ def _of_tip(covariance: Float) -> float:
 def _scatter_of_cameras(
     split: PivotNormals, inverse: Float, by_common: Float, cameras: Float
 ) -> float:
-    """Return which variance of the tip the cameras' errors lend to a bootstrap of these blocks.
+    """Return the variance of the tip in a block bootstrap due to camera errors.
 
-    Cameras that are wrong by d leave every block the gradient ``(X_b - N_b N^-1 X) d`` at the
-    minimum of all.
+    Cameras with error d give every block the gradient ``(X_b - N_b N^-1 X) d`` at the common
+    minimum.
     """
     shift = inverse @ split.crossed.sum(axis=0)
     left = by_common[-3:] @ inverse @ (split.crossed - split.normals @ shift)
@@ -254,11 +253,11 @@ def _bootstrap(split: PivotNormals, turns: Float, resamples: int, seed: int) -> 
     normals, gradients = split.normals, split.gradients
     count = len(normals)
     draws = rng.multinomial(count, np.full(count, 1.0 / count), size=resamples).astype(np.float64)
-    # One scale and one gauge serve all draws: their sums differ by some per cent only.
+    # Scale and gauge are shared by all draws: their sums differ by some per cent only.
     _, scale, pinned = pinned_normal(normals.sum(axis=0), turns)
     drawn = np.tensordot(draws, normals, 1) / scale / scale[:, None] + pinned
     steps = -np.linalg.solve(drawn, (draws @ gradients / scale)[..., None])[..., 0] / scale
     steps -= steps.mean(axis=0)
-    # Draws from B blocks vary by (B - 1) / B of what B independent blocks do.
+    # Draws from B blocks have (B - 1) / B of the variance of B independent blocks.
     covariance: Float = steps.T @ steps / (resamples - 1) * (count / max(count - 1, 1))
     return covariance

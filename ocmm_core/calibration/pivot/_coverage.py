@@ -1,4 +1,4 @@
-"""How far a probe was turned about its ball, and what that promises, also while it is swept."""
+"""Rotation range of a probe about its ball, with predicted uncertainty, also live."""
 
 from __future__ import annotations
 
@@ -18,24 +18,25 @@ from ocmm_core.tracking import ProbeBody, solve
 ATTITUDE_STEP = np.radians(2.0)
 _LEAST_FRAMES = 10
 _WAVES = 60
-"""Cosine waves of a sensor's pattern: enough for what is shown."""
+"""Cosine waves of a sensor pattern: sufficient for display."""
 
 
 @dataclass(frozen=True, slots=True)
 class PivotPreview:
-    """A sweep as it stands, for the map while it goes on."""
+    """Preview of a sweep in progress."""
 
     coverage: SweepCoverage | None
-    """So far; None with fewer than ten frames."""
+    """None with fewer than ten frames."""
     tip_sigma: float
-    """mm: standard uncertainty of the tip (root of the sum over its axes) that spot noise and
-    cameras would leave if the sweep ended now; infinite where it is open."""
+    """mm: standard uncertainty of the tip (root of the sum over its axes) from spot noise and
+    cameras if the sweep ended now; infinite if undetermined.
+    """
     centre_world: Float
-    """(3,), mm: where the ball rests by the probe's document; NaN without coverage."""
+    """(3,), mm: ball centre by the probe's document; NaN without coverage."""
 
 
 def coverage_of(rotations: Float, middle_probe: Float) -> SweepCoverage:
-    """Return how far the rotations (n, 3, 3), world from probe, reach.
+    """Return the range of rotations (n, 3, 3), world from probe.
 
     Parameters
     ----------
@@ -57,10 +58,9 @@ def coverage_of(rotations: Float, middle_probe: Float) -> SweepCoverage:
 def preview_pivot(
     rig: Rig, body: ProbeBody, sweep: PivotSweep, *, pattern: bool = False
 ) -> PivotPreview:
-    """Return coverage and predicted uncertainty of a sweep that goes on.
+    """Return coverage and predicted uncertainty of a sweep in progress.
 
-    The probe is taken as its document says; nothing is fitted but the poses, so that this is
-    quick enough to be shown live.
+    Uses the nominal probe and fits only poses, which is fast enough for live display.
     """
     sigma = float(np.median(sweep.sigma_px)) if len(sweep.uv) else 1.0
     poses = solve(sweep.uv, rig, body, sigma)

@@ -1,4 +1,4 @@
-"""What a pivot calibration takes and what it gives: a sweep, choices and the result."""
+"""Input and output of a pivot calibration: sweep, options and the result."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from ocmm_core.geometry import Float, Pixels, Points3
 from ocmm_core.tracking import ProbeBody
 
 Reason = Literal["few", "spots", "tip"]
-"""Why a frame was left out: fewer than three LEDs seen by two cameras; spots that do not fit the
-probe; the ball was not where it rested in the others."""
+"""Reason for exclusion of a frame: fewer than three LEDs seen by two cameras; spots inconsistent
+with the probe; ball not at the common place.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class PivotSweep:
-    """Frames of a probe that is swept while its ball rests in a cone, in the order of time."""
+    """Frames in time order of a probe swept with its ball in a cone."""
 
     uv: Pixels
-    """(n, C, L, 2), px, by LED number; NaN where not seen."""
+    """(n, C, L, 2), px, by LED number; NaN if unseen."""
     sigma_px: Float
     """(n,), px per axis: standard deviation of a spot in each frame."""
 
@@ -34,38 +35,38 @@ class PivotSweep:
 
     @property
     def weights(self) -> Float:
-        """Return the weights of the spots (n, C, L), 1/px; zero where not seen."""
+        """Return the weights of the spots (n, C, L), 1/px; zero if unseen."""
         seen = np.isfinite(self.uv).all(axis=3)
         weights: Float = np.where(seen, 1.0 / self.sigma_px[:, None, None], 0.0)
         return weights
 
     def only(self, chosen: NDArray[np.bool_]) -> PivotSweep:
-        """Return the chosen frames (n,)."""
         return replace(self, uv=self.uv[chosen], sigma_px=self.sigma_px[chosen])
 
 
 @dataclass(frozen=True, slots=True)
 class PivotLimits:
-    """From where on a guard speaks."""
+    """Limits of the guards."""
 
     least_attitudes: int = 50
     """Attitudes at least two degrees apart."""
     weak_deg: float = 8.0
-    """Range about the second axis below which the tip would be guessed: never accepted."""
+    """Range about the second axis below which the tip is undetermined: always refused."""
     small_deg: float = 20.0
     wanted_deg: float = 40.0
-    """`small_deg`, `wanted_deg`: Range about the second axis that is refused and that is warned
-    about (thesis: 90)."""
+    """`small_deg`, `wanted_deg`: Range about the second axis below which to refuse and to warn
+    (thesis: 90).
+    """
     roll_deg: float = 10.0
-    """Range about the third axis that is warned about."""
+    """Range about the third axis below which to warn."""
     moved_mm: float = 0.02
-    """How far the ball may have moved between parts of the sweep."""
+    """Largest motion of the ball between parts of the sweep."""
     left_out: float = 0.1
-    """Part of the frames that may be left out."""
+    """Largest fraction of excluded frames."""
     shape_mm: float = 0.5
     """RMS distance of the LEDs from those of the probe's document."""
     tip_change_mm: float = 0.5
-    """How far the tip may be from that of the document unless a person says why."""
+    """Largest unexplained distance of the tip from that of the document."""
     tip_sigma_mm: float = 0.02
     """Standard uncertainty of the tip (root of the sum over its axes)."""
 
@@ -75,36 +76,36 @@ class PivotOptions:
     """How a sweep is evaluated."""
 
     slack_mm: float = 0.0
-    """Standard deviation of the ball's place in its cone, mm per axis; 0 where it rests."""
+    """Standard deviation of the ball's place in its cone, mm per axis; 0 if it rests."""
     seed: int = 1
     resamples: int = 500
     """Draws of the bootstrap."""
     pattern: bool = False
-    """The sensors have the fixed pattern that the rig says, and its part of the uncertainty is
-    computed; without it, spots scatter by their sigma alone, as in simulations of it."""
+    """The sensors have the fixed pattern of the rig; its contribution is computed. False: spots
+    scatter by their sigma alone, as in simulations.
+    """
     limits: PivotLimits = field(default_factory=PivotLimits)
 
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """A frame that was left out."""
+    """An excluded frame."""
 
     frame: int
     """Index into the sweep."""
     reason: Reason
-    """Why."""
     size: float
     """Reduced chi-square of its spots for "spots", mm for "tip", 0 for "few"."""
 
 
 @dataclass(frozen=True, slots=True)
 class SweepCoverage:
-    """How far the probe was turned."""
+    """Rotation range of the probe."""
 
     axes_probe: Float
-    """(3, 3): rows are the axes of the probe about which it was turned most to least."""
+    """(3, 3): rows are the probe's rotation axes by decreasing range."""
     ranges: Float
-    """(3,), rad: from the 1st to the 99th percentile of the turn about each of them."""
+    """(3,), rad: from the 1st to the 99th percentile of the rotation about each of them."""
     attitudes: int
     """Number of attitudes at least two degrees apart."""
     directions_world: Points3
@@ -113,50 +114,51 @@ class SweepCoverage:
 
 @dataclass(frozen=True, slots=True)
 class PivotCalibration:
-    """A probe as its sweep shows it."""
+    """Result of a pivot calibration."""
 
     leds_probe: Points3
     tip_probe: Float
-    """`leds_probe`, `tip_probe`: (L, 3) and (3,), mm: in the frame of the probe's document, into
-    which the LEDs are laid."""
+    """`leds_probe`, `tip_probe`: (L, 3) and (3,), mm: in the frame of the probe's document, fitted
+    to its LEDs.
+    """
     covariance: Float
     """(3 L + 3, 3 L + 3), mm^2: LEDs, then the tip, in that frame: noise of the sweep by block
-    bootstrap and the uncertainty of the cameras."""
+    bootstrap plus the uncertainty of the cameras.
+    """
     noise_covariance: Float
     formal_covariance: Float
-    """`noise_covariance`, `formal_covariance`: Likewise: bootstrap alone, and what independent
-    frames of the stated sigma would give."""
+    """`noise_covariance`, `formal_covariance`: Likewise: bootstrap alone, and for independent
+    frames of the stated sigma.
+    """
     by_cameras: Float
-    """(3 L + 3, 14 C): what a change of the cameras does to LEDs and tip."""
+    """(3 L + 3, 14 C): derivatives of LEDs and tip by the camera parameters."""
     centre_world: Float
-    """(3,), mm: where the ball rested."""
+    """(3,), mm: ball centre."""
     rotations: Float
-    """(n, 3, 3), world from probe; NaN for frames that were left out."""
+    """(n, 3, 3), world from probe; NaN for excluded frames."""
     used: NDArray[np.bool_]
-    """(n,): frames that took part."""
+    """(n,): frames used."""
     left_out: tuple[LeftOut, ...]
-    """The others, in order."""
     residuals_px: Pixels
-    """(n, C, L, 2), observed minus predicted; NaN where not seen or left out."""
+    """(n, C, L, 2), observed minus predicted; NaN if unseen or excluded."""
     rms_px: float
     chi2: float
     dof: int
-    """`rms_px`, `chi2`, `dof`: Of the residuals of what took part."""
+    """`rms_px`, `chi2`, `dof`: Of the residuals of used frames."""
     tips_world: Points3
-    """(n, 3), mm: the tip as each single frame shows it; NaN where it does not."""
+    """(n, 3), mm: the tip from each single frame, or NaN."""
     block: int
-    """Frames that the bootstrap takes as one."""
+    """Block length of the bootstrap, frames."""
     coverage: SweepCoverage
     thesis: ThesisPivot
-    """The thesis's method on the same frames."""
+    """The thesis's method applied to the same frames."""
     thesis_tip_probe: Float
     """(3,), mm: the tip by the thesis's method, in the same frame as `tip_probe`."""
     warnings: tuple[Finding, ...]
-    """What speaks against this calibration and was not refused."""
+    """Findings that did not refuse it."""
     iterations: int
-    """Steps of the adjustments."""
     forced: bool
-    """Whether a person overruled a guard."""
+    """Whether the user overruled a guard."""
 
     @property
     def tip_covariance(self) -> Float:
@@ -169,7 +171,7 @@ class PivotCalibration:
         return float(np.sqrt(np.trace(self.tip_covariance)))
 
     def applied_to(self, body: ProbeBody, identity: str) -> ProbeBody:
-        """Return the probe with this geometry; ``identity`` is that of the calibration's record."""
+        """Return the probe with this geometry and the ``identity`` of the record."""
         return replace(
             body,
             leds_probe=self.leds_probe,

@@ -1,4 +1,4 @@
-"""What a pivot calibration must show before it may be used; the same idea as `guards`."""
+"""Criteria that a pivot calibration must meet; same principle as `guards`."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ from ocmm_core.tracking import ProbeBody
 
 _PARTS = 20
 _SLOPE_MM = 0.05
-"""Change of the tip over a radian of turn by errors of cameras and sensors."""
+"""Change of the tip per radian of rotation due to camera and sensor errors."""
 _LEAST_PARTS = 3
 _MOVED_CHI2 = 35.0
-"""Of three coordinates, the largest of some fifteen places where the ball may have jumped."""
+"""Chi-square of three coordinates, maximum over some fifteen possible jump positions."""
 
 WIDER = "Sweep the probe by 20 degrees or more to all sides, and turn it about its handle too."
 
 
 @dataclass(frozen=True, slots=True)
 class Jump:
-    """Where the ball moved in the middle of a sweep."""
+    """Displacement of the ball during a sweep."""
 
     frame: int
-    """The first one after it."""
+    """First frame after it."""
     shift_world: Float
     """(3,), mm."""
     chi2: float
-    """Of no motion, three degrees of freedom."""
+    """Of the hypothesis of no motion, three degrees of freedom."""
 
 
 def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> list[Finding]:
-    """Return what the turns of the probe say."""
+    """Return findings on the rotation range of the probe."""
     first, second, third = np.degrees(coverage.ranges)
     said = f"The probe was rotated by {first:.0f}, {second:.0f} and {third:.0f} degrees"
     if second < limits.weak_deg:
@@ -88,7 +88,7 @@ def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> list[Finding
 def judge_left_out(
     left_out: tuple[LeftOut, ...], frames: int, limits: PivotLimits
 ) -> list[Finding]:
-    """Return what the frames that were left out say."""
+    """Return findings on the excluded frames."""
     if not left_out:
         return []
     parts = []
@@ -111,7 +111,7 @@ def judge_left_out(
             "Keep the ball in its cone and the LEDs towards the cameras, look for reflections, and "
             "sweep again.",
             refuses=len(left_out) > limits.left_out * frames,
-            # Hidden LEDs are a poor sweep; spots and tips that do not fit contradict the rest.
+            # Hidden LEDs mean a poor sweep; inconsistent spots and tips contradict the rest.
             forcible=all(one.reason == "few" for one in left_out),
         )
     ]
@@ -120,22 +120,22 @@ def judge_left_out(
 def find_jump(
     free: FreePoses, used: NDArray[np.bool_], centre: Float, common: float = 0.0
 ) -> Jump | None:
-    """Return where the ball most probably moved to another place, or drifted on its way there.
+    """Return the most probable displacement of the ball, sudden or gradual.
 
-    The tips of single frames are averaged over twenty parts of the sweep, each by its own
-    covariance. What cameras and sensors do wrong follows the attitude, and a slow hand is in other
-    attitudes later: a step in time is sought beside a slope over each axis of turn, which may be as
-    large as such errors are. What the parts scatter beyond that counts as noise.
+    Tips of single frames are averaged over twenty parts of the sweep, weighted by their
+    covariances. Camera and sensor errors depend on the attitude, and a slow hand drifts in
+    attitude: a step in time is estimated together with a slope over each rotation axis, as large as
+    such errors may be. Scatter of the parts beyond that counts as noise.
 
     Parameters
     ----------
     used
-        (n,): frames that took part.
+        (n,): frames used.
     centre
-        (3,), mm, world: about where the ball rested.
+        (3,), mm, world: approximate ball centre.
     common
-        Part of the variance of a frame that neighbouring frames share, because it is the sensors'
-        pattern: it does not average out within a part.
+        Fraction of a frame's variance shared by neighbouring frames (sensor pattern): does not
+        average out within a part.
     """
     frames = np.flatnonzero(used & free.solved)
     if len(frames) < 2 * _PARTS:
@@ -152,7 +152,7 @@ def find_jump(
     shared = np.stack([free.covariances[part].mean(axis=0) for part in parts])
     information = np.linalg.inv(spreads + common * shared)
     attitudes = np.stack([held[part].mean(axis=0) for part in own])
-    # Rows of each part, whitened: place, slope over three turns, and (last) the step.
+    # Rows of each part, whitened: place, slope over three rotations, and (last) the step.
     roots = np.linalg.cholesky(information).transpose(0, 2, 1)
     fixed = np.concatenate(
         [roots, *(roots * attitudes[:, i, None, None] for i in range(3))], axis=2
@@ -177,12 +177,12 @@ def find_jump(
 
 
 def shared_part(rig: Rig, sweep: PivotSweep) -> float:
-    """Return the part of a frame's variance that is the pattern of the sensors."""
+    """Return the fraction of a frame's variance due to the sensor pattern."""
     return float(min((rig.noise.pattern_px / np.median(sweep.sigma_px)) ** 2, 1.0))
 
 
 def judge_jump(jump: Jump | None, limits: PivotLimits) -> list[Finding]:
-    """Return what a moving ball or cone says."""
+    """Return findings on a moving ball or cone."""
     if jump is None or jump.chi2 <= _MOVED_CHI2:
         return []
     size = float(np.linalg.norm(jump.shift_world))
@@ -202,7 +202,7 @@ def judge_jump(jump: Jump | None, limits: PivotLimits) -> list[Finding]:
 def judge_shape(
     body: ProbeBody, leds_probe: Points3, tip_probe: Float, limits: PivotLimits
 ) -> list[Finding]:
-    """Return what the difference to the probe's document says."""
+    """Return findings on the difference from the probe's document."""
     off = np.linalg.norm(leds_probe - body.leds_probe, axis=1)
     rms = float(np.sqrt(np.mean(off**2)))
     if rms > limits.shape_mm:
@@ -232,7 +232,7 @@ def judge_shape(
 def judge_uncertainty(
     tip_sigma: float, frames: int, block: int, limits: PivotLimits
 ) -> list[Finding]:
-    """Return what the uncertainty of the tip says."""
+    """Return findings on the uncertainty of the tip."""
     found = []
     if tip_sigma > limits.tip_sigma_mm:
         found.append(

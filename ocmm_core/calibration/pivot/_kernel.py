@@ -1,8 +1,8 @@
-"""The compiled inner loops of the pivot calibration: one turn a pose about a ball that rests.
+"""Compiled inner loops of the pivot calibration.
 
-Every pose has a turn of its own, three unknowns, and with slack also the place of the ball in its
-cone, six. They are eliminated pose by pose, as in `bundle`; what all poses have in common
-is the centre of the ball and the arms from it to the LEDs.
+The unknowns of a pose are its rotation about the ball (three) and, with slack, the ball position in
+the cone (six in total). They are eliminated pose by pose, as in `bundle`; common unknowns are the
+centre of the ball and the arms to the LEDs.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def schur_reduce_rotations(
 ) -> float:  # fmt: skip
     """Add all poses to the reduced normal equations; return the sum of squares.
 
-    Infinite where an LED is not in front of a camera or a turn is not determined.
+    Infinite if an LED is behind a camera or a rotation is undetermined.
 
     Parameters
     ----------
@@ -36,23 +36,23 @@ def schur_reduce_rotations(
     arms, centre
         (L, 3), mm, body: from the centre of the ball to the LEDs, and (3,), mm, world.
     uv, weights
-        (n, C, L, 2), px, and (n, C, L), 1/px, zero for what is not used.
+        (n, C, L, 2), px, and (n, C, L), 1/px, zero if unused.
     slack_weight
-        1/mm: one over how far the ball moves in its cone; zero where it rests.
+        1/mm: inverse standard deviation of the ball in its cone; zero without slack.
     rotations, slacks
-        (n, 3, 3), world from body, and (n, 3), mm: where the ball is, less the centre.
+        (n, 3, 3), world from body, and (n, 3), mm: ball position less the centre.
     damping
-        Of Levenberg and Marquardt, on the diagonals of the poses.
+        Levenberg-Marquardt damping of the poses' diagonals.
     blocks
-        (n,): to which of B normal equations each pose belongs.
+        (n,): index of the normal equations (of B) of each pose.
     normals, gradients
         (B, k, k) lower triangle and (B, k), added to, poses eliminated. Columns: centre, arms, and
-        if k is larger than these the cameras, 14 each, of which only the rows that cross with
-        centre and arms are written.
+        if k is larger the cameras, 14 each, of which only the rows coupled with centre and arms are
+        written.
     factors, y, z
-        (n, d, d), (n, d, k) and (n, d), out; d is 6 with slack and else 3.
+        (n, d, d), (n, d, k) and (n, d), out; d is 6 with slack, else 3.
     scores
-        (n, 3 + 3 L), out: what each pose adds to the gradient of centre and arms.
+        (n, 3 + 3 L), out: contribution of each pose to the gradient of centre and arms.
     """
     n_poses, n_cameras, n_leds = weights.shape
     size, width = y.shape[1], y.shape[2]
@@ -77,7 +77,7 @@ def schur_reduce_rotations(
             qx = rotation[0, 0] * lx + rotation[0, 1] * ly + rotation[0, 2] * lz
             qy = rotation[1, 0] * lx + rotation[1, 1] * ly + rotation[1, 2] * lz
             qz = rotation[2, 0] * lx + rotation[2, 1] * ly + rotation[2, 2] * lz
-            # The ball rests in its cone: every pose shares the centre and has a turn of its own
+            # The ball rests in its cone: all poses share the centre; each has its own rotation
             # about it.
             px = qx + centre[0] + slacks[n, 0]
             py = qy + centre[1] + slacks[n, 1]
@@ -97,15 +97,16 @@ def schur_reduce_rotations(
                 miss_v = weight * (predicted_v - uv[n, c, led, 1])
                 total += miss_u * miss_u + miss_v * miss_v
                 for k in range(3):
-                    # By the point in the world: R' times the derivative by the point in the camera.
+                    # By the point in the world: R' times the derivative by the point in the camera
+                    # frame.
                     u_point[k] = weight * (
                         u_row[3] * packed[k] + u_row[4] * packed[3 + k] + u_row[5] * packed[6 + k]
                     )
                     v_point[k] = weight * (
                         v_row[3] * packed[k] + v_row[4] * packed[3 + k] + v_row[5] * packed[6 + k]
                     )
-                # By the turn about the centre, world axes: p . (w x q) = w . (q x p) with the arm
-                # q.
+                # By the rotation about the centre, world axes: p . (w x q) = w . (q x p) with the
+                # arm q.
                 u_pose[0] = qy * u_point[2] - qz * u_point[1]
                 u_pose[1] = qz * u_point[0] - qx * u_point[2]
                 u_pose[2] = qx * u_point[1] - qy * u_point[0]
@@ -113,9 +114,8 @@ def schur_reduce_rotations(
                 v_pose[1] = qz * v_point[0] - qx * v_point[2]
                 v_pose[2] = qx * v_point[1] - qy * v_point[0]
                 for k in range(3):
-                    # Slack and centre both shift the point in the world, with the same derivative.
-                    # They can be told apart only because slacks are held near zero by their own
-                    # weight.
+                    # Slack and centre both shift the point, with the same derivative. They are
+                    # separable only because the slack weight holds slacks near zero.
                     u_pose[3 + k], v_pose[3 + k] = u_point[k], v_point[k]
                     u_led[k] = (
                         u_point[0] * rotation[0, k] + u_point[1] * rotation[1, k]
@@ -142,25 +142,25 @@ def schur_reduce_rotations(
                     for j in range(3):
                         w[i, j] += by_u * u_point[j] + by_v * v_point[j]
                         w[i, at + j] += by_u * u_led[j] + by_v * v_led[j]
-                # How cameras cross with centre and arms serves the uncertainty that comes from the
-                # cameras; they are not fitted here, and their own block is never formed.
+                # Coupling of cameras with centre and arms is needed for the uncertainty due to the
+                # cameras; cameras are not fitted here, and their own block is not formed.
                 if with_cameras:
                     first = own + N_CAMERA * c
                     for k in range(N_CAMERA):
-                        # The rows of `spot_rows` have no weight yet, unlike u_point. They stay as
-                        # they are, so that their constant elements need not be put back.
+                        # The rows of `spot_rows` are unweighted, unlike u_point, and stay so to
+                        # keep their constant elements.
                         by_u, by_v = weight * u_row[k], weight * v_row[k]
                         for i in range(3):
                             normal[first + k, i] += by_u * u_point[i] + by_v * v_point[i]
                             normal[first + k, at + i] += by_u * u_led[i] + by_v * v_led[i]
                         for i in range(size):
                             w[i, first + k] += by_u * u_pose[i] + by_v * v_pose[i]
-        # An identity keeps the factor regular, and the pose adds nothing.
+        # An identity keeps the factor regular; the pose contributes nothing.
         if not used:
             for i in range(size):
                 v[i, i] = 1.0
             continue
-        # The slack itself is an observation of zero: how far the ball is known to move in its cone.
+        # The slack is an observation of zero with the slack weight.
         if size == 6:
             for i in range(3):
                 off = slack_weight * slacks[n, i]
@@ -182,8 +182,8 @@ def schur_reduce_rotations(
                 for j in range(own):
                     normal[i, j] -= factor * w[k, j]
         for i in range(own):
-            # Scores are kept by pose, too: their scatter says how certain the centre is without a
-            # model of the noise.
+            # Scores are kept by pose: their scatter gives the centre's uncertainty without a noise
+            # model.
             gradient[i] += score[i]
     return total
 
@@ -192,7 +192,7 @@ def schur_reduce_rotations(
 def move_turns(
     factors: Float, y: Float, z: Float, step: Float, rotations: Float, slacks: Float
 ) -> None:
-    """Turn all poses, and with slack shift them, in place, given the step (k,) of the rest."""
+    """Update all rotations, and slacks if any, in place for a step (k,) of the common unknowns."""
     turned, work = np.empty((3, 3)), np.empty((3, 3))
     n_poses, size = z.shape
     own = np.zeros(6)
@@ -209,6 +209,6 @@ def move_turns(
                 value -= factors[n, k, i] * own[k]
             own[i] = value / factors[n, i, i]
         turn(rotations[n], own[0], own[1], own[2], turned, work)
-        # Three with slack, none without.
+        # Three with slack, otherwise zero.
         for i in range(size - 3):
             slacks[n, i] += own[3 + i]

@@ -1,12 +1,11 @@
-"""What the fixed pattern of the sensors does to a swept probe.
+"""Effect of the fixed sensor pattern on a swept probe.
 
-A spot is off by some hundredths of a pixel that depend on its place on the sensor alone, alike for
-places as near as the pattern's length. Poses in nearly the same attitude share these errors, and a
-hand that sweeps for some seconds crosses few independent places. The rig says how large the pattern
-is and how far it reaches (`camera.rig.SpotNoise`), so that its effect can be computed instead of
-hoped to show up as scatter: the influence of every spot on LEDs and tip, summed over a field with
-that correlation. The field is taken as a sum of cosine waves with normally distributed wave vectors
-(random Fourier features, Rahimi and Recht 2007).
+A spot has an error of some hundredths of a pixel that depends only on its place on the sensor and
+is correlated over the pattern's length. Poses at similar attitudes share these errors, and a sweep
+of some seconds crosses few independent places. Size and length of the pattern are in the rig
+(`camera.rig.SpotNoise`), so its effect is computed: the influence of every spot on LEDs and tip,
+summed over a field with that correlation. The field is a sum of cosine waves with normally
+distributed wave vectors (random Fourier features, Rahimi and Recht 2007).
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from ocmm_core.camera import CameraModel, Rig, distortion_jacobian
 from ocmm_core.geometry import Float
 
 _CHUNK = 500
-"""Poses whose influences are in memory together."""
+"""Poses with influences in memory at a time."""
 
 
 def pattern_covariance(
@@ -32,7 +31,7 @@ def pattern_covariance(
     waves: int,
     seed: int,
 ) -> Float:
-    """Return the covariance (m, m), mm^2, that the sensors' pattern gives to a result.
+    """Return the covariance (m, m), mm^2, of a result due to the sensor pattern.
 
     Parameters
     ----------
@@ -47,7 +46,7 @@ def pattern_covariance(
     noise, cameras = rig.noise, len(rig.cameras)
     wave = rng.standard_normal((cameras, 2, 2, waves)) / noise.pattern_length_px
     phase = rng.uniform(0.0, 2.0 * np.pi, (cameras, 2, waves))
-    # How the result follows the amplitude of each wave of each image axis of each camera.
+    # Response of the result to the amplitude of each wave, by image axis and camera.
     moved = np.zeros((cameras, 2, waves, len(by_common)))
     gain = by_common @ inverse
     for first in range(0, len(sweep.uv), _CHUNK):
@@ -68,12 +67,12 @@ def pattern_covariance(
 def spot_influences(
     rig: Rig, sweep: PivotSweep, state: PivotState, gain: Float, slack_mm: float, part: slice
 ) -> Float:
-    """Return how a result follows each spot, (n, C, L, 2, m), mm per px; zero where not seen.
+    """Return the derivative of a result by each spot, (n, C, L, 2, m), mm/px; zero if unseen.
 
     Parameters
     ----------
     gain
-        (m, k): derivative of the result by the gradient of centre and arms, with its sign turned.
+        (m, k): negative derivative of the result by the gradient of centre and arms.
     """
     rotations, weights = state.rotations[part], sweep.weights[part]
     arms = np.einsum("nij,lj->nli", rotations, state.arms)
@@ -98,7 +97,7 @@ def spot_influences(
         prior = np.repeat([0.0, 1.0 / slack_mm**2], 3)
     a, b = common.reshape(n, -1, common.shape[-1]), own.reshape(n, -1, own.shape[-1])
     bt = b.transpose(0, 2, 1)
-    # What a pose's own unknowns do not take up.
+    # Part not absorbed by a pose's own unknowns.
     left = a - b @ np.linalg.solve(bt @ b + np.diag(prior), bt @ a)
     influences = (left @ gain.T).reshape(*by_point.shape[:4], len(gain))
     found: Float = influences * weights[..., None, None]

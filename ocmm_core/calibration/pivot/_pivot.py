@@ -1,14 +1,12 @@
-"""The geometry of a probe from a sweep about its ball.
+"""Probe geometry from a sweep about its ball resting in a cone.
 
-The ball rests in a cone and the probe is swept around it. One adjustment on the spots of all
-cameras finds where the ball is and where the LEDs stand about it (thesis 3.2, and what replaces
-its mean of four spheres). Everything here is a pure function of the frames.
+One adjustment of the spots of all cameras determines the ball centre and the LEDs about it (thesis
+3.2, replacing its mean of four spheres). All functions are pure.
 
-Which one lied in a sweep: a camera that was nudged, the cone, an LED, or the cameras' record.
-
-The sweep is laid into the bundle of a relocation: one seat in which the ball rests, LEDs and tip
-unknown, cameras as uncertain as their calibration says. All is of first order: cameras that are
-wrong by less than their uncertainty bend it by less than a spot.
+Fault analysis of a sweep: a shifted camera, the cone, an LED, or the cameras' record. The sweep is
+mapped onto a relocation bundle: one seat with the ball, LEDs and tip unknown, cameras with their
+calibration covariance. To first order, camera errors below their uncertainty change it by less than
+a spot.
 """
 
 from __future__ import annotations
@@ -51,22 +49,22 @@ from ocmm_core.geometry import Float, Int, Points3, rigid_fit
 from ocmm_core.tracking import ProbeBody
 
 LEAST_SLACK_MM = 5e-4
-"""No ball rests better in its cone."""
+"""Best credible rest of a ball in its cone."""
 
 _LEAST_VARIANCE = 1e-10
-"""Of the scaled covariance of the cameras; what is known better than this is known exactly."""
+"""For the scaled covariance of the cameras; smaller variances count as exact."""
 
 
 def accuse_in_sweep(
     rig: Rig, sweep: PivotSweep, frames: Int, leds: Points3, tip: Float, centre: Float,
     rotations: Float, slack_mm: float, dof: int,
 ) -> Finding | None:  # fmt: skip
-    """Return who lied in the frames of a sweep that agree; None where nobody did.
+    """Return the faulty element in consistent frames of a sweep, or None.
 
     Parameters
     ----------
     sweep, frames
-        The frames that took part, and their numbers (n,) in the whole sweep.
+        The frames used, and their numbers (n,) in the whole sweep.
     leds, tip, centre, rotations
         The result: (L, 3) and (3,), mm, probe; (3,), mm, and (n, 3, 3), world.
     dof
@@ -107,7 +105,7 @@ def _moment(verdict: CulpritVerdict, frames: Int, index: int) -> str:
 
 
 def _prior(rig: Rig, state: BundleState) -> Prior:
-    """Return what is known: the cameras, but not where all of them together stand."""
+    """Return the prior: the cameras except their common rigid motion."""
     columns = state.columns
     cameras = columns.of_cameras
     covariance = rig.parameter_covariance
@@ -121,7 +119,7 @@ def _prior(rig: Rig, state: BundleState) -> Prior:
         inverse /= np.outer(scale[free], scale[free])
         motions = state.world_motions()[cameras][free]
         by = inverse @ motions
-        # All cameras together may stand anywhere: nothing here would show it.
+        # The common motion of all cameras is unobservable here.
         inverse -= by @ np.linalg.pinv(motions.T @ by) @ by.T
         information[np.ix_(free, free)] = 0.5 * (inverse + inverse.T)
     sought = np.concatenate([free, np.arange(columns.of_leds.start, columns.of_seats.stop)])
@@ -130,12 +128,12 @@ def _prior(rig: Rig, state: BundleState) -> Prior:
 
 LEAST_FRAMES = 30
 TOGETHER = 0.05
-"""Of the frames; reflections and slips of a hand are fewer."""
+"""Fraction of frames; reflections and slips of a hand are rarer."""
 _END = 0.02
-"""Of the frames, at either end of the sweep."""
+"""Fraction of frames at either end of the sweep."""
 
 _DRAWS = 8
-"""Of cameras, the worst of which says how large chi-square may be."""
+"""Number of drawn camera errors; the worst gives the limit of chi-square."""
 
 
 def calibrate_probe(
@@ -145,24 +143,21 @@ def calibrate_probe(
     options: PivotOptions | None = None,
     force: bool = False,
 ) -> PivotCalibration:
-    """Return LEDs and tip of the probe as the sweep shows them.
+    """Return LEDs and tip of the probe from a sweep.
 
     Parameters
     ----------
     rig
-        The calibrated cameras; their `parameter_covariance` becomes part of the uncertainty.
+        Calibrated cameras; their `parameter_covariance` becomes part of the uncertainty.
     body
-        The probe by its document: what its LEDs are compared with, and whose frame is kept.
-        Its numbers are not used for the result.
-    options
-        Slack of the ball, and limits of the guards.
+        Nominal probe: defines the frame and is compared with the result, but does not influence it.
     force
         Overrule the guards that question the design of the calibration.
 
     Raises
     ------
     CalibrationError
-        The sweep leaves the probe open, or a guard refuses.
+        The sweep does not determine the probe, or a guard refuses.
     """
     options = options or PivotOptions()
     limits = options.limits
@@ -183,7 +178,7 @@ def calibrate_probe(
     middle = (geometry.leds_probe - geometry.tip_probe).mean(axis=0)
     coverage = coverage_of(rotations[used], middle)
     turned = judge_coverage(coverage, limits)
-    # Without enough motion the rest cannot be computed, or says nothing.
+    # Without enough motion the rest cannot be computed, or is meaningless.
     let_pass(turned, force)
     kept = sweep.only(used)
     uncertainty = pivot_uncertainty(
@@ -193,14 +188,14 @@ def calibrate_probe(
     total = uncertainty.total
     tip_sigma = float(np.sqrt(np.trace(total[-3:, -3:])))
     spots = int(np.count_nonzero(kept.weights))
-    # With slack each pose has three unknowns and three conditions more.
+    # With slack, each pose has three more unknowns and three more conditions.
     dof = max(2 * spots - 3 * len(kept.uv) - state.columns + 3, 1)
-    # Cameras that are wrong by no more than their uncertainty leave residuals beyond the spots'.
+    # Camera errors within their uncertainty cause residuals beyond spot noise.
     by_cameras = chi2_of_cameras(rig, kept, state, options.slack_mm, _DRAWS, options.seed).max()
     chi2 = robust.minimum.cost
     common = shared_part(rig, sweep) if options.pattern else 0.0
     judged = max(min(chi2, float(dof)), chi2 / (1.0 + float(by_cameras) / dof))
-    # Where many do not fit the others, it is not single frames that are wrong.
+    # If many frames disagree with the others, the cause is not in single frames.
     asked, held = used, rotations
     if _did_not_come_back(used):
         asked = robust.free.solved
@@ -219,8 +214,8 @@ def calibrate_probe(
         *judge_jump(find_jump(robust.free, used, state.centre, common), limits),
         *judge_uncertainty(tip_sigma, len(kept.uv), uncertainty.block, limits),
     ]
-    # The sensors' pattern follows the hand, and looks like small changes in time: where it is known
-    # to be there, a culprit is named only for what another guard has noticed.
+    # Pattern noise of the sensors follows the hand and resembles small changes in time: if the rig
+    # has it, name an element only for findings of another guard.
     noticed = any(one.refuses and not one.forcible for one in judgements)
     named = [accused] if accused is not None and (noticed or not options.pattern) else []
     findings = [*named, *judgements]
@@ -255,10 +250,10 @@ def calibrate_probe(
 
 
 def _did_not_come_back(used: NDArray[np.bool_]) -> bool:
-    """Return whether many frames do not fit the others, up to an end of the sweep.
+    """Return whether many frames, up to an end of the sweep, disagree with the others.
 
-    A ball that left its cone for a while and came back makes wrong frames; what moves and stays
-    where it is makes two kinds of frames, of which the fewer are no more wrong than the others.
+    A ball that left its cone and returned gives outlier frames. A lasting displacement gives two
+    consistent groups, of which the smaller is no more wrong than the other.
     """
     end = max(int(_END * len(used)), 1)
     many = np.count_nonzero(~used) > TOGETHER * len(used)
@@ -266,7 +261,7 @@ def _did_not_come_back(used: NDArray[np.bool_]) -> bool:
 
 
 def tip_of_arms(arms: Float, body: ProbeBody) -> Float:
-    """Return the tip (3,), mm, in the frame of the document into which the arms are laid."""
+    """Return the tip (3,), mm, in the document's frame fitted to the arms."""
     return rigid_fit(arms, body.leds_probe)[1]
 
 

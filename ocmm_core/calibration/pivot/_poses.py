@@ -1,7 +1,7 @@
-"""The tip of a body whose poses are known: it turns about one point that rests.
+"""Tip of a body from its poses about one resting point.
 
-``R_i tip + o_i = centre`` is linear in both unknowns (algebraic one step, Yaniv 2015). Triples of
-poses that least median of squares chooses keep wrong poses out of it, up to nearly half of them.
+``R_i tip + o_i = centre`` is linear in both unknowns (algebraic one step, Yaniv 2015). Least median
+of squares over triples of poses excludes wrong poses, up to nearly half of them.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3
 
 SAMPLES = 300
-"""Triples: with half of the poses wrong, all of them hold one with probability (7/8)^300."""
+"""Triples: with half of the poses wrong, all contain a wrong one with probability (7/8)^300."""
 
 _JUDGED = 500
-"""Poses, evenly spread, over which the median is taken."""
+"""Evenly spread poses for the median."""
 
 _ROUNDS = 50
 _MEDIAN_OF_CHI = 1.5382
@@ -38,15 +38,14 @@ class PosePivot:
     centre: Float
     """(3,), mm, world."""
     used: NDArray[np.bool_]
-    """(n,): poses that took part."""
+    """(n,): poses used."""
     distances: Float
-    """(n,), mm: how far each pose puts the tip from the centre."""
+    """(n,), mm: distance of each pose's tip from the centre."""
     scale: float
     """mm per axis: standard deviation of the good poses."""
 
     @property
     def rms(self) -> float:
-        """Return the RMS distance of the poses that took part, mm."""
         return float(np.sqrt(np.mean(self.distances[self.used] ** 2)))
 
 
@@ -56,12 +55,12 @@ def pivot_of_poses(rotations: Float, origins: Points3, seed: int | None = 1) -> 
     Parameters
     ----------
     seed
-        Of the choice of triples; None takes all poses as they are.
+        For the choice of triples; None uses all poses without selection.
 
     Raises
     ------
     CalibrationError
-        The poses leave the tip open: fewer than three, or turns about one axis only.
+        Tip undetermined: fewer than three poses, or rotations about one axis only.
     """
     if len(rotations) < 3:
         raise _open(len(rotations))
@@ -124,7 +123,7 @@ def _scale(distances: Float) -> float:
 
 
 def _good(distances: Float) -> NDArray[np.bool_]:
-    """Return what chance explains: three coordinates, shared among all poses (Bonferroni)."""
+    """Return inliers: chi-square of three coordinates, shared among all poses (Bonferroni)."""
     limit = chdtri(3, OUTLIER_PROBABILITY / len(distances))
     good: NDArray[np.bool_] = distances <= _scale(distances) * np.sqrt(limit)
     return good

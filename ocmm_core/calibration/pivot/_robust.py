@@ -1,8 +1,8 @@
-"""Frames that do not belong to a sweep are found and named: wrong spots, and a ball that jumped.
+"""Detection of frames that do not belong to a sweep: wrong spots, displaced ball.
 
-Every frame is laid open again by itself: the tracker's own pose (six unknowns) tells whether its
-spots fit the probe, and where it puts the tip tells whether the ball was where it rested in the
-others. All frames are judged again after every fit, so that one wrongly left out comes back.
+Every frame is solved alone: the tracker's pose (six unknowns) tests whether its spots match the
+probe, and its tip whether the ball was at the common place. All frames are re-judged after every
+fit, so that a wrongly excluded one returns.
 """
 
 from __future__ import annotations
@@ -29,22 +29,22 @@ _MEDIAN_OF_CHI2_3 = 2.3660
 
 @dataclass(frozen=True, slots=True)
 class FreePoses:
-    """Every frame by itself, with the arms of a state as the body."""
+    """Independent poses of all frames, with the arms of a state as the body."""
 
     solved: NDArray[np.bool_]
     """(n,)."""
     tips: Points3
     covariances: Float
-    """`tips`, `covariances`: (n, 3), mm, world, and (n, 3, 3), mm^2; NaN where not solved."""
+    """`tips`, `covariances`: (n, 3), mm, world, and (n, 3, 3), mm^2; NaN if unsolved."""
     rotations: Float
-    """(n, 3, 3), world from probe; NaN where not solved."""
+    """(n, 3, 3), world from probe; NaN if unsolved."""
     chi2: Float
     dof: Float
     """`chi2`, `dof`: (n,): of the spots."""
 
     @property
     def spot_scale(self) -> float:
-        """Return how many sigma the good spots are off, at least one."""
+        """Return the ratio of good spot residuals to sigma, at least one."""
         if not self.solved.any():
             return 1.0
         ratio = self.chi2[self.solved] / self.dof[self.solved]
@@ -55,24 +55,23 @@ class FreePoses:
 
 @dataclass(frozen=True, slots=True)
 class RobustPivot:
-    """What is left when the wrong frames are left out."""
+    """Adjustment without outlier frames."""
 
     minimum: PivotMinimum
-    """Its state has the rotations of the frames that took part only, in their order."""
+    """With the rotations of the used frames only, in order."""
     used: NDArray[np.bool_]
-    """(n,): which these are."""
+    """(n,): frames used."""
     left_out: tuple[LeftOut, ...]
-    """The others, in order."""
     free: FreePoses
-    """All frames by themselves."""
+    """Independent poses of all frames."""
     iterations: int
     """Steps of all adjustments."""
 
 
 def free_poses(rig: Rig, sweep: PivotSweep, arms: Points3) -> FreePoses:
-    """Return what every frame shows by itself of a body whose tip is its origin."""
+    """Return the independent pose of every frame, of a body with its tip as origin."""
     outputs = allocate(len(sweep.uv))
-    # One sigma serves all frames here; the results are brought to each frame's own below.
+    # One sigma for all frames here; results are rescaled to each frame's own below.
     sigma = float(np.median(sweep.sigma_px))
     solve_frames(
         np.ascontiguousarray(sweep.uv), rig.packed(), np.ascontiguousarray(arms), np.zeros(3),
@@ -89,12 +88,9 @@ def free_poses(rig: Rig, sweep: PivotSweep, arms: Points3) -> FreePoses:
 def adjust_pivot_robustly(
     rig: Rig, sweep: PivotSweep, start: PivotStart, slack_mm: float
 ) -> RobustPivot:
-    """Return the adjustment of the frames that belong together.
+    """Return the adjustment of the consistent frames.
 
-    Raises
-    ------
-    CalibrationError
-        Fewer than ten frames do.
+    Raises CalibrationError if fewer than ten are consistent.
     """
     used, state = start.agreeing, start.state
     iterations = 0
@@ -156,7 +152,7 @@ def _only(state: PivotState, used: NDArray[np.bool_]) -> PivotState:
 
 
 def _everywhere(start: PivotStart, found: PivotState, used: NDArray[np.bool_]) -> PivotState:
-    """Return a state of all frames: those that took part as found, the others laid on anew."""
+    """Return a state of all frames: used ones as found, the others refitted."""
     rotations, _, _ = lay(found.arms, start.targets)
     rotations[~start.solvable] = np.eye(3)
     rotations[used] = found.rotations

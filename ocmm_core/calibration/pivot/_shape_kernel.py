@@ -1,4 +1,4 @@
-"""The compiled inner loops over located targets: turns of a body, its group average, moments."""
+"""Compiled inner loops over located targets: body rotations, group average, moments."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from ocmm_core.tracking.kernels import small_algebra as algebra
 def fit_turns(
     body: Float, targets: Float, rotations: Float, origins: Float, residuals: Float
 ) -> None:
-    """Lay the body onto the targets of every pose.
+    """Fit the body to the targets of every pose.
 
     Parameters
     ----------
     body
         (L, 3), mm.
     targets
-        (n, L, 3), mm; NaN where not located.
+        (n, L, 3), mm; NaN if not located.
     rotations, origins, residuals
-        (n, 3, 3), (n, 3), mm, and (n,), mm: rotation and origin, world from body, and the RMS
-        distance of the LEDs that is left, out; NaN with fewer than three targets.
+        (n, 3, 3), (n, 3), mm, and (n,), mm, out: rotation and origin, world from body, and the
+        residual RMS distance of the LEDs; NaN with fewer than three targets.
     """
     n_poses, n_leds = targets.shape[:2]
     s, work4, vectors4 = np.empty((3, 3)), np.empty((4, 4)), np.empty((4, 4))
@@ -39,14 +39,15 @@ def fit_turns(
                 for i in range(3):
                     a[i] += body[led, i]
                     b[i] += targets[n, led, i]
-        # Two targets leave the turn about their line free.
+        # Two targets leave the rotation about their line undetermined.
         if count < 3:
             rotations[n] = np.nan
             origins[n] = np.nan
             residuals[n] = np.nan
             continue
         for i in range(3):
-            # Centroids of what is located in this pose: of the body (a) and of the targets (b), mm.
+            # Centroids of the located LEDs of this pose: of the body (a) and of the targets (b),
+            # mm.
             a[i] /= count
             b[i] /= count
         s[:] = 0.0
@@ -56,7 +57,7 @@ def fit_turns(
                     for j in range(3):
                         s[i, j] += (body[led, i] - a[i]) * (targets[n, led, j] - b[j])
         rotation = rotations[n]
-        # Horn: the turn that takes the centred body to the centred targets, determinant +1.
+        # Horn: rotation from the centred body to the centred targets, determinant +1.
         best_turn(s, rotation, work4, vectors4)
         for i in range(3):
             # origin = b - R a.
@@ -71,31 +72,31 @@ def fit_turns(
                     for j in range(3):
                         off += rotation[i, j] * body[led, j]
                     square += off * off
-        # Over the number of LEDs, not the degrees of freedom: a distance, not an estimate of the
-        # noise.
+        # Divided by the number of LEDs, not the degrees of freedom: a distance, not a noise
+        # estimate.
         residuals[n] = np.sqrt(square / count)
 
 
 @compiled(algebra)
 def average_turned(targets: Float, centre: Float, body: Float, average: Float) -> float:
-    """Write the mean of all poses turned onto the body about the centre; return its residual.
+    """Write the mean of all poses turned onto the body; return its residual.
 
-    One round of the group average (Gower; thesis 3.2 with the errata: a true rotation, and
-    ``s = |G|^2 + |X|^2 - 2 tr``). Poses with an LED that was not located are left out.
+    One round of the group average (Gower; thesis 3.2 with the errata: a true rotation, and ``s =
+    |G|^2 + |X|^2 - 2 tr``). Poses with an unlocated LED are excluded.
 
     Parameters
     ----------
     targets, centre
-        (n, L, 3) and (3,), mm, world.
+        (n, L, 3) and (3,), mm, world; rotations are about the centre.
     body, average
-        (L, 3), mm: the average so far and, out, the next one.
+        (L, 3), mm: the present average and, out, the next one.
     """
     n_poses, n_leds = targets.shape[:2]
     s, rotation = np.empty((3, 3)), np.empty((3, 3))
     work4, vectors4, arms = np.empty((4, 4)), np.empty((4, 4)), np.empty((n_leds, 3))
     average[:] = 0.0
     total, count = 0.0, 0
-    # |G|^2 of the body so far, the same for every pose.
+    # G|^2 of the present body, the same for every pose.
     size = 0.0
     for led in range(n_leds):
         for i in range(3):
@@ -104,10 +105,10 @@ def average_turned(targets: Float, centre: Float, body: Float, average: Float) -
         whole = True
         own = 0.0
         for led in range(n_leds):
-            # A mean over poses with other LEDs would bend the shape.
+            # A mean over poses with different LEDs would distort the shape.
             whole = whole and np.isfinite(targets[n, led, 0])
             for i in range(3):
-                # From the centre of the ball, so that no translation is left to be found.
+                # Relative to the centre of the ball, so that no translation remains.
                 arms[led, i] = targets[n, led, i] - centre[i]
                 own += arms[led, i] * arms[led, i]
         if not whole:
@@ -116,15 +117,15 @@ def average_turned(targets: Float, centre: Float, body: Float, average: Float) -
             for j in range(3):
                 value = 0.0
                 for led in range(n_leds):
-                    # s = sum of arm body': the turn takes the arms back to the body.
+                    # s = sum of arm body': the rotation takes the arms back to the body.
                     value += arms[led, i] * body[led, j]
                 s[i, j] = value
         best_turn(s, rotation, work4, vectors4)
         trace = 0.0
         for i in range(3):
             for j in range(3):
-                # tr(R s): the sum of body . R arm. |G - X R'|^2 = |G|^2 + |X|^2 - 2 tr, with a
-                # minus where the thesis prints a plus (errata, 3.2).
+                # tr(R s): the sum of body . R arm. |G - X R'|^2 = |G|^2 + |X|^2 - 2 tr; the thesis
+                # prints a plus (errata, 3.2).
                 trace += rotation[i, j] * s[j, i]
         total += size + own - 2.0 * trace
         count += 1
@@ -142,14 +143,14 @@ def average_turned(targets: Float, centre: Float, body: Float, average: Float) -
 
 @compiled(reorder=True)
 def add_moments(points: Float, reference: Float, moments: Float) -> None:
-    """Add what spheres through the paths of the LEDs need; see `_centre`.
+    """Add the moments for sphere fits to the paths of the LEDs; see `_centre`.
 
     Parameters
     ----------
     points
-        (n, L, 3), mm; NaN where not located.
+        (n, L, 3), mm; NaN if not located.
     reference
-        (L, 3), mm: near the mean of each path, so that no digits are lost.
+        (L, 3), mm: near the mean of each path, to preserve digits.
     moments
         (L, 13), added to: with y = point less reference, sums of 1, y, y y' (xx, xy, xz, yy, yz,
         zz) and y |y|^2.
@@ -157,8 +158,8 @@ def add_moments(points: Float, reference: Float, moments: Float) -> None:
     n_poses, n_leds = points.shape[:2]
     for led in range(n_leds):
         rx, ry, rz = reference[led, 0], reference[led, 1], reference[led, 2]
-        # A sphere |y|^2 = 2 c . y + const is linear in its centre; its normal equations need no
-        # more than these sums, so that points need not be kept.
+        # A sphere |y|^2 = 2 c . y + const is linear in its centre; these sums suffice for its
+        # normal equations, so points need not be kept.
         count = sx = sy = sz = 0.0
         xx = xy = xz = yy = yz = zz = qx = qy = qz = 0.0
         for n in range(n_poses):
@@ -181,7 +182,7 @@ def add_moments(points: Float, reference: Float, moments: Float) -> None:
             qy += y * square
             qz += z * square
         own = moments[led]
-        # Local sums first, one addition each in the end: the compiler keeps them in registers.
+        # Local sums, added once at the end: the compiler keeps them in registers.
         own[0] += count
         own[1] += sx
         own[2] += sy

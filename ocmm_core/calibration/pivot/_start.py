@@ -1,8 +1,8 @@
-"""Where the adjustment of a swept probe starts, from nothing but the spots and the cameras.
+"""Initial state of a sweep's adjustment from spots and cameras alone.
 
-Targets are triangulated, their mean shape is laid onto every pose, and the poses that agree on one
-resting tip are found (`_poses`). The common centre of their paths (`_centre`) and the
-mean shape about it are the start.
+Targets are triangulated, their mean shape is fitted to every pose, and the poses that agree on one
+resting tip are selected (`_poses`). The common centre of their paths (`_centre`) and the mean shape
+about it are the start.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ocmm_core.geometry import Float, Pixels, Points3
 _SHAPES = 400
 _ROUNDS = 8
 _MISS_MEDIANS = 6.0
-"""A rigid residual above so many medians holds a wrong spot."""
+"""Rigid residuals above this multiple of the median indicate a wrong spot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,19 +31,18 @@ class PivotStart:
     """The start of an adjustment."""
 
     targets: Float
-    """(n, L, 3), mm, world; NaN where fewer than two cameras saw the LED."""
+    """(n, L, 3), mm, world; NaN if seen by fewer than two cameras."""
     state: PivotState
-    """Of all frames; rotations of frames that are not ``solvable`` are the unit matrix."""
+    """All frames; the rotation is the identity for frames that are not ``solvable``."""
     solvable: NDArray[np.bool_]
     agreeing: NDArray[np.bool_]
-    """`solvable`, `agreeing`: (n,): frames with three targets, and those that agree on where the
-    tip rests."""
+    """`solvable`, `agreeing`: (n,): frames with three targets, and those that agree on the tip."""
 
 
 def locate_targets(rig: Rig, uv: Pixels) -> Float:
     """Return the targets (n, L, 3), mm, world, of spots (n, C, L, 2), px.
 
-    NaN where fewer than two cameras see the LED. Thesis 2.4.1 with homogeneous rows (errata).
+    NaN if seen by fewer than two cameras. Thesis 2.4.1 with homogeneous rows (errata).
     """
     n, _, n_leds, _ = uv.shape
     matrices, rights = np.zeros((n, n_leds, 3, 3)), np.zeros((n, n_leds, 3))
@@ -69,10 +68,7 @@ def locate_targets(rig: Rig, uv: Pixels) -> Float:
 def mean_shape(targets: Float, poses: int = _SHAPES) -> Points3:
     """Return the median shape (L, 3), mm, of the complete poses, about its own middle.
 
-    Raises
-    ------
-    CalibrationError
-        No pose shows all LEDs.
+    Raises CalibrationError without a complete pose.
     """
     whole = complete_poses(targets)
     some = np.ascontiguousarray(targets[whole[:: max(1, len(whole) // poses)]])
@@ -105,7 +101,7 @@ def start_pivot(rig: Rig, sweep: PivotSweep, seed: int) -> PivotStart:
     Raises
     ------
     CalibrationError
-        No frame is complete, or the poses leave the tip open.
+        No frame is complete, or the poses do not determine the tip.
     """
     targets = locate_targets(rig, sweep.uv)
     shape = mean_shape(targets)
@@ -122,7 +118,7 @@ def start_pivot(rig: Rig, sweep: PivotSweep, seed: int) -> PivotStart:
     centre = common_centre(moments_of(good, reference), reference)
     if not np.isfinite(centre).all():
         centre = pivot.centre
-    # The tip as each pose shows it, in the frame of the shape.
+    # The tip from each pose, in the frame of the shape.
     tips = np.einsum("nji,nj->ni", rotations[agreeing], centre - origins[agreeing])
     rotations[~solvable] = np.eye(3)
     state = PivotState(centre, shape - tips.mean(axis=0), rotations, np.zeros((len(targets), 3)))

@@ -1,4 +1,4 @@
-"""Two recorded sweeps of a probe as a file, for its pivot calibration.
+"""Table of two recorded sweeps of a probe, for its pivot calibration.
 
 ::
 
@@ -7,16 +7,15 @@
     sweep;frame;serial;led;u;v
     1;1;20330001;1;312.4471;1766.0312
 
-One row for each spot. ``sweep`` is 1 for the sweep that calibrates and 2 for the independent one,
-with the cone in another place or the probe leaning to another side. ``frame`` numbers the poses of
-a sweep in the order of time; rows may stand in any order. ``led`` counts from 1 in the order of the
+One row for each spot. ``sweep`` is 1 for the calibrating sweep and 2 for the independent one, with
+the cone in another place or the probe leaning to another side. ``frame`` numbers the poses of a
+sweep in the order of time; rows may be in any order. ``led`` counts from 1 in the order of the
 probe document. ``sigma`` is the standard deviation of a spot, px per axis. Separators and decimal
 signs: `ocmm_core.tables`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -37,8 +36,8 @@ def load_sweeps(path: Path | str, rig: Rig, n_leds: int) -> tuple[PivotSweep, ..
     Raises
     ------
     InputError
-        The file is no such table, lacks a sweep, or a row names a sweep, camera or LED that is not
-        known, or repeats a spot.
+        Not such a table, or it lacks a sweep, or a row has an unknown sweep, camera or LED, or
+        repeats a spot.
     """
     table = read_table(path, NamedColumns(_COLUMNS, ("u", "v")))
     line, text, sigma_px = table.head_number("sigma", "the uncertainty of a spot, in px")
@@ -71,22 +70,6 @@ def load_sweeps(path: Path | str, rig: Rig, n_leds: int) -> tuple[PivotSweep, ..
         PivotSweep.even(np.array([own[number] for number in sorted(own)]), sigma_px)
         for own in frames
     )
-
-
-def write_sweeps(sweeps: Sequence[PivotSweep], rig: Rig) -> bytes:
-    """Return the table as `load_sweeps` reads it; all frames must have the same sigma.
-
-    For tests: nothing in the product asks for it.
-    """
-    sigma_px = float(sweeps[0].sigma_px[0])
-    lines = ["# ocmm sweeps", f"# sigma: {sigma_px!r}", ",".join(_COLUMNS)]
-    for number, sweep in enumerate(sweeps, start=1):
-        for frame, spots in enumerate(sweep.uv.tolist(), start=1):
-            for camera, of_camera in zip(rig.cameras, spots, strict=True):
-                for led, (u, v) in enumerate(of_camera, start=1):
-                    if np.isfinite(u) and np.isfinite(v):
-                        lines.append(f"{number},{frame},{camera.serial},{led},{u!r},{v!r}")
-    return ("\n".join(lines) + "\n").encode()
 
 
 def _count(table: TextTable, row: TextRow, column: str, most: int | None) -> int:

@@ -1,8 +1,7 @@
-"""A second, independent sweep says whether the first one is right.
+"""Validation of a sweep by a second, independent one.
 
-The same ball in another cone, or swept in other attitudes, must show the same tip: what the first
-sweep could not see of the cameras' errors shows here (thesis 3.2.2: 5.2 um where noise alone
-explains a tenth of it).
+The same ball in another cone, or swept at other attitudes, must give the same tip: reveals camera
+errors that the first sweep could not (thesis 3.2.2: 5.2 um, of which noise explains a tenth).
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3
 
 CONTRADICTION = 1e-4
-"""Probability below which chance does not explain the difference of two sweeps."""
+"""Probability below which a difference of two sweeps is not attributed to chance."""
 
 OTHER_PLACE_MM = 30.0
 OTHER_ATTITUDE = np.radians(15.0)
@@ -29,27 +28,27 @@ _LEAST_IN_CELL = 5
 
 @dataclass(frozen=True, slots=True)
 class PivotValidation:
-    """How a second sweep agrees with a calibration."""
+    """Agreement of a second sweep with a calibration."""
 
     tip_difference: Float
     """(3,), mm, probe frame: tip of the second sweep less that of the first."""
     tip_difference_sigma: Float
     """(3,), mm: standard uncertainty of the difference."""
     chi2: float
-    """Of no difference, three degrees of freedom."""
+    """Of the hypothesis of no difference, three degrees of freedom."""
     led_difference: float
     """mm: RMS distance of the LEDs."""
     place_distance: float
-    """mm: between the places of the ball."""
+    """mm: between the ball positions."""
     attitude_distance: float
-    """rad: between the middles of the directions in which the probe was held."""
+    """rad: between the mean attitudes."""
     articulation_2s: float
     articulation_max: float
     """`articulation_2s`, `articulation_max`: mm: two standard deviations and the largest distance
     from their mean of the tips that the first calibration gives, averaged over attitudes within 10
     degrees (single point articulation, ASME B89.4.22)."""
     findings: tuple[Finding, ...]
-    """What speaks against the calibration."""
+    """Findings against the calibration."""
 
     @property
     def passed(self) -> bool:
@@ -60,15 +59,15 @@ class PivotValidation:
 def validate_pivot(
     rig: Rig, first: PivotCalibration, second: PivotCalibration, sweep: PivotSweep
 ) -> PivotValidation:
-    """Return how the second calibration agrees with the first.
+    """Return the agreement of the second calibration with the first.
 
-    Both are of the same rig, and laid onto the same document: what the cameras' errors do to both
-    alike cancels from the uncertainty of the difference.
+    Both must use the same rig and document; common effects of camera errors cancel from the
+    uncertainty of the difference.
 
     Parameters
     ----------
     sweep
-        The frames of the second one; the first one's tip is followed through them.
+        Frames of the second one, through which the first tip is followed.
     """
     off = second.tip_probe - first.tip_probe
     by_cameras = (second.by_cameras - first.by_cameras)[-3:]
@@ -128,7 +127,7 @@ def _articulation(
     for cell in np.unique(cells, axis=0):
         own = (cells == cell).all(axis=1) & free.solved
         if np.count_nonzero(own) >= _LEAST_IN_CELL:
-            # Each tip counts by what its own spots say of it.
+            # Tips are weighted by the covariance of their own spots.
             information = np.linalg.inv(free.covariances[own])
             pull = np.einsum("nij,nj->i", information, free.tips[own])
             means.append(np.linalg.solve(information.sum(axis=0), pull))
@@ -139,10 +138,9 @@ def _articulation(
 
 
 def attitude_between(first: Points3, second: Points3) -> float:
-    """Return how far the middles of two sets of directions, unit, are apart, rad.
+    """Return the angle between the middles of two sets of directions, unit, rad.
 
-    Each cell of directions counts once: where the hand happened to be slow does not make another
-    attitude.
+    Each cell of directions counts once, so that dwelling of the hand has no influence.
     """
     a, b = (
         np.unique(np.round(directions / _CELL), axis=0).mean(axis=0)

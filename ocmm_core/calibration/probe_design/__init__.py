@@ -1,12 +1,12 @@
-"""How a probe is built, how it bends and grows, and how well its LEDs will show the tip.
+"""Probe design: bending, thermal growth, and tip accuracy of the LED layout.
 
-In: a document of sections, materials and LEDs; temperatures, weight and force; a rig.
-Out: displacements of LEDs and tip, the least possible uncertainty of the tip, confusions of LEDs.
+In: a document of sections, materials and LEDs; temperatures, weight and force; a rig. Out:
+displacements of LEDs and tip, least possible tip uncertainty, possible LED confusions.
 
-Read `_design` (the document), `_definition` (a probe that is being written), `_beam` (bending)
-and `_thermal` (growth), `_shape` (both together, and the tip that is computed from it), then
-`_layout` and `_layout_labels` (how well a rig sees it), `_own_view` (what the body hides).
-It imports no other room of calibration, and must not know records or procedures.
+Read `_design` (the document), `_definition` (definition of a new probe), `_beam` (bending) and
+`_thermal` (growth), `_shape` (both together, and the computed tip), then `_layout` and
+`_layout_labels` (accuracy with a rig), `_own_view` (obstruction by the body). It imports no other
+package of calibration, and is independent of records and procedures.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Bending of a stylus and a probe body as one stepped and tapered beam (thesis, appendix B).
 
-The beam lies along the probe: the ball's centre is at zero, the handle somewhere behind it. Its
-sections are solid or hollow bars, or sandwich panels whose core carries no load. Everything is
-integrated on a grid that has a point on both sides of every step, which is exact but for the taper
-(trapezia, below 1e-5 of the result). Lengths are mm, forces N, stiffness N mm^2.
+The beam lies along the probe, with the ball's centre at zero. Its sections are solid or hollow
+bars, or sandwich panels with a core that carries no load. Integration is on a grid with a point on
+both sides of every step, exact except for the taper (trapezia, below 1e-5 of the result). Lengths
+are mm, forces N, stiffness N mm^2.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ import numpy as np
 from ocmm_core.geometry import Float
 
 GRAVITY = 9.80665
-"""m/s^2; the thesis takes 9.8."""
+"""m/s^2; the thesis uses 9.8."""
 
 _STEPS = 400
-"""Of each section."""
+"""Per section."""
 _MM3_PER_M3 = 1e9
 
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """A round bar between two places; its diameters run evenly between them."""
+    """A round bar between two places; diameters vary linearly."""
 
     start_mm: float
     end_mm: float
@@ -41,7 +41,7 @@ class Bar:
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """A sandwich of two faces and a core; its width runs evenly between the ends."""
+    """A sandwich of two faces and a core; its width varies linearly."""
 
     start_mm: float
     end_mm: float
@@ -58,8 +58,9 @@ class Panel:
     expansion_per_k: float = 0.0
     """Thermal expansion of the faces, 1/K."""
     offset_mm: float = 0.0
-    """Of its middle from the axis of the probe, along the soft direction. It bends about its own
-    middle: a force across the probe does not ask where that is."""
+    """Offset of its middle from the axis of the probe, along the soft direction. It bends about its
+    own middle, whose place does not matter for a transverse force.
+    """
 
 
 Section: TypeAlias = Bar | Panel
@@ -70,9 +71,9 @@ class Beam:
     """Sections on a grid of n places."""
 
     x_mm: Float
-    """(n,): places from the ball's centre; every step between sections is there twice."""
+    """(n,): places from the ball's centre; steps between sections occur twice."""
     load: Float
-    """(n,): weight of a length, N/mm."""
+    """(n,): weight per length, N/mm."""
     soft: Float
     stiff: Float
     """`soft`, `stiff`: (n,): bending stiffness E I across the panel and along it, N mm^2; the same
@@ -80,18 +81,18 @@ class Beam:
     axial: Float
     """(n,): stiffness E A against tension, N."""
     bow: Float
-    """(n,): curvature where one face of a panel is a kelvin warmer than the other, 1/(mm K); bars
-    are too thin to stay so."""
+    """(n,): curvature per kelvin between the faces of a panel, 1/(mm K); bars are too thin to keep
+    a difference.
+    """
 
     @property
     def weight(self) -> float:
-        """Return the weight, N."""
         return float(_running(self.load, self.x_mm)[-1])
 
 
 @dataclass(frozen=True, slots=True)
 class Deflection:
-    """How a beam bends."""
+    """Deflection of a beam."""
 
     x_mm: Float
     """(n,): places."""
@@ -101,10 +102,10 @@ class Deflection:
     slope: Float
     """`deflection_mm`, `slope`: (n,): across the beam, and its derivative along it."""
     reactions: tuple[float, ...]
-    """N: of the supports, in their order."""
+    """N: of the supports, in order."""
 
     def at(self, x_mm: Float) -> tuple[Float, Float]:
-        """Return deflection, mm, and slope at places (m,); straight on beyond the ends."""
+        """Return deflection, mm, and slope at places (m,); linear beyond the ends."""
         inside = np.clip(x_mm, self.x_mm[0], self.x_mm[-1])
         slope = np.interp(inside, self.x_mm, self.slope)
         bent: Float = np.interp(inside, self.x_mm, self.deflection_mm) + slope * (x_mm - inside)
@@ -112,13 +113,13 @@ class Deflection:
 
 
 def make_beam(sections: Sequence[Section], gravity: float = GRAVITY) -> Beam:
-    """Return a beam of sections that follow each other without gaps."""
+    """Return a beam of adjacent sections."""
     pieces = [_piece(section, gravity) for section in sections]
     return Beam(*(np.concatenate([piece[row] for piece in pieces]) for row in range(6)))
 
 
 def sag(beam: Beam, supports_mm: tuple[float, float]) -> Deflection:
-    """Return how a level beam on two supports bends under its own weight (appendix B.1).
+    """Return the deflection of a level beam on two supports by its weight (appendix B.1).
 
     It bends across its soft direction. Deflections are positive upwards and zero at the supports.
     """
@@ -133,7 +134,7 @@ def sag(beam: Beam, supports_mm: tuple[float, float]) -> Deflection:
         moment = moment - force * np.maximum(x - place, 0.0)
     slope = _running(-moment / beam.soft, x)
     bent = _running(slope, x)
-    # A straight line is free: it is laid through both supports.
+    # A straight line is free: it passes through both supports.
     at = np.interp(supports_mm, x, bent)
     tilt = (at[1] - at[0]) / (second - first)
     return Deflection(
@@ -142,14 +143,14 @@ def sag(beam: Beam, supports_mm: tuple[float, float]) -> Deflection:
 
 
 def side_load(beam: Beam, held_mm: float, *, stiff: bool = False) -> Deflection:
-    """Return how the beam bends under 1 N on the ball, across it, held firmly at one place.
+    """Return the deflection for 1 N on the ball, across the beam, clamped at one place.
 
-    Deflections are positive along the force. What lies behind the hold stays where it is.
+    Deflections are positive along the force. Behind the clamp they are zero.
 
     Parameters
     ----------
     held_mm
-        Where the hand holds it.
+        Position of the clamp.
     stiff
         Whether the force acts along the panel instead of across it.
     """
@@ -165,7 +166,7 @@ def side_load(beam: Beam, held_mm: float, *, stiff: bool = False) -> Deflection:
 
 
 def bow(beam: Beam) -> Deflection:
-    """Return how the beam bends where one face of its panels is a kelvin warmer than the other.
+    """Return the deflection for one kelvin between the faces of the panels.
 
     Deflections are towards the cooler face, and zero with their slope at the ball.
     """
@@ -175,14 +176,14 @@ def bow(beam: Beam) -> Deflection:
 
 
 def compression(beam: Beam, from_mm: float, to_mm: float) -> float:
-    """Return by how much the beam gets shorter between two places under 1 N along it, mm."""
+    """Return the compression between two places for 1 N along the beam, mm."""
     run = _running(1.0 / beam.axial, beam.x_mm)
     low, high = np.interp((from_mm, to_mm), beam.x_mm, run)
     return float(high - low)
 
 
 def upright_shortening(beam: Beam) -> float:
-    """Return by how much the beam gets shorter standing on the ball (appendix B.2), mm."""
+    """Return the compression of the beam upright on the ball (appendix B.2), mm."""
     above = beam.weight - _running(beam.load, beam.x_mm)
     return float(_running(above / beam.axial, beam.x_mm)[-1])
 

@@ -1,4 +1,4 @@
-"""A probe that is being defined: its document as text, what can be said of it, and its file."""
+"""Definition of a new probe: its document as text, its check, and its file."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from ocmm_core.tracking import (
 
 @dataclass(frozen=True, slots=True)
 class DefinitionCheck:
-    """What can be said of a definition that may be used."""
+    """Check of a usable definition."""
 
     body: ProbeBody
     labels: tuple[WrongLabels, ...]
@@ -36,7 +36,7 @@ class DefinitionCheck:
 
     @property
     def nearest_hidden(self) -> WrongLabels | None:
-        """Return the nearest wrong labelling with one LED hidden; None where all are excluded."""
+        """Return the nearest wrong labelling with one LED hidden, or None."""
         found = [one for one in self.labels if one.hidden and one.ambiguity is not None]
         return min(
             found,
@@ -71,18 +71,15 @@ def probe_text(document: ProbeDocument) -> str:
 
 
 def read_definition(path: Path) -> ProbeDocument:
-    """Return the document of another probe to begin with; it need not be usable.
+    """Return the document of another probe as a template; it may be unusable.
 
-    Raises
-    ------
-    InputError
-        The file is missing or malformed.
+    Raises InputError if the file is missing or malformed.
     """
     return load_document(path, ProbeDocument, SCHEMA)
 
 
 def definition_of(body: ProbeBody) -> ProbeDocument:
-    """Return the document of a probe, to begin another one with."""
+    """Return the document of a probe, as a template for another one."""
     sigmas = np.sqrt(np.diag(body.geometry_covariance))
     return ProbeDocument(
         schema=SCHEMA,
@@ -111,21 +108,19 @@ def definition_of(body: ProbeBody) -> ProbeDocument:
 def examine(
     document: ProbeDocument, path: Path, tell: Callable[[str, float], None]
 ) -> DefinitionCheck:
-    """Return what can be said of a definition; takes up to some seconds with eight LEDs.
+    """Return the check of a definition; takes up to some seconds with eight LEDs.
 
     Parameters
     ----------
-    document
-        What was defined.
     path
-        Where it would be written; named in errors.
+        Intended file, for error messages.
     tell
-        Told what is examined next, and the share that is done.
+        Called with the name of the next check, and the share that is done.
 
     Raises
     ------
     InputError
-        It cannot be used; the sentence says why.
+        The definition cannot be used.
     """
     tell("labels", 0.0)
     body = body_of(document, path, _identity(document))
@@ -139,8 +134,7 @@ def save_definition(path: Path, document: ProbeDocument) -> ProbeBody:
     Raises
     ------
     InputError
-        It cannot be used, or there is a file already: records name the document that they were
-        made with, so that a document is never changed.
+        It cannot be used, or the file exists: documents never change, because records name them.
     StorageError
         The file cannot be written.
     """
@@ -181,5 +175,5 @@ def _number(value: float) -> str:
 
 
 def _text(value: str) -> str:
-    # A JSON string is a basic string of TOML, but for DEL.
+    # A JSON string is a basic string of TOML, except for DEL.
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,7 +1,7 @@
-"""How a probe is built: materials, sections and layers, and the document that says so.
+"""Probe design document: materials, sections and layers.
 
-The probe document says where LEDs and ball are; this one says what is between them. A probe can be
-used without it: then nothing is known about its bending and its growth.
+The probe document has the places of LEDs and ball; this one describes the structure between them.
+It is optional: without it, bending and thermal growth of the probe are unknown.
 """
 
 from __future__ import annotations
@@ -57,9 +57,9 @@ class BarEntry(_Entry, frozen=True, kw_only=True, tag="bar", tag_field="shape"):
 
 
 class PanelEntry(_Entry, frozen=True, kw_only=True, tag="panel", tag_field="shape"):
-    """A sandwich panel; widths at its start and its end, thickness of the core and of one face.
+    """A sandwich panel; widths at its start and end, thickness of the core and of one face.
 
-    ``offset``: how far its middle lies beside the axis, along ``soft``.
+    ``offset``: distance of its middle from the axis, along ``soft``.
     """
 
     material: str
@@ -73,14 +73,14 @@ class PanelEntry(_Entry, frozen=True, kw_only=True, tag="panel", tag_field="shap
 
 
 class LayerEntry(_Entry, frozen=True, kw_only=True):
-    """A piece of the chain that grows."""
+    """A thermally growing piece of the chain."""
 
     material: str
     length: float
 
 
 class DesignDocument(Document, frozen=True, kw_only=True):
-    """A probe's design as it is written down; lengths in mm from the ball's centre."""
+    """Document of a probe design; lengths in mm from the ball's centre."""
 
     name: str
     probe: str
@@ -88,52 +88,50 @@ class DesignDocument(Document, frozen=True, kw_only=True):
     axis: Vector3
     """From the ball along the probe, probe frame."""
     soft: Vector3
-    """The direction in which it bends most easily, probe frame; across the axis."""
+    """Direction of least bending stiffness, probe frame; across the axis."""
     handle: float
-    """Where the hand holds it."""
+    """Position of the grip."""
     contact_force_n: float
-    """The hand presses with up to so much."""
+    """Largest force of the hand."""
     temperature_range_k: float
-    """Where its temperature is not measured, it is within so much of that of its calibration."""
+    """Largest difference from its calibration temperature, if not measured."""
     ball: str
     materials: list[MaterialEntry]
     sections: list[BarEntry | PanelEntry]
-    """`materials`, `sections`, `ball`: What it is made of, what bends, and the material of the
-    ball."""
+    """`materials`, `sections`, `ball`: Materials, bending sections, and the material of the ball.
+    """
     chain_start: float
     chain: list[LayerEntry]
-    """`chain_start`, `chain`: What grows, one after the other; where the first piece begins."""
+    """`chain_start`, `chain`: Growing pieces in order, and the start of the first."""
     reference_temperature_c: float | None = None
-    """Of its calibration, where no record says it."""
+    """At its calibration, if not in a record."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProbeDesign:
-    """A probe's design, checked."""
+    """A checked probe design."""
 
     name: str
     probe: str
-    """`name`, `probe`: Of the design and of the probe that it belongs to."""
     axis_probe: Float
     soft_probe: Float
-    """`axis_probe`, `soft_probe`: (3,), unit, probe frame: along it, and across it where it bends
-    most easily."""
+    """`axis_probe`, `soft_probe`: (3,), unit, probe frame: along it, and across it in the direction
+    of least stiffness.
+    """
     sections: tuple[Section, ...]
-    """What it is made of along the axis, from the ball on."""
+    """Sections along the axis, from the ball on."""
     beam: Beam
-    """What bends: the sections on a grid."""
+    """Bending model: the sections on a grid."""
     chain: LayerChain
-    """What grows."""
+    """Thermal growth model."""
     ball: Expansion
-    """Expansion of the ball."""
     handle_mm: float
-    """Where the hand holds it, from the ball's centre."""
+    """Position of the grip, from the ball's centre."""
     contact_force_n: float
-    """Largest force of the hand."""
     temperature_range_k: float
-    """How far its temperature is from that of its calibration where nobody measures it."""
+    """Largest difference from its calibration temperature, if not measured."""
     reference_temperature_c: float | None
-    """Of its calibration by this document; None where it says nothing."""
+    """At its calibration by this document, or None."""
     text: str
     """The document, for the job file."""
 
@@ -144,8 +142,8 @@ def load_design(path: Path | str, body: ProbeBody) -> ProbeDesign:
     Raises
     ------
     InputError
-        The document is malformed, belongs to another probe, names a material that it does not
-        describe, has gaps or values that no probe has.
+        The document is malformed, belongs to another probe, uses an undefined material, has gaps or
+        implausible values.
     """
     path = Path(path)
     document = load_document(path, DesignDocument, SCHEMA)
@@ -188,7 +186,7 @@ def load_design(path: Path | str, body: ProbeBody) -> ProbeDesign:
 
 
 def shipped_design(body: ProbeBody) -> Path | None:
-    """Return the design in the resources folder that goes with a probe, or None."""
+    """Return the shipped design of a probe, or None."""
     if any(mark in body.name for mark in "/\\\0"):
         return None
     path = resource("designs", f"{body.name}.toml")

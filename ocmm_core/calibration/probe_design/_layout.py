@@ -1,8 +1,7 @@
-"""How well a rig sees the tip of a probe: the least possible error of its LED layout.
+"""Least possible tip error of an LED layout as seen by a rig.
 
-The Cramer-Rao bound of the pose, carried to the tip, for white noise of the spots and exactly known
-cameras and LEDs. The product's estimator reaches it within two parts in a hundred, so the bound
-is what a layout gives; no frame has to be simulated.
+Cramer-Rao bound of the pose, propagated to the tip, for white spot noise and exact cameras and
+LEDs. The product's estimator reaches it within two per cent, so no simulated frames are needed.
 """
 
 from __future__ import annotations
@@ -20,17 +19,17 @@ from ocmm_core.tracking.kernels import MAX_TIP_SIGMA
 
 _CHUNK = 1000
 _AT_ONCE = 24
-"""Poses that a cell of a map is the mean of."""
+"""Poses averaged in a cell of a map."""
 
 
 @dataclass(frozen=True, slots=True)
 class Postures:
-    """How and where the probe is held."""
+    """Distribution of attitudes and places of the probe."""
 
     tilt_deg: tuple[float, float, float]
-    """About X, Y and Z of the world: as likely everywhere between minus and plus this."""
+    """About X, Y and Z of the world: uniform between minus and plus this."""
     volume_world: Float
-    """(2, 3), mm: corners; the ball is as likely everywhere between them."""
+    """(2, 3), mm: corners; the ball is uniformly distributed between them."""
 
     def draw(self, n: int, rng: np.random.Generator) -> tuple[Float, Float]:
         """Return rotations world from probe (n, 3, 3) and places of the ball (n, 3), mm."""
@@ -41,17 +40,17 @@ class Postures:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What the rig is good for with one layout."""
+    """Rig and layout to evaluate."""
 
     rig: Rig
     body: ProbeBody
     sigma_px: float
     """Noise of a spot."""
     everything_seen: bool = False
-    """LEDs that face away from a camera are taken to be seen all the same."""
+    """Also count LEDs that face away from a camera as seen."""
 
     def covariance(self, rotations: Float, tips_world: Float) -> Float:
-        """Return the bound (n, 3, 3), mm^2; NaN where the pose gives no number.
+        """Return the bound (n, 3, 3), mm^2; NaN for undetermined poses.
 
         Parameters
         ----------
@@ -67,7 +66,7 @@ class View:
         return bound
 
     def seen(self, rotations: Float, tips_world: Float) -> NDArray[np.bool_]:
-        """Return which camera sees which LED, (n, C, L)."""
+        """Return the LED visibility, (n, C, L)."""
         arms = self.body.leds_probe - self.body.tip_probe
         places = np.einsum("nij,lj->nli", rotations, arms) + tips_world[:, None]
         shape = (len(tips_world), len(self.rig.cameras), self.body.n_leds)
@@ -89,12 +88,12 @@ class View:
             arms = rotations @ arm
             for index, camera in enumerate(self.rig.cameras):
                 d_point, _ = projection_jacobians(camera, arms + tips_world)
-                # The pose turns about the tip: d(point) = turn x arm + shift of the tip.
+                # The pose rotates about the tip: d(point) = rotation x arm + shift of the tip.
                 rows = np.concatenate([np.cross(arms[:, None], d_point), d_point], axis=2)
                 rows *= seen[:, index, led, None, None]
                 information += rows.transpose(0, 2, 1) @ rows
         enough = np.count_nonzero(np.count_nonzero(seen, axis=1) >= 2, axis=1) >= 3
-        # Turns of a radian and shifts of a millimetre are too unlike to ask for a condition.
+        # Radians and millimetres are too different in scale for a condition number.
         information[~enough] = np.eye(6)
         scale = np.sqrt(np.einsum("nii->ni", information))
         alike = information / (scale[:, :, None] * scale[:, None, :])
@@ -118,7 +117,7 @@ class TipNumber:
     p95_um: float
     """RMS distance that 95 % of the poses stay below."""
     share: float
-    """Poses that give a number at all."""
+    """Fraction of determined poses."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,16 +126,16 @@ class TipMap:
 
     title: str
     names: tuple[str, str]
-    """`title`, `names`: What is shown, and what the columns and the rows are, with units."""
+    """`title`, `names`: Title, and names of columns and rows with units."""
     columns: Float
     rows: Float
     """`columns`, `rows`: (n,) and (m,): values at the middle of the cells."""
     space_um: Float
-    """(m, n): RMS distance; NaN where nothing is seen."""
+    """(m, n): RMS distance; NaN if nothing is seen."""
 
 
 def tip_number(view: View, postures: Postures, poses: int, seed: int) -> TipNumber:
-    """Return the number of a layout; NaN where no pose gives one."""
+    """Return the tip error of a layout; NaN without a determined pose."""
     bound = view.covariance(*postures.draw(poses, np.random.default_rng(seed)))
     variances = 1e6 * np.einsum("nii->ni", bound)
     good = np.isfinite(variances).all(axis=1)
@@ -153,11 +152,11 @@ def tip_number(view: View, postures: Postures, poses: int, seed: int) -> TipNumb
 
 
 def tilt_map(view: View, postures: Postures, cells: int, seed: int) -> TipMap:
-    """Return the error over the tilts about X and Y, everywhere in the volume."""
+    """Return the error over the tilts about X and Y, averaged over the volume."""
     about_x, about_y = (
         np.linspace(-1.0, 1.0, cells) * (angle or 1.0) for angle in postures.tilt_deg[:2]
     )
-    # The same places in every cell: the map shows the tilt, and not which places were drawn.
+    # The same places in every cell: the map shows the tilt, not the drawn places.
     rng = np.random.default_rng(seed)
     _, tips = postures.draw(_AT_ONCE, rng)
     turns = rng.uniform(-1.0, 1.0, _AT_ONCE) * postures.tilt_deg[2]
@@ -176,7 +175,7 @@ def tilt_map(view: View, postures: Postures, cells: int, seed: int) -> TipMap:
 
 
 def volume_map(view: View, postures: Postures, cells: int, seed: int, *, top: bool) -> TipMap:
-    """Return the error over the volume, at every tilt, seen from above or from the front."""
+    """Return the error over the volume, averaged over tilts, from above or from the front."""
     rotations, drawn = postures.draw(_AT_ONCE, np.random.default_rng(seed))
     low, high = postures.volume_world
     other = 1 if top else 2
@@ -209,7 +208,7 @@ def _cells(
     good = np.isfinite(squares)
     count = np.count_nonzero(good, axis=2)
     total = np.where(good, squares, 0.0).sum(axis=2)
-    # A cell of which most poses are lost has no honest mean.
+    # A mean over a minority of determined poses would be misleading.
     known = 2 * count >= _AT_ONCE
     return np.where(known, 1e3 * np.sqrt(total / np.maximum(count, 1)), np.nan)
 

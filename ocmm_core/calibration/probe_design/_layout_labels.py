@@ -1,4 +1,4 @@
-"""Whether the LEDs of a layout can be taken for one another, also where some are hidden."""
+"""Ambiguity of the LED labels of a layout, also with hidden LEDs."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from ocmm_core.tracking import AMBIGUITY_LIMIT_MM, Ambiguity, ProbeBody, nearest
 
 @dataclass(frozen=True, slots=True)
 class WrongLabels:
-    """The wrong labelling that comes nearest to the body."""
+    """The wrong labelling closest to the body."""
 
     hidden: int
-    """Number of the LED that no camera sees, from 1; 0 where all are seen."""
+    """Number of the unseen LED, from 1; 0 if all are seen."""
     ambiguity: Ambiguity | None
-    """The labelling; its labels name the LEDs that are believed at the places of those seen. None
-    where the rules exclude all."""
+    """The labelling; its labels name the LEDs assigned to the places of the visible ones. None if
+    the rules exclude all.
+    """
 
     @property
     def is_safe(self) -> bool:
@@ -25,9 +26,9 @@ class WrongLabels:
 
 
 def wrong_labels(body: ProbeBody) -> tuple[WrongLabels, ...]:
-    """Return the nearest wrong labelling with all LEDs, and with each of them hidden.
+    """Return the nearest wrong labelling with all LEDs, and with each hidden.
 
-    Three LEDs are a triangle, and two of them no pose: none of three may be hidden.
+    Three LEDs are a triangle, and two do not determine a pose: with three, none may be hidden.
     """
     everything = tuple(range(body.n_leds))
     found = [WrongLabels(0, nearest_ambiguity(body))]

@@ -1,8 +1,8 @@
-"""Which LEDs of a probe its own body stands before, by its design.
+"""LEDs of a probe obstructed by its own body, by its design.
 
-Light of an LED leaves within its cone of emission. Where any of it meets a section of the body, the
-LED counts as hidden: nobody can say beforehand from which side a camera looks. Rays are drawn into
-the cone and followed step by step; a section is a trapezium of even thickness, or a cone.
+An LED counts as hidden if any ray of its emission cone meets a section of the body, as the position
+of the cameras is unknown. Rays are sampled in the cone and followed step by step; a section is a
+trapezium of uniform thickness, or a cone.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from ocmm_core.geometry import Float, perpendicular_pair, unit
 from ocmm_core.tracking import ProbeBody
 
 _RINGS, _ROUND = 9, 24
-"""Rays: rings from the axis of the cone to its rim, and so many on each."""
+"""Rays: rings from the axis of the cone to its rim, and number on each."""
 _STEP_MM, _FAR_MM = 1.0, 300.0
-"""No body is thinner than a step, and none larger than the way."""
+"""No body is thinner than a step, or larger than the path."""
 _LENS_MM = 1.0
-"""An LED sits in the surface of what carries it: its light begins so far before it."""
+"""An LED is embedded in its carrier: start of the rays above it."""
 
 
 def leds_behind_body(body: ProbeBody, design: ProbeDesign) -> tuple[int, ...]:
-    """Return the LEDs, from 0, of whose light the body of the probe holds back a part or all."""
+    """Return the LEDs, from 0, with light partly or fully blocked by the body."""
     leds = body.leds_probe - body.tip_probe
     ways = np.arange(_LENS_MM, _FAR_MM, _STEP_MM)
     hidden = []
@@ -47,7 +47,7 @@ def _cone(axis: Float, half: float) -> Float:
 
 
 def _inside(section: Section, design: ProbeDesign, places: Float) -> bool:
-    """Return whether any of the places (n, 3), from the ball's centre, lies in a section."""
+    """Return whether any of the places (n, 3), from the ball's centre, is in a section."""
     along = places @ design.axis_probe
     soft = places @ design.soft_probe
     across = places @ np.cross(design.soft_probe, design.axis_probe)

@@ -1,8 +1,8 @@
-"""What warmth, weight and force do to the places of LEDs and ball, and to the tip that is computed.
+"""Displacement of LEDs, ball and computed tip by temperature, weight and force.
 
-A shape says how the LEDs and the ball's centre move for one unit of its cause, in the order of
-`ProbeBody.geometry_covariance`. The covariance of what is not corrected is then the sum of squares
-of shapes, and goes the same way to every point as the uncertainty of the probe's calibration.
+A shape is the displacement of the LEDs and the ball's centre per unit of its cause, in the order of
+`ProbeBody.geometry_covariance`. The covariance of uncorrected effects is the sum of squares of
+shapes, and propagates to points like the uncertainty of the probe's calibration.
 """
 
 from __future__ import annotations
@@ -25,35 +25,35 @@ from ocmm_core.tracking import ProbeBody
 
 @dataclass(frozen=True, slots=True)
 class ContactForce:
-    """What the hand's force on the ball does."""
+    """Effect of the hand's force on the ball."""
 
     by_force: Float
-    """(3 L + 3, 3), mm/N: movement of LEDs and ball by the force on the ball, probe frame."""
+    """(3 L + 3, 3), mm/N: displacement of LEDs and ball by the force on the ball, probe frame."""
     largest_n: float
-    """Every force from zero up to this one is as likely, N."""
+    """Forces from zero to this are equally likely, N."""
 
 
 @dataclass(frozen=True, slots=True)
 class TemperatureState:
-    """How warm the probe is and was."""
+    """Present and calibration temperature of the probe."""
 
     now: Temperature | None = None
-    """None where nobody knows."""
+    """None if unknown."""
     made: Temperature | None = None
-    """At its calibration; None where nobody knows."""
+    """At its calibration; None if unknown."""
     compensated: bool = False
-    """Its geometry is computed for the present temperature."""
+    """The geometry is computed for the present temperature."""
 
     @property
     def difference_k(self) -> float | None:
-        """Return by how much it is warmer than at its calibration, K; None where unknown."""
+        """Return the temperature increase since its calibration, K; None if unknown."""
         if self.now is None or self.made is None:
             return None
         return self.now.celsius - self.made.celsius
 
 
 def check_temperature(what: str, temperature: Temperature) -> None:
-    """Raise InputError where a temperature is none that one measures at."""
+    """Raise InputError for an implausible temperature."""
     require_temperature(what, temperature.celsius)
     if not 0.0 < temperature.sigma_k <= 10.0:
         raise InputError(
@@ -65,7 +65,7 @@ def check_temperature(what: str, temperature: Temperature) -> None:
 
 
 def warmth_shapes(design: ProbeDesign, body: ProbeBody) -> Float:
-    """Return the shapes (m, 3 L + 3) of a relative growth of one of each material, mm."""
+    """Return the shapes (m, 3 L + 3) of a unit relative growth of each material, mm."""
     moved = strain_shapes(design.chain, body.leds_probe - body.tip_probe)
     flat = moved.reshape(len(moved), -1)
     return np.hstack([flat, np.zeros((len(flat), 3))])
@@ -103,17 +103,17 @@ def sag_shape(design: ProbeDesign, body: ProbeBody) -> Float:
 
 
 def bow_shape(design: ProbeDesign, body: ProbeBody) -> Float:
-    """Return the shape (3 L + 3), mm/K, of one face of the panel warmer than the other."""
+    """Return the shape (3 L + 3), mm/K, of a temperature difference of the panel faces."""
     return _bent(body, design, design.soft_probe, bow(design.beam))
 
 
 def tip_shift(body: ProbeBody, shape: Float) -> Float:
-    """Return by how much the tip is computed wrong (3,), mm, probe frame, where nobody corrects it.
+    """Return the uncorrected error of the computed tip (3,), mm, probe frame.
 
-    LEDs all count alike, as in appendix B; what the cameras see better counts more in truth, and
-    `tracking.sensitivity` knows how much.
+    LEDs have equal weights, as in appendix B; in reality better visible ones weigh more, see
+    `tracking.sensitivity`.
     """
-    # Small against the probe: the same turn for a thousandth of the movement has no curvature.
+    # Small against the probe: a thousandth of the displacement, so that the rotation stays linear.
     scale = 1e-3 / max(float(np.abs(shape).max()), 1e-30)
     moved = scale * shape.reshape(-1, 3)
     rotation, origin = rigid_fit(body.leds_probe, body.leds_probe + moved[:-1])
@@ -123,29 +123,28 @@ def tip_shift(body: ProbeBody, shape: Float) -> Float:
 
 
 def contact_force(design: ProbeDesign, body: ProbeBody) -> ContactForce:
-    """Return what the hand's force does."""
     return ContactForce(force_shapes(design, body), design.contact_force_n)
 
 
 def body_in_use(
     body: ProbeBody, design: ProbeDesign, temperature_state: TemperatureState
 ) -> ProbeBody:
-    """Return the probe as it is measured with, with all that is known of warmth and weight.
+    """Return the probe with thermal and weight effects applied.
 
-    Compensated, LEDs and ball are where they are at the present temperature, and what is left is
-    the uncertainty of temperatures and expansions. Otherwise they stay, and the growth itself is
-    uncertainty: that of the known difference, or of the range in the design.
+    Compensated, LEDs and ball are at their positions for the present temperature, leaving the
+    uncertainty of temperatures and expansions. Otherwise they stay, and the growth itself, for the
+    temperature difference or the range in the design, is uncertainty.
 
     Raises
     ------
     InputError
-        It is to be compensated, and one of the temperatures is not known or none.
+        Compensation is requested, and a temperature is unknown or implausible.
     """
     shapes = warmth_shapes(design, body)
     growth = growth_shape(design, body)
     covariance = body.geometry_covariance.copy()
     weight = sag_shape(design, body)
-    # Which way it hangs is not followed: a part of gravity across the panel, a third of its square.
+    # Orientation is not followed: gravity across the panel varies, with a mean square of a third.
     covariance += np.outer(weight, weight) / 3.0
     for what, temperature in (
         ("probe", temperature_state.now),

@@ -1,9 +1,8 @@
 """Thermal growth of a stylus and a probe body (thesis, appendix A, generalised).
 
-The probe is taken as a chain of layers along its axis, each with the expansion of its material. A
-point moves along the axis by the growth of everything between it and the ball's centre, and
-across it as the layer grows in which it stands. All of the probe is equally warm here; what a hand
-does that warms one side is in `beam.bow`.
+The probe is a chain of layers along its axis, each with the expansion of its material. A point
+moves along the axis by the growth between it and the ball's centre, and across it by the growth of
+its layer. The probe has a uniform temperature here; for one-sided heating see `beam.bow`.
 """
 
 from __future__ import annotations
@@ -18,21 +17,21 @@ from ocmm_core.geometry import Float
 REFERENCE_C = 20.0
 """Reference temperature of lengths (ISO 1)."""
 LOWEST_C, HIGHEST_C = 0.0, 50.0
-"""A room, probe or part outside is no place to measure with micrometres, or a wrong number."""
+"""Plausible range of room, probe and part temperatures."""
 
 
 def require_temperature(what: str, celsius: float) -> None:
-    """Refuse a temperature that nobody measures at, wherever it was entered.
+    """Refuse an implausible temperature.
 
     Parameters
     ----------
     what
-        Whose it is.
+        Name of the object.
 
     Raises
     ------
     InputError
-        It is outside `LOWEST_C` to `HIGHEST_C`, or no number.
+        It is outside `LOWEST_C` to `HIGHEST_C`, or not a number.
     """
     if not LOWEST_C <= celsius <= HIGHEST_C:
         raise InputError(
@@ -47,11 +46,10 @@ class Temperature:
     """How warm something is."""
 
     celsius: float
-    """Degrees."""
     sigma_k: float
-    """Standard uncertainty, with that of the place where it was measured, K."""
+    """Standard uncertainty, including that of the measuring position, K."""
     origin: str
-    """Where the number comes from, in words."""
+    """Source of the value, in words."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,26 +74,26 @@ class Layer:
 
 @dataclass(frozen=True, slots=True)
 class LayerChain:
-    """Layers that follow each other without gaps, from the ball on."""
+    """Adjacent layers, from the ball on."""
 
     axis_probe: Float
     """(3,), unit: from the ball's centre along the probe."""
     layers: tuple[Layer, ...]
-    """The first one begins at the ball or before it."""
+    """The first one starts at the ball or before it."""
 
     @property
     def materials(self) -> tuple[Expansion, ...]:
-        """Return every material once; layers of one material have one and the same expansion."""
+        """Return every material once; layers of one material share its expansion."""
         return tuple(dict.fromkeys(layer.material for layer in self.layers))
 
     @property
     def growth_per_k(self) -> float:
-        """Return by how much the whole chain gets longer, mm/K (appendix A: 1.75 um/K)."""
+        """Return the growth of the whole chain, mm/K (appendix A: 1.75 um/K)."""
         return sum(layer.material.per_k * (layer.end_mm - layer.start_mm) for layer in self.layers)
 
 
 def strain_shapes(chain: LayerChain, from_tip: Float) -> Float:
-    """Return how points move against the ball's centre where a material grows.
+    """Return displacements from the ball's centre by growth of a material.
 
     Parameters
     ----------
@@ -105,14 +103,14 @@ def strain_shapes(chain: LayerChain, from_tip: Float) -> Float:
     Returns
     -------
     numpy.ndarray
-        (m, n, 3): for each of `LayerChain.materials`, mm for a relative growth of one.
+        (m, n, 3): for each of `LayerChain.materials`, mm for a unit relative growth.
     """
     along = from_tip @ chain.axis_probe
     across = from_tip - along[:, None] * chain.axis_probe
     shapes = np.zeros((len(chain.materials), len(from_tip), 3))
     last = len(chain.layers) - 1
     for index, layer in enumerate(chain.layers):
-        # Beyond its ends the chain goes on as its first and last layer.
+        # The end layers extend beyond the chain.
         start = -np.inf if index == 0 else layer.start_mm
         end = np.inf if index == last else layer.end_mm
         passed = np.clip(along, start, end) - np.clip(0.0, start, end)

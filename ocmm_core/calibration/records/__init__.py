@@ -1,14 +1,14 @@
 """Records of cameras, probes and tips, sealed and chained, and whether they may be used.
 
-In: outcomes of procedures, certificates of artefacts, events such as a blow or a mounted tip.
-Out: what is in force, its status and why, its history, and whether a point may be taken.
+In: outcomes of procedures, certificates of artefacts, events such as a shock or a mounted tip. Out:
+records in force, their status with its reason, their history, and whether points may be recorded.
 
-Read `_sealed` (a record is written once), `_chain_seal` and `_event_folder` (the chain of events),
-`_record_store` and `_events` (what both stores do, and how a record stands), then what differs:
-`_records` and `_history` (cameras), `_probe_records` and `_probe_store` (probe and tips). `_usable`
-says whether it may be used now, of `_in_use` and `_probe_in_use`. `_evidence` finds files
-that were exchanged; `_findings`, `_artefacts`, `_trends`, `_overview` serve the pages.
-It must not know how a calibration is computed; it keeps numbers and their provenance.
+Read `_sealed` (write-once records), `_chain_seal` and `_event_folder` (chain of events),
+`_record_store` and `_events` (common part of both stores; status of a record), then the specific
+parts: `_records` and `_history` (cameras), `_probe_records` and `_probe_store` (probe and tips).
+`_usable` decides whether records may be used now, for `_in_use` and `_probe_in_use`. `_evidence`
+finds exchanged files; `_findings`, `_artefacts`, `_trends`, `_overview` serve the pages. The
+package is independent of how calibrations are computed.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Calibrated artefacts: length bars and spheres, with their certificates.
 
-Documents of the user. A certificate that has ended refuses the artefact, and so do a temperature
-and a length that it does not hold for; one whose uncertainty is not small against the permissible
-error warns above a fifth of it and refuses above a third.
+User documents. An artefact is refused if its certificate has expired or does not cover the
+temperature or length; also if its uncertainty exceeds a third of the permissible error (above a
+fifth: warning).
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from ocmm_core.errors import InputError
 BAR_SCHEMA = "ocmm.length-bar/1"
 SPHERE_SCHEMA = "ocmm.sphere/1"
 RATED_C = (10.0, 35.0)
-"""Where an artefact is used whose document names no range: a workshop. Further from 20 degrees its
-expansion is not known as the certificate states it, and its mounting and its nests are not as they
-were when it was calibrated."""
+"""Default temperature range: a workshop. Further from 20 degrees the certified expansion does not
+hold, and mounting and nests differ from their state at calibration.
+"""
 
 U_WARNED, U_REFUSED = 1.0 / 5.0, 1.0 / 3.0
 """Expanded uncertainty of an artefact over the permissible error."""
 
 
 class ArtefactCertificate(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What vouches for an artefact."""
+    """Certificate of an artefact."""
 
     number: str
     sha256: str
-    """Of its file; empty where there is none."""
+    """SHA-256 of its file; empty without a file."""
     due_utc: str
     """ISO 8601 text: it holds until then."""
 
@@ -47,7 +47,6 @@ class ArtefactDocument(Document, frozen=True, kw_only=True):
 
     name: str
     serial: str
-    """`name`, `serial`: What it is called, and its number."""
     expanded: float
     expanded_per_length: float = 0.0
     """`expanded`, `expanded_per_length`: Expanded uncertainty (k = 2) of a certified length:
@@ -57,7 +56,7 @@ class ArtefactDocument(Document, frozen=True, kw_only=True):
     """`expansion`, `expansion_sigma`: Thermal expansion and its standard uncertainty, 1/K."""
     certificate: ArtefactCertificate
     temperatures: tuple[float, float] = RATED_C
-    """From and to, degrees Celsius: where the certificate holds, with the expansion."""
+    """Temperature range in which the certificate and expansion hold, degrees Celsius."""
     certified: tuple[float, float] | None = None
     """From and to, mm: lengths that the certificate covers; without it, all that the document
     names."""
@@ -69,7 +68,7 @@ class BarDocument(ArtefactDocument, frozen=True, kw_only=True):
     nests: tuple[float, ...]
     """Places of the nests for the ball along the bar at 20 degrees, mm; the first is zero."""
     leds: tuple[float, ...] = ()
-    """Places of the LEDs at its ends along the bar; empty where it has none."""
+    """LED positions at its ends along the bar; empty without LEDs."""
 
 
 class SphereDocument(ArtefactDocument, frozen=True, kw_only=True):
@@ -81,13 +80,7 @@ class SphereDocument(ArtefactDocument, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class Artefact:
-    """What bars and spheres have in common; see `ArtefactDocument`.
-
-    Attributes
-    ----------
-    expanded, expanded_per_length, expansion, expansion_sigma, temperatures
-        See `ArtefactDocument`.
-    """
+    """Common part of bars and spheres; see `ArtefactDocument`."""
 
     use: ArtefactUse
     expanded: float
@@ -101,12 +94,12 @@ class Artefact:
     def at(self, length: float, temperature_c: float | None) -> tuple[float, float]:
         """Return a certified length at a temperature, and its expanded uncertainty (k = 2), mm.
 
-        Without a temperature, 20 degrees give or take 2 K (standard uncertainty) are assumed.
+        Without a temperature, 20 degrees with a standard uncertainty of 2 K are assumed.
 
         Raises
         ------
         InputError
-            The certificate does not hold at that temperature, or nobody measures at it.
+            The certificate does not cover that temperature, or it is implausible.
         """
         cold_or_warm = self._outside(temperature_c)
         if cold_or_warm is not None:
@@ -124,17 +117,14 @@ class Artefact:
     def judge(
         self, length: float, limit: float, now: datetime, temperature_c: float | None
     ) -> list[Finding]:
-        """Return what speaks against using it for an error limit, mm, of a length, mm.
+        """Return a certified length at a temperature and its uncertainty (k = 2), mm.
 
-        Parameters
-        ----------
-        temperature_c
-            Of the surroundings; None where nobody measured it.
+        Without a temperature, 20 degrees with a standard uncertainty of 2 K are assumed.
 
         Raises
         ------
         InputError
-            Nobody measures at that temperature.
+            The certificate does not cover that temperature, or it is implausible.
         """
         outside = self._outside(temperature_c)
         found = [] if outside is None else [outside]
@@ -184,7 +174,6 @@ class LengthBar:
     """A bar."""
 
     artefact: Artefact
-    """What it has in common with others."""
     nests: tuple[float, ...]
     leds: tuple[float, ...]
     """`nests`, `leds`: mm along the bar at 20 degrees."""
@@ -195,7 +184,6 @@ class Sphere:
     """A sphere."""
 
     artefact: Artefact
-    """What it has in common with others."""
     diameter: float
     """mm at 20 degrees."""
 
@@ -225,7 +213,7 @@ def load_bar(path: Path | str) -> LengthBar:
 
 
 def load_sphere(path: Path | str) -> Sphere:
-    """Return the sphere of a document; raise InputError where it is malformed."""
+    """Return the sphere of a document; raise InputError if malformed."""
     document = load_document(path, SphereDocument, SPHERE_SCHEMA)
     if not document.diameter > 0.0:
         raise _wrong(path, "diameter", "is not above zero", "Give it in millimetres.")

@@ -1,8 +1,7 @@
-"""The copy of a calibration in the cameras' own memory, and what they say about themselves.
+"""Intrinsics stored in the cameras' own memory, and their sensor temperatures.
 
-Intrinsics travel with a camera. They are written to it when a calibration is accepted, and read
-back at every start: a camera that holds others is not the one that was calibrated, or another
-program has calibrated it since.
+Intrinsics are written to a camera when a calibration is accepted, and read back at every start:
+differing values mean another camera, or a calibration by another program.
 """
 
 from __future__ import annotations
@@ -20,27 +19,28 @@ from ocmm_core.fieldbus.objects import ObjectAccess, read_intrinsics, write_intr
 
 WARNS_K = 2.0
 BLOCKS_K = 5.0
-"""A sensor that is so much warmer or colder than it was has a lens that may have moved; to be
-tuned for the cameras at hand."""
+"""Sensor temperature differences above which the lens may have moved, K; to be tuned for the
+cameras in use.
+"""
 
 _WRITE = "Maintain, Calibration, Write to cameras; or ocmm calibrate write-cameras"
 
 
 def write_to_cameras(record: CameraRecord, objects: Callable[[str], ObjectAccess]) -> None:
-    """Store the intrinsics of a calibration in all its cameras and read them back.
+    """Write the intrinsics of a calibration to all its cameras and read them back.
 
     Parameters
     ----------
     record
-        The calibration; the note beside the intrinsics holds its hash.
+        Its hash goes into the note stored with the intrinsics.
     objects
-        Returns the objects of the camera of a name.
+        Maps a camera name to its object access.
 
     Raises
     ------
     BusError
-        A camera refuses, does not answer, or holds something else afterwards. Those before it
-        hold the new intrinsics; repeating it is all that is needed.
+        A camera refuses, does not answer, or reads back other values. Earlier cameras hold the new
+        intrinsics; repeat the call.
     """
     for entry in record.cameras:
         write_intrinsics(
@@ -56,7 +56,7 @@ def compare_with_cameras(
     Raises
     ------
     BusError
-        A camera does not answer, or what it stores is damaged.
+        A camera does not answer, or its stored intrinsics are damaged.
     """
     for entry in record.cameras:
         found = read_intrinsics(objects(entry.name))
@@ -79,18 +79,17 @@ def compare_with_cameras(
 def check_camera_temperature(
     record: CameraRecord, temperatures_c: Sequence[float | None]
 ) -> tuple[Blocker | None, tuple[str, ...]]:
-    """Return why the cameras are too warm or too cold for their calibration, or what to watch.
+    """Return the blocker and warnings for the cameras' temperature difference.
 
     Parameters
     ----------
     temperatures_c
-        Of the sensors now, camera by camera; None where not known.
+        Current sensor temperatures, camera by camera; None if unknown.
 
     Returns
     -------
     tuple
-        Why no points may be taken, or None, and the warnings. Where the record has no
-        temperatures of the sensors nothing is said.
+        Blocker or None, and warnings; both empty if the record has no sensor temperatures.
     """
     blocker: Blocker | None = None
     warnings = []

@@ -1,12 +1,12 @@
-"""The seal of a chain of events: how many lines there are, the last hash, and who says so.
+"""Seal of a chain of events: line count, last hash and signature.
 
-A chain (`chain_file`) shows every change but one: lines cut off at its end. The seal is a second
-file that says where the chain ends. It is written twice for each event: before the line, with the
-hash that the line will have, and after it. So a crash at any moment leaves a chain and a seal
-that fit, and a chain that is shorter, or a seal that is older, do not.
+A chain (`chain_file`) reveals every change except lines cut off at its end. The seal is a second
+file that records the end. It is written twice for each event: before the line, with its coming
+hash, and after it. A crash at any moment leaves a matching chain and seal; a truncated chain or an
+outdated seal does not match.
 
-The hash of the last line is that of all lines, so the signature on the seal (`seals`) is one on the
-whole history: without the key of the station nobody writes another one.
+The last hash covers all lines, so the signature on the seal (`seals`) covers the whole history and
+cannot be produced without the station's key.
 """
 
 from __future__ import annotations
@@ -37,32 +37,32 @@ NAME = "events.seal.json"
 
 
 class ChainSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where a chain ends."""
+    """End of a chain."""
 
     schema: str
     """`SCHEMA`."""
     count: int
-    """Lines that are on the disk."""
+    """Lines on disk."""
     link: str
-    """Hash of the last of them; empty where there is none."""
+    """Hash of the last line; empty for an empty chain."""
     coming: str = ""
-    """Hash of a line that was being written; empty where none was."""
+    """Hash of the line being written, or empty."""
 
 
 class SignedSeal(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A seal and the signature of the station that wrote it; None in those of earlier versions."""
+    """Seal with its station signature; unsigned in earlier versions."""
 
     end: ChainSeal
     signature: Signature | None = None
 
 
 def read_seal(folder: Path) -> SignedSeal | None:
-    """Return the seal of a folder; None where there is none.
+    """Return the seal of a folder, or None.
 
     Raises
     ------
     StorageError
-        It is not as it was written, or cannot be read.
+        The seal is damaged or cannot be read.
     """
     path = folder / NAME
     if not path.exists():
@@ -81,12 +81,12 @@ def read_seal(folder: Path) -> SignedSeal | None:
 
 
 def write_seal(folder: Path, chain: ChainFile[Any], keys: KeyFolder, coming: str = "") -> None:
-    """Write where a chain ends, signed by this station.
+    """Write the end of a chain, signed by this station.
 
     Raises
     ------
     StorageError
-        The folder cannot be written, or the key of this station cannot be used.
+        The folder cannot be written, or the station's key cannot be used.
     """
     link = chain.links[-1] if chain.links else ""
     end = ChainSeal(schema=SCHEMA, count=len(chain.links), link=link, coming=coming)
@@ -103,12 +103,12 @@ def write_seal(folder: Path, chain: ChainFile[Any], keys: KeyFolder, coming: str
 
 
 def fault_of(chain: ChainFile[Any], end: ChainSeal | None, *, needed: bool) -> StorageError | None:
-    """Return what is wrong between a chain and its seal; None where they fit.
+    """Return the mismatch between a chain and its seal, or None.
 
     Parameters
     ----------
     needed
-        A line of the chain was written together with a seal: there must be one.
+        A line was written together with a seal, so one must exist.
     """
     folder = chain.path.parent
     if end is None:
@@ -142,12 +142,12 @@ RESTORE = (
 
 
 def signer_of(found: SignedSeal | None, keys: KeyFolder) -> SealState:
-    """Return what is to be said of the signature on a seal.
+    """Return the state of a seal's signature.
 
     Raises
     ------
     StorageError
-        The ring of known keys cannot be read.
+        The key ring cannot be read.
     """
     if found is None:
         return SealState(SealWord.NOT_SIGNED)
@@ -155,12 +155,12 @@ def signer_of(found: SignedSeal | None, keys: KeyFolder) -> SealState:
 
 
 def forgery(folder: Path, found: SealState, *, signed: bool) -> StorageError | None:
-    """Return why a history must not be used for its signature; None where it may be looked at.
+    """Return why the signature forbids using a history, or None.
 
     Parameters
     ----------
     signed
-        A line of it was written together with a signature: there must be one.
+        A line was written together with a signature, so one must exist.
     """
     if found.word is SealWord.FORGED:
         what = "the signature of the history does not belong to it"
@@ -172,7 +172,7 @@ def forgery(folder: Path, found: SealState, *, signed: bool) -> StorageError | N
 
 
 def stranger(folder: Path, found: SealState) -> StorageError | None:
-    """Return why a history is not believed although it is whole; None where it is."""
+    """Return why an intact history is not trusted, or None."""
     if found.sound:
         return None
     if found.word is SealWord.NOT_SIGNED:

@@ -1,21 +1,18 @@
-"""A folder with the chain of what happened to the records in it, and its seal.
+"""Folder with the sealed chain of events of the records in it.
 
-The chain (`chain_file`) reveals every changed line, its signed seal (`_chain_seal`) every line
-missing at the end and every foreign history, and the memory of this station (`seals`) a history
-that was set back or replaced as a whole. The memory is keyed by the history and by the thing it is
-about, so it does not matter where the folder is or by which path it is opened. `_record_store`
-checks the files that events name.
+The chain (`chain_file`) reveals every changed line, its signed seal (`_chain_seal`) lines missing
+at the end and foreign histories, and the memory of this station (`seals`) histories set back or
+replaced as a whole. The memory is keyed by the history and its subject, so the path of the folder
+does not matter. `_record_store` checks the files that events name.
 """
 
 from __future__ import annotations
 
 import contextlib
-import os
 import threading
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Generic, TypeVar
@@ -25,6 +22,7 @@ import msgspec
 from ocmm_core.calibration.records._chain_seal import (
     NAME,
     RESTORE,
+    SignedSeal,
     fault_of,
     forgery,
     read_seal,
@@ -33,9 +31,10 @@ from ocmm_core.calibration.records._chain_seal import (
     write_seal,
 )
 from ocmm_core.calibration.records._evidence import KeptFile, Stamp, stamp_of
+from ocmm_core.calibration.records._folder_lock import locked_folder
+from ocmm_core.calibration.records._kept_history import KeptHistory
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import OcmmError, StorageError
-from ocmm_core.host import HOST
 from ocmm_core.seals import (
     THIS_STATION,
     KeyFolder,
@@ -52,14 +51,14 @@ from ocmm_core.seals import (
 
 
 class StoredEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What every line of a chain of events has."""
+    """Common fields of all events."""
 
     utc: str
     """ISO 8601 text."""
     sealed: bool = False
-    """It was written together with a seal; False in chains of earlier versions."""
+    """Written together with a seal; False in chains of earlier versions."""
     signed: bool = False
-    """So it was with a signature of the station."""
+    """Written together with a signature of the station."""
     files: tuple[KeptFile, ...] = ()
     """Session files that it rests on."""
     lost: tuple[str, ...] = ()
@@ -71,21 +70,17 @@ class StoredEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 T = TypeVar("T", bound=StoredEvent)
 
-_READING_S, _WRITING_S = 5.0, 20.0
-"""Another process writes within milliseconds; one that hangs is not waited for for ever. Whoever
-writes waits longer: many may want to at once."""
-_BETWEEN_S = 0.002
 _REREAD_S = 10.0
-"""Chain and seal are read again after so long, although they look unchanged."""
+"""Interval after which chain and seal are re-read although they appear unchanged, s."""
 
 
 class EventFolder(ABC, Generic[T]):
-    """The folder; its methods may be called from any thread, and by several processes.
+    """Folder with a chain of events; safe across threads and processes.
 
     Parameters
     ----------
     folder
-        Made at the first write.
+        Created at the first write.
 
     Raises
     ------
@@ -101,27 +96,36 @@ class EventFolder(ABC, Generic[T]):
         self._fault: StorageError | None = None
         self._keys = KeyFolder()
         self._signer = SealState(SealWord.NOT_SIGNED)
+        self._seal: SignedSeal | None = None
         self._seen: KnownEnd | None = None
         self._chain: ChainFile[T]
         self._known: ChainFile[T] | None = None
+        self._kept = KeptHistory(folder / "events.jsonl")
         self._read_at = -float("inf")
         self._unfinished = False
         self._read()
 
     @property
     def folder(self) -> Path:
-        """Return the path of the folder."""
         return self._folder
 
     @property
     def events(self) -> tuple[T, ...]:
-        """Return what happened, oldest first."""
+        """Return the events, oldest first."""
         return self._chain.items
 
     def refresh(self) -> None:
         """Read lines appended by other processes; raise StorageError if the chain is broken."""
         with self._lock:
             self._refresh()
+
+    def check_name(self) -> StorageError | None:
+        """Return why known entries are not in the history any more; None if all are.
+
+        They are then saved in another file. Cheap: for a timer.
+        """
+        with self._lock:
+            return self._kept.loss()
 
     @property
     def signer(self) -> SealState:
@@ -130,7 +134,7 @@ class EventFolder(ABC, Generic[T]):
 
     @property
     def seen_utc(self) -> str:
-        """Return the latest time known to this station, ISO 8601 text; empty if none.
+        """Return the latest time recorded by this station, ISO 8601 text; empty if none.
 
         The later of its last check of this history, and of any history.
         """
@@ -142,10 +146,10 @@ class EventFolder(ABC, Generic[T]):
 
     @property
     def exchanged(self) -> StorageError | None:
-        """Return why an unbroken history is not trusted; None if it is.
+        """Return why an unbroken history is not trusted, or None.
 
-        This station knows a later end of it, or a later history of the same thing, or has lost its
-        memory of it, or does not know the signer.
+        The station has a record of a later end or a later history of the same subject, has lost its
+        memory of it, or does not recognise the signer.
         """
         links = self._chain.links
         if not links:
@@ -210,26 +214,34 @@ class EventFolder(ABC, Generic[T]):
                 self._remember(utc)
 
     def _append_event(self, event: T, *, at: str = "") -> None:
-        """Add an event and return when it is on the disk; StorageError where it is not.
+        """Append an event, on disk before returning; StorageError if that fails.
 
         Parameters
         ----------
         at
-            The time that from now on is the latest known one, even if a later one was known.
+            Becomes the latest recorded time, even if a later one was recorded.
         """
-        with self._lock, self._locked():
-            # The lines of another process must not be written over.
-            before = self._chain
-            self._refresh(writing=True)
-            if len(self._chain.links) < len(before.links):
-                raise before.lost("it was removed or replaced by an older one")
-            exchanged = self.exchanged
-            if exchanged is not None and self.events:
-                # From here on the history itself holds it, not only the memory of this station.
-                for doubt in self._doubts(exchanged.what, event.utc):
-                    self._write_line(doubt)
-            self._write_line(event)
-            self._remember(at)
+        with self._lock:
+            self._require_kept()
+            with locked_folder(self._folder):
+                self._append_locked(event, at)
+
+    def _require_kept(self) -> None:
+        lost = self._kept.loss()
+        if lost is not None:
+            raise lost
+
+    def _append_locked(self, event: T, at: str) -> None:
+        # The lines of another process must not be written over.
+        self._refresh(writing=True)
+        self._require_kept()
+        exchanged = self.exchanged
+        if exchanged is not None and self.events:
+            # From here on the history itself holds it, not only the memory of this station.
+            for doubt in self._doubts(exchanged.what, event.utc):
+                self._write_line(doubt)
+        self._write_line(event)
+        self._remember(at)
 
     def _write_line(self, event: T) -> None:
         event = msgspec.structs.replace(event, sealed=True, signed=True)
@@ -239,27 +251,10 @@ class EventFolder(ABC, Generic[T]):
         write_seal(self._folder, self._chain, self._keys, coming=self._chain.link_with(event))
         self._chain.append(event)
         write_seal(self._folder, self._chain, self._keys)
-        self._signer = signer_of(read_seal(self._folder), self._keys)
+        found = read_seal(self._folder)
+        self._kept.note(self._chain, found)
+        self._signer = signer_of(found, self._keys)
         self._stamps = self._stamps_now()
-
-    @contextmanager
-    def _locked(self, *, shared: bool = False) -> Iterator[None]:
-        """Keep other processes from writing meanwhile."""
-        try:
-            if not shared:
-                self._folder.mkdir(parents=True, exist_ok=True)
-            descriptor = HOST.open_to_lock(self._folder)
-        except OSError as error:
-            raise StorageError(
-                "events.folder",
-                f"{self._folder}: the folder cannot be opened ({error.strerror}).",
-                "Restore it, or give one with read and write permission, then repeat.",
-            ) from error
-        try:
-            _lock(self._folder, descriptor, shared=shared)
-            yield
-        finally:
-            os.close(descriptor)
 
     def _refresh(self, *, writing: bool = False) -> None:
         late = time.monotonic() - self._read_at >= _REREAD_S
@@ -275,6 +270,7 @@ class EventFolder(ABC, Generic[T]):
             self._fault = error
             raise
         self._fault = None
+        self._kept.note(self._chain, self._seal)
         # Signing a foreign history would vouch for it.
         if self._unfinished and not writing and self._signer.sound:
             self._finish()
@@ -284,7 +280,7 @@ class EventFolder(ABC, Generic[T]):
     def _finish(self) -> None:
         """Seal the last line of a program that ended before it could: it cannot be cut off then."""
         try:
-            with self._locked():
+            with locked_folder(self._folder):
                 self._chain = self._read_whole()
                 if self._unfinished:
                     write_seal(self._folder, self._chain, self._keys)
@@ -294,12 +290,12 @@ class EventFolder(ABC, Generic[T]):
             self._stamps = (None, None)
 
     def _read_between_writes(self) -> ChainFile[T]:
-        """Return the chain as `_read_whole`, also where another process writes just now."""
+        """Return `_read_whole`, retrying if another process is writing."""
         try:
             return self._read_whole()
         except StorageError:
             # Chain and seal are two files, and maybe one of them was read too soon.
-            with self._locked(shared=True):
+            with locked_folder(self._folder, shared=True):
                 return self._read_whole()
 
     def _read_whole(self) -> ChainFile[T]:
@@ -307,7 +303,7 @@ class EventFolder(ABC, Generic[T]):
         self._read_at = time.monotonic()
         try:
             self._stamps = self._stamps_now()
-            # If another program appends all the time, each check reads only the new lines.
+            # If another program keeps appending, each check reads only the new lines.
             chain = ChainFile(self._folder / "events.jsonl", self._kind, known=self._known)
             self._known = chain
             needed = any(event.sealed for event in chain.items)
@@ -324,11 +320,11 @@ class EventFolder(ABC, Generic[T]):
             raise fault
         # The rest of a line that was torn goes when the next one is written.
         self._unfinished = end is not None and bool(end.coming) and not chain.torn
-        self._signer = signer
+        self._signer, self._seal = signer, found
         return chain
 
     def _remember(self, utc: str = "") -> None:
-        """Store how far it goes, and when it was checked; empty leaves that as it is."""
+        """Store the end of the history and the check time; empty keeps the stored time."""
         links, last = self._chain.links, self.events[-1]
         with contextlib.suppress(StorageError):
             known = recall(_identity(links))
@@ -370,23 +366,3 @@ def _missing(event: int) -> str:
 
 def _time(utc: str) -> float:
     return datetime.fromisoformat(utc).timestamp() if utc else -float("inf")
-
-
-def _lock(folder: Path, descriptor: int, *, shared: bool) -> None:
-    patience_s = _READING_S if shared else _WRITING_S
-    end = time.monotonic() + patience_s
-    while time.monotonic() < end:
-        try:
-            HOST.lock(descriptor, shared=shared)
-        except BlockingIOError:
-            time.sleep(_BETWEEN_S)
-            continue
-        except OSError:
-            # A disk without locks: as it was before there were any.
-            return
-        return
-    raise StorageError(
-        "events.busy",
-        f"{folder}: another program has been writing the history for {patience_s:g} s.",
-        "Wait until it has ended, or close it, then repeat.",
-    )

@@ -1,7 +1,6 @@
-"""What can happen to calibrations and tips, and how they stand after it.
+"""Events of calibrations and tips, and the status that follows from them.
 
-The state of a calibration, or of a tip, at a moment follows from its records and these events
-alone; nothing here reads a file.
+The status depends on records and events alone; this module reads no file.
 """
 
 from __future__ import annotations
@@ -28,16 +27,16 @@ from ocmm_core.calibration.records._sealed import record_hash
 
 
 class EventKind(StrEnum):
-    """What can happen to a calibration."""
+    """Kinds of calibration events."""
 
     ACCEPTED = "accepted"
     PASSED = "verification passed"
     FAILED = "verification failed"
     SUSPECTED = "put in doubt"
     FALLEN = "artefact found wrong"
-    """It, or the verification that is the evidence, rests on an artefact that was wrong."""
+    """The calibration, or the verification given as evidence, rests on a faulty artefact."""
     RECALLED = "jobs recalled"
-    """Jobs were computed anew; the evidence is what came out (`inspection.recall_record`)."""
+    """Jobs were recomputed; the evidence is the result (`inspection.recall_record`)."""
 
 
 class Event(StoredEvent, frozen=True, kw_only=True):
@@ -47,15 +46,16 @@ class Event(StoredEvent, frozen=True, kw_only=True):
     calibration: str
     """Hash of the record it is about."""
     evidence: str = ""
-    """Hash of the verification record, also of one that has fallen, or of the record of a recall;
-    empty for other kinds."""
+    """Hash of the verification record (also a fallen one) or of the recall record; otherwise empty.
+    """
     since_utc: str = ""
-    """For a doubt: last time at which all was well; empty where that is not known. For an artefact:
-    since when it is wrong."""
+    """For a suspicion: last time without a fault, empty if unknown. For an artefact: start of the
+    fault.
+    """
 
 
 class TipEventKind(StrEnum):
-    """What can happen to a tip."""
+    """Kinds of tip events."""
 
     CALIBRATED = "probe calibrated"
     QUALIFIED = "tip qualified"
@@ -73,23 +73,23 @@ class TipEvent(StoredEvent, frozen=True, kw_only=True):
     tip: str
     """Name of the tip it is about."""
     record: str = ""
-    """Hash of the record that belongs to it; empty where there is none."""
+    """Hash of the associated record, or empty."""
     since_utc: str = ""
-    """For a doubt: last time at which all was well; empty otherwise."""
+    """For a suspicion: last time without a fault; otherwise empty."""
 
 
 @dataclass(frozen=True, slots=True)
 class TipRecords:
-    """What is in force for a tip."""
+    """Records in force for a tip."""
 
     calibration: ProbeRecord
-    """Accepted last for it."""
+    """Latest accepted."""
     qualification: TipRecord | None
-    """The last one that passed with this calibration; None where there is none."""
+    """Latest that passed with this calibration, or None."""
 
     @property
     def due_utc(self) -> str:
-        """Return until when they hold, ISO 8601 text."""
+        """Return the expiry of the records, ISO 8601 text."""
         ends = [self.calibration.valid_until_utc]
         if self.qualification is not None:
             ends.append(self.qualification.valid_until_utc)
@@ -131,10 +131,10 @@ def status(record: CameraRecord, events: Sequence[Event], now: datetime) -> Reco
 
 
 def judgements(events: Sequence[Event]) -> list[Event]:
-    """Return what says how calibrations stand, oldest first: put in force, passed, failed, doubted.
+    """Return the events that decide the status, oldest first.
 
-    A verification that passed by an artefact which was wrong is a doubt: nobody knows what it
-    would have said.
+    A verification that passed with a faulty artefact counts as a suspicion: its true result is
+    unknown.
     """
     void = {one.evidence: one for one in events if one.kind is EventKind.FALLEN and one.evidence}
     return [
@@ -185,7 +185,7 @@ def status_of_tip(active: TipRecords, events: Sequence[TipEvent], now: datetime)
     made = datetime.fromisoformat(
         calibration.made_utc if name == "calibration" else qualification.made_utc
     )
-    # What holds for days only would always be due two weeks before its end.
+    # A term of only days would otherwise always be DUE.
     return within_term(name, end, min(DUE_BEFORE, (end - made) / 5), remedy, now)
 
 

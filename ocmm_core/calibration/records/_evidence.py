@@ -1,10 +1,9 @@
-"""The files that a standing rests on: each must be there, and as it was when it was stored.
+"""Check that the files behind a status exist and are unchanged.
 
-A record is named by its hash, and an event names the session file that the record came from by
-the hash of its bytes. `EvidenceCheck` reads them again. A file whose inode, length and times are
-those of when it was read last is not read at every look; one file in turn is, every
-`PATROL_S`, so that also an edit that kept all of them is noticed. Of a store that is many years old
-not all files are looked at each time, but the newest, and the others in turn.
+Records are named by their hash; events name session files by the SHA-256 of their bytes.
+`EvidenceCheck` reads them again. A file with unchanged inode, length and times is not re-read every
+time, but one file in turn is, every `PATROL_S`, to detect edits that preserve all of them. In large
+stores each check covers the newest files and a moving window of the others.
 """
 
 from __future__ import annotations
@@ -22,9 +21,9 @@ from ocmm_core.errors import CalibrationError
 from ocmm_core.side_files import LARGEST_JOB, read_guarded
 
 PATROL_S = 1.0
-"""Between two readings of a file that looks unchanged."""
+"""Interval between re-reads of files that appear unchanged, s."""
 AT_A_LOOK = 40
-"""So many of the newest files are looked at each time, and so many of the others in turn."""
+"""Number of newest files, and of others in turn, inspected by each check."""
 
 Stamp = tuple[int, int, int, int]
 """Inode, length, and times of the last change of content and of anything else, ns."""
@@ -36,7 +35,7 @@ class KeptFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     name: str
     """Below the folder, with forward slashes."""
     sha256: str
-    """Of its bytes; of a record (``<hash>.json``) that of its content, which names it."""
+    """Hash of the bytes; for a record (``<hash>.json``), of its content, which names it."""
 
     @property
     def is_record(self) -> bool:
@@ -44,7 +43,7 @@ class KeptFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return self.name == f"{self.sha256}.json"
 
     def words(self, folder: Path) -> str:
-        """Return what it is and where; a record by as much of its name as the history shows."""
+        """Return kind and path for messages; records with a shortened hash."""
         if self.is_record:
             return f"Record {self.sha256[:12]} in {folder}"
         path = folder / self.name
@@ -57,12 +56,12 @@ def record_file(digest: str) -> KeptFile:
 
 
 def session_files(folder: Path, session: Path | None) -> tuple[KeptFile, ...]:
-    """Return the session file that a record comes from, where it is kept below the store.
+    """Return the session file of a record, if stored below the store's folder.
 
     Raises
     ------
     CalibrationError
-        It cannot be read.
+        The file cannot be read.
     """
     if session is None or not session.resolve().is_relative_to(folder.resolve()):
         return ()
@@ -78,7 +77,7 @@ def session_files(folder: Path, session: Path | None) -> tuple[KeptFile, ...]:
 
 
 class EvidenceCheck:
-    """Looks at the files of a folder; may be asked from any thread."""
+    """Verifies the files of a folder; thread-safe."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -91,14 +90,14 @@ class EvidenceCheck:
         self._patrolled = time.monotonic()
 
     def defect(self, wanted: Sequence[KeptFile], *, thorough: bool) -> tuple[KeptFile, str] | None:
-        """Return the first file that is not as it was, and what is wrong; None where all are.
+        """Return the first changed or missing file with its defect, or None.
 
         Parameters
         ----------
         wanted
-            All files that must be there.
+            All files that must exist.
         thorough
-            Read all of them, whatever they look like.
+            Read all of them, also if they appear unchanged.
         """
         with self._lock:
             if thorough:
@@ -110,7 +109,7 @@ class EvidenceCheck:
                 what = self._look(one)
                 if what:
                     return one, what
-            # Where one is wrong, those behind it were not read yet.
+            # After a defect, the files behind it have not been read yet.
             self._begun = True
         return None
 
@@ -121,7 +120,7 @@ class EvidenceCheck:
             return tuple(one.name for one in wanted if self._look(one))
 
     def _chosen(self, wanted: Sequence[KeptFile]) -> list[KeptFile]:
-        """Return what is looked at this time: what was wrong, the newest, some of the others."""
+        """Return the files to inspect now: defective ones, the newest, a window of the others."""
         old, new = wanted[:-AT_A_LOOK], wanted[-AT_A_LOOK:]
         self._window = self._window + AT_A_LOOK if self._window + AT_A_LOOK < len(old) else 0
         window = old[self._window : self._window + AT_A_LOOK]
@@ -129,7 +128,7 @@ class EvidenceCheck:
         return [*wrong, *window, *new]
 
     def _look(self, wanted: KeptFile) -> str:
-        """Return what is wrong with a file, and remember it; empty where nothing is."""
+        """Return and remember the defect of a file; empty if it is intact."""
         what = self._what_is_wrong(wanted)
         if what:
             self._bad.add(wanted)
@@ -159,12 +158,12 @@ class EvidenceCheck:
 
 
 def stamp_of(path: Path) -> Stamp | None:
-    """Return what a file looks like from outside; None where there is none.
+    """Return the file's stamp, or None if it does not exist.
 
     Raises
     ------
     OSError
-        It cannot be looked at.
+        The file cannot be inspected.
     """
     try:
         found = path.stat()

@@ -1,4 +1,4 @@
-"""What speaks against a calibration, with its remedy, and what may pass nevertheless."""
+"""Findings against a calibration, with remedies, and which of them may be overruled."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ocmm_core.errors import CalibrationError
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """Something that speaks against a calibration."""
+    """Finding against a calibration."""
 
     code: str
     what: str
@@ -18,16 +18,16 @@ class Finding:
     """`code`, `what`, `remedy`: As in `OcmmError`."""
     refuses: bool
     forcible: bool = False
-    """A person may use it nevertheless."""
+    """The user may overrule it."""
 
 
 def let_pass(findings: Sequence[Finding], force: bool) -> tuple[Finding, ...]:
-    """Return the warnings; with ``force`` also what would have been refused without.
+    """Return the warnings; with ``force`` also the overruled refusals.
 
     Raises
     ------
     CalibrationError
-        A finding refuses; the first one, those that cannot be forced before the others.
+        A finding refuses; findings that cannot be forced are raised first.
     """
     hard = [one for one in findings if one.refuses and not (one.forcible and force)]
     hard.sort(key=lambda one: one.forcible)

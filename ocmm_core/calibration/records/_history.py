@@ -1,8 +1,7 @@
-"""Which calibration is in force, and whether it may be trusted: a chain of events on the disk.
+"""Store of the calibrations of a rig: the one in force and its status.
 
-Records are never changed. What happens to them - accepted, verified, put in doubt - is appended
-to one chained file for each rig. The state of a calibration follows from its record and these
-events alone.
+Records never change. Events (accepted, verified, suspected) are appended to one chain file a rig;
+the status of a calibration follows from its record and these events alone.
 """
 
 from __future__ import annotations
@@ -22,14 +21,12 @@ from ocmm_core.errors import CalibrationError, OcmmError
 
 
 class CalibrationStore(RecordStore[Event]):
-    """The calibrations of one rig, in a folder of their own; one process writes at a time.
-
-    Its methods may be called from any thread.
+    """Calibrations of one rig in a folder; single writer process, thread-safe.
 
     Parameters
     ----------
     folder
-        Made at the first write.
+        Created at the first write.
 
     Raises
     ------
@@ -44,27 +41,27 @@ class CalibrationStore(RecordStore[Event]):
         super().__init__(folder, Event)
 
     def active(self) -> CameraRecord | None:
-        """Return the record that was accepted last, or None before the first one.
+        """Return the latest accepted record, or None.
 
         Raises
         ------
         CalibrationError
-            It is missing or was changed.
+            The record is missing or was changed.
         """
         digest = self.active_hash
         return None if digest is None else load_named(self._folder, digest, CameraRecord)
 
     @property
     def active_hash(self) -> str | None:
-        """Return the hash of the record that was accepted last, or None."""
-        # The last one is looked for from the end: a history has many events since.
+        """Return the hash of the latest accepted record, or None."""
+        # Search from the end; many events may follow.
         accepted = (one for one in reversed(self.events) if one.kind is EventKind.ACCEPTED)
         return next((event.calibration for event in accepted), None)
 
     def records(self) -> tuple[CameraRecord, ...]:
-        """Return all accepted records, oldest first; raise CalibrationError for a changed one.
+        """Return all accepted records, oldest first, without lost ones.
 
-        Those that were lost, which the history says, are left out.
+        Raises CalibrationError for a changed record.
         """
         hashes = dict.fromkeys(
             event.calibration for event in self.events if event.kind is EventKind.ACCEPTED
@@ -87,14 +84,8 @@ class CalibrationStore(RecordStore[Event]):
     ) -> str:
         """Store a calibration, put it in force and return its hash.
 
-        It is SUSPECT until a verification has passed. One from known points rests on nothing
-        that was before: files of earlier ones that are lost are not asked for any more, and the
-        event says which.
-
-        Parameters
-        ----------
-        session
-            The file of the session that it comes from.
+        It is SUSPECT until a verification passes. One from known points depends on nothing earlier:
+        lost files of earlier ones are no longer required; the event lists them.
         """
         digest = record_hash(record)
         self._put(
@@ -106,17 +97,12 @@ class CalibrationStore(RecordStore[Event]):
     def verify(
         self, record: VerificationRecord, now: datetime, session: Path | None = None
     ) -> None:
-        """Store a verification of the calibration in force; it makes up for lost earlier ones.
-
-        Parameters
-        ----------
-        session
-            The file of the session that it comes from.
+        """Store a verification of the calibration in force; replaces lost earlier ones.
 
         Raises
         ------
         CalibrationError
-            It is about another calibration, or rests on the data of that calibration.
+            It belongs to another calibration, or uses the data of that calibration.
         """
         active = self.active()
         if active is None or record.calibration != self.active_hash:
@@ -140,7 +126,7 @@ class CalibrationStore(RecordStore[Event]):
         )  # fmt: skip
 
     def suspect(self, who: str, reason: str, since: datetime | None, now: datetime) -> None:
-        """Put the calibration in force in doubt, since a moment or since its last good check."""
+        """Mark the calibration in force SUSPECT, since a moment or its last good check."""
         digest = self.active_hash
         if digest is not None:
             self._happened(
@@ -157,16 +143,16 @@ class CalibrationStore(RecordStore[Event]):
         since: datetime,
         now: datetime,
     ) -> None:
-        """Say that a calibration, or a verification of it, rests on an artefact that was wrong.
+        """Record that a calibration or its verification rests on a faulty artefact.
 
         Parameters
         ----------
         calibration
             Hash of the calibration.
         evidence
-            Hash of its verification that falls; empty where it falls itself.
+            Hash of the affected verification; empty if the calibration itself is affected.
         since
-            When the artefact was wrong.
+            When the artefact was faulty.
         """
         self._happened(
             now, who, reason, since=since,
@@ -176,19 +162,19 @@ class CalibrationStore(RecordStore[Event]):
     def recalled(
         self, calibration: str, evidence: str, who: str, reason: str, now: datetime
     ) -> None:
-        """Say that the jobs of a calibration were computed anew; ``evidence`` is what came out."""
+        """Record that the jobs of a calibration were recomputed, with the hash of the result."""
         self._happened(
             now, who, reason,
             kind=EventKind.RECALLED, calibration=calibration, evidence=evidence,
         )  # fmt: skip
 
     def status(self, now: datetime) -> RecordStatus:
-        """Return whether the calibration in force may be trusted, with all its files read again.
+        """Return the status of the calibration in force with all its files re-read.
 
         Raises
         ------
         CalibrationError
-            There is none, or its record was changed.
+            No calibration, or its record was changed.
         """
         record = self.active()
         if record is None:
@@ -198,7 +184,7 @@ class CalibrationStore(RecordStore[Event]):
         return self.status_of(record, now, thorough=True)
 
     def status_of(self, record: CameraRecord, now: datetime, *, thorough: bool) -> RecordStatus:
-        """Return whether a calibration may be trusted, and whether what it rests on is whole."""
+        """Return the status of a calibration, including the integrity of its evidence."""
         return self._doubt(now, thorough=thorough) or self._judged(
             now, lambda at: status(record, self.events, at)
         )

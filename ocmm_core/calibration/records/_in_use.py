@@ -1,7 +1,7 @@
-"""Which calibration a job is measured with, and whether points may be taken with it.
+"""Choose a job's calibration and decide whether points may be recorded with it.
 
-Virtual rigs are measured with the rig document itself; real cameras need a record from the store
-of calibrations whose standing is usable (`usable`).
+Virtual rigs are measured with the rig document; real cameras need a stored record with a usable
+status (`usable`).
 """
 
 from __future__ import annotations
@@ -34,45 +34,44 @@ from ocmm_core.fieldbus.described import DeviceDescription, doubt_line, doubt_se
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrationView(ViewInUse):
-    """What is to be said about the calibration at a moment; see also `ViewInUse`."""
+    """Status of the calibration at a moment; see also `ViewInUse`."""
 
     rig: str
     record: CameraRecord | None = None
-    """None where the rig comes from the rig document."""
+    """None if the rig comes from the rig document."""
 
     @property
     def label(self) -> str:
-        """Return word and shortened hash, for reports; pure ASCII."""
+        """Return status and shortened hash, for reports; pure ASCII."""
         word = "UNCALIBRATED" if self.uncalibrated else self.word.value
         return f"{word} {self.identity[:12]}"
 
 
 @dataclass(frozen=True, slots=True)
 class CalibrationInUse(InUse[CalibrationStore, CalibrationView]):
-    """The calibration that a job was begun with; see also `InUse`."""
+    """Calibration at the start of a job; see also `InUse`."""
 
     rig: Rig
-    """What is measured with."""
     rig_text: str
-    """The complete text that it comes from, for the job file; its SHA-256 is ``rig.identity``."""
+    """Complete source text, for the job file; its SHA-256 is ``rig.identity``."""
     record: CameraRecord | None = None
-    """The record it comes from; None where it comes from the rig document."""
+    """None if the rig comes from the rig document."""
     device: DeviceDescription | None = None
-    """What the cameras are where a file describes them; None where they are ours."""
+    """Description of the cameras; None for our own."""
 
     @property
     def camera_doubts(self) -> tuple[str, ...]:
-        """Return what the cameras cannot prove, in sentences; empty where they are ours."""
+        """Return unproven properties of described cameras, in sentences; empty for our own."""
         return () if self.device is None else doubt_sentences(self.device)
 
     @property
     def is_design(self) -> bool:
-        """Return whether it comes from the rig document alone."""
+        """Return whether the rig comes from the rig document alone."""
         return self.record is None
 
     @property
     def as_opened(self) -> CalibrationView:
-        """Return what is said of it before anything was judged."""
+        """Return the view before any status is evaluated."""
         return CalibrationView(
             word=CalibrationStatus.DESIGN,
             rig=self.rig.name,
@@ -83,7 +82,7 @@ class CalibrationInUse(InUse[CalibrationStore, CalibrationView]):
         )
 
     def overtaken(self, store: CalibrationStore) -> Blocker | None:
-        """Return what was put in its place since the job was begun; None where nothing was."""
+        """Return what replaced it since the start of the job, or None."""
         if store.active_hash == record_hash(self._used):
             return None
         return replaced_in(store, _REPLACED)
@@ -99,7 +98,7 @@ class CalibrationInUse(InUse[CalibrationStore, CalibrationView]):
 
 
 def default_folder() -> Path:
-    """Return where calibrations of this user are kept, rig by rig."""
+    """Return the user's calibration folder, with one subfolder a rig."""
     return platformdirs.user_data_path("ocmm") / "calibrations"
 
 
@@ -109,13 +108,13 @@ def store_folder(folder: Path, rig: str) -> Path:
     Raises
     ------
     InputError
-        The rig's name cannot be that of a folder on every system.
+        The rig's name is not a valid folder name on every system.
     """
     return named_folder(folder, rig, "rig")
 
 
 def open_design(document: Path, *, uncalibrated: bool = False) -> CalibrationInUse:
-    """Return the rig of a document as it stands there, for virtual rigs.
+    """Return the rig exactly as its document describes it, for virtual rigs.
 
     Raises
     ------
@@ -130,26 +129,26 @@ def open_design(document: Path, *, uncalibrated: bool = False) -> CalibrationInU
 def open_calibration(
     document: Path, folder: Path, *, uncalibrated: bool = False
 ) -> CalibrationInUse:
-    """Return the calibration in force of the rig that a document describes.
+    """Return the calibration in force of the rig described in a document.
 
     Parameters
     ----------
     document
-        The rig document: the name of the rig, its cameras, and how fast they run.
+        Rig document: name, cameras and frame rate.
     folder
-        Where calibrations are kept, see `default_folder`.
+        Root of the calibrations, see `default_folder`.
     uncalibrated
-        Points are taken whatever is the matter with the calibration.
+        Record points regardless of the calibration's status.
 
     Returns
     -------
     CalibrationInUse
-        With a fault where there is no usable record; its rig is then that of the document.
+        If no record is usable: with a fault, and the rig of the document.
 
     Raises
     ------
     InputError
-        The document cannot be used, or the name of the rig.
+        The document, or the name of the rig, cannot be used.
     """
     design = open_design(document, uncalibrated=uncalibrated)
     place = store_folder(folder, design.rig.name)
@@ -176,16 +175,10 @@ def open_calibration(
 
 
 def rig_in_force(record: CameraRecord, design: Rig) -> Rig:
-    """Return the rig of a record with what its document alone says.
+    """Return the rig of a record, completed from its document.
 
-    How fast the cameras run and what they are is no matter of calibration, and records of versions
-    without described cameras do not say it. Sensors are those that were calibrated, and those of
-    the document where the record has none.
-
-    Parameters
-    ----------
-    design
-        The rig as its document describes it.
+    Frame rate and device description are not part of a calibration, and older records lack them.
+    Sensors are the calibrated ones; those of the document if the record has none.
 
     Raises
     ------
@@ -204,12 +197,12 @@ def rig_in_force(record: CameraRecord, design: Rig) -> Rig:
 
 
 def require_record(in_use: CalibrationInUse) -> CameraRecord:
-    """Return the record that is measured with.
+    """Return the record in use.
 
     Raises
     ------
     CalibrationError
-        There is none, or none that may be used.
+        No record, or none that may be used.
     """
     in_use.refuse_fault("calibration.not_usable")
     if in_use.record is None:

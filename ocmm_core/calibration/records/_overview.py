@@ -1,4 +1,4 @@
-"""Everything that is kept about the calibrations of a rig, or a probe with its tips, for a page."""
+"""Contents of a calibration or probe store, for display."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ NO_TRENDS = trends([], [])
 
 @dataclass(frozen=True, slots=True)
 class CalibrationOverview:
-    """What the store of a rig holds."""
+    """Contents of the store of a rig."""
 
     events: tuple[Event, ...] = ()
-    """What happened, oldest first."""
+    """Oldest first."""
     trends: CalibrationTrends = NO_TRENDS
     """Over all calibrations and verifications."""
     verifications: Mapping[str, VerificationRecord] = field(default_factory=dict)
-    """The last one of each calibration that has one, by its hash."""
+    """Latest of each calibration, by the hash of the calibration."""
     fault: str = ""
-    """Why a part of it cannot be shown; empty where all can."""
+    """Why a part cannot be shown, or empty."""
 
 
 def overview(store: CalibrationStore | None) -> CalibrationOverview:
-    """Return what a store holds; reads all its records, some milliseconds for each.
+    """Return the contents of a store; reads all records, some milliseconds each.
 
-    A record that was changed is a fault, not an error: the rest is worth being seen.
+    A changed record is reported as a fault, so that the rest remains visible.
     """
     if store is None:
         return CalibrationOverview()
@@ -48,64 +48,61 @@ def overview(store: CalibrationStore | None) -> CalibrationOverview:
         found = trends(store.records(), verifications)
     except OcmmError as error:
         return CalibrationOverview(store.events, fault=str(store.defect(thorough=True) or error))
-    # Of every calibration, because a job may still be measured with one that was replaced since.
+    # For every calibration, as a job may still use one that was replaced since.
     last = {record.calibration: record for record in verifications}
     return CalibrationOverview(store.events, found, last)
 
 
 @dataclass(frozen=True, slots=True)
 class TipState:
-    """One tip as it stands."""
+    """Status of one tip."""
 
     tip: str
-    """Name."""
     mounted: bool
-    """It is on the probe."""
     status: RecordStatus
-    """Whether it may be trusted."""
     calibration: ProbeRecord
     qualification: TipRecord | None
-    """In force; None where it was not qualified since."""
+    """In force; None if not qualified since the calibration."""
     check: TipCheckRecord | None
-    """The last quick check of this qualification; None where there was none."""
+    """Latest quick check of this qualification, or None."""
 
     @property
     def due_utc(self) -> str:
-        """Return until when its records hold, ISO 8601 text."""
+        """Return the expiry of its records, ISO 8601 text."""
         return TipRecords(self.calibration, self.qualification).due_utc
 
 
 @dataclass(frozen=True, slots=True)
 class ProbeTrends:
-    """What is worth watching over the years; one course for each tip."""
+    """Long-term courses of a probe, one for each tip."""
 
     diameter: tuple[Course, ...] = ()
     form: tuple[Course, ...] = ()
     """`diameter`, `form`: Of the ball, mm, of all qualifications."""
     place: tuple[Course, ...] = ()
-    """Distance of the tip from where its first calibration had it, mm."""
+    """Distance of the tip from its first calibration, mm."""
     check: tuple[Course, ...] = ()
-    """Of each quick check, the error that came nearest to its limit, as a part of that limit."""
+    """For each quick check, the error closest to its limit, as a fraction of that limit."""
 
 
 @dataclass(frozen=True, slots=True)
 class ProbeOverview:
-    """What the store of a probe holds."""
+    """Contents of the store of a probe."""
 
     tips: tuple[TipState, ...] = ()
-    """All that were ever calibrated, the mounted one first."""
+    """All calibrated tips, the mounted one first."""
     events: tuple[TipEvent, ...] = ()
-    """What happened, oldest first."""
+    """Oldest first."""
     trends: ProbeTrends = ProbeTrends()
     """Over all records."""
     fault: str = ""
-    """Why a part of it cannot be shown; empty where all can."""
+    """Why a part cannot be shown, or empty."""
 
 
 def probe_overview(store: ProbeStore | None, now: datetime) -> ProbeOverview:
-    """Return what a store holds at a moment; reads all its records, some milliseconds for each.
+    """Return the contents of a store at a moment; reads all records, some milliseconds each.
 
-    A record that was changed is a fault, not an error: the rest is worth being seen.
+    A changed record is reported as a fault, so that the rest remains visible.
     """
     if store is None:
         return ProbeOverview()

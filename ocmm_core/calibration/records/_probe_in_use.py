@@ -1,7 +1,7 @@
-"""Which tip of which probe a job is measured with, and whether points may be taken with it.
+"""Choose the probe and tip of a job and decide whether points may be recorded.
 
-As for the cameras (`in_use`): virtual rigs may be measured with the probe document itself; real
-cameras need records of the mounted tip whose standing is usable.
+As for cameras (`in_use`): virtual rigs may use the probe document; real cameras need records of the
+mounted tip with a usable status.
 """
 
 from __future__ import annotations
@@ -36,26 +36,25 @@ TEXT_SCHEMA = "ocmm.probe-in-use/1"
 
 
 class ProbeText(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Everything that the geometry of a calibrated probe comes from, as jobs keep it."""
+    """Source of a calibrated probe's geometry, as kept in jobs."""
 
     schema: str
     """`TEXT_SCHEMA`."""
     document: str
     calibration: ProbeRecord
     qualification: TipRecord | None
-    """`calibration`, `qualification`: Records of the tip."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProbeView(ViewInUse):
-    """What is to be said about the probe at a moment; see also `ViewInUse`."""
+    """Status of the probe at a moment; see also `ViewInUse`."""
 
     probe: str
     tip: str
-    """`probe`, `tip`: Names; that of the tip is empty where no record names it."""
+    """`probe`, `tip`: Names; the tip's is empty without a record."""
     diameter_mm: float
     records: TipRecords | None = None
-    """None where the geometry comes from the document."""
+    """None if the geometry comes from the document."""
 
     @property
     def title(self) -> str:
@@ -64,12 +63,12 @@ class ProbeView(ViewInUse):
 
     @property
     def due_utc(self) -> str:
-        """Return until when the records hold, ISO 8601 text; empty where there are none."""
+        """Return the expiry of the records, ISO 8601 text; empty without records."""
         return "" if self.records is None else self.records.due_utc
 
     @property
     def note(self) -> str:
-        """Return word, names and all hashes, for the job file."""
+        """Return status, names and all hashes, for the job file."""
         hashes = [self.identity]
         if self.records is not None:
             hashes.append(f"calibration {record_hash(self.records.calibration)}")
@@ -80,7 +79,7 @@ class ProbeView(ViewInUse):
 
     @property
     def label(self) -> str:
-        """Return word, names, shortened hash and due date, for reports; pure ASCII, no commas."""
+        """Return status, names, short hash and due date for reports; ASCII, no commas."""
         word = "UNCALIBRATED" if self.uncalibrated else self.word.value
         names = f"{self.probe}/{self.tip}" if self.tip else self.probe
         plain = "".join(sign if sign.isascii() and sign.isprintable() else "?" for sign in names)
@@ -90,27 +89,26 @@ class ProbeView(ViewInUse):
 
 @dataclass(frozen=True, slots=True)
 class ProbeInUse(InUse[ProbeStore, ProbeView]):
-    """The probe that a job was begun with; see also `InUse`."""
+    """Probe at the start of a job; see also `InUse`."""
 
     body: ProbeBody
-    """What is measured with."""
     probe_text: str
-    """The complete text that it comes from, for the job file; its SHA-256 is ``body.identity``."""
+    """Complete source text, for the job file; its SHA-256 is ``body.identity``."""
     design: ProbeBody
-    """The probe by its document; records are compared with its identity."""
+    """Nominal probe of the document; records are checked against its identity."""
     tip: str = ""
-    """Name of the tip; empty where no record names it."""
+    """Name of the tip; empty without a record."""
     records: TipRecords | None = None
-    """What the geometry comes from; None where it comes from the document."""
+    """None if the geometry comes from the document."""
 
     @property
     def is_design(self) -> bool:
-        """Return whether it comes from the probe document alone."""
+        """Return whether the geometry comes from the probe document alone."""
         return self.records is None
 
     @property
     def as_opened(self) -> ProbeView:
-        """Return what is said of it before anything was judged."""
+        """Return the view before any status is evaluated."""
         return ProbeView(
             word=CalibrationStatus.DESIGN,
             probe=self.body.name,
@@ -122,7 +120,7 @@ class ProbeInUse(InUse[ProbeStore, ProbeView]):
         )
 
     def overtaken(self, store: ProbeStore) -> Blocker | None:
-        """Return what was put in its place since the job was begun; None where nothing was."""
+        """Return what replaced it since the start of the job, or None."""
         if _is_replaced(self._used, store):
             return replaced_in(store, _replaced(self.tip))
         if store.mounted != self.tip:
@@ -140,7 +138,7 @@ class ProbeInUse(InUse[ProbeStore, ProbeView]):
 
 
 def default_probe_folder() -> Path:
-    """Return where the records of this user's probes are kept, probe by probe."""
+    """Return the folder of the user's probe records, with one subfolder a probe."""
     return platformdirs.user_data_path("ocmm") / "probes"
 
 
@@ -150,13 +148,13 @@ def probe_store_folder(folder: Path, probe: str) -> Path:
     Raises
     ------
     InputError
-        The probe's name cannot be that of a folder on every system.
+        The probe's name is not a valid folder name on every system.
     """
     return named_folder(folder, probe, "probe")
 
 
 def open_probe_design(document: Path, *, uncalibrated: bool = False) -> ProbeInUse:
-    """Return the probe of a document as it stands there, for virtual rigs.
+    """Return the probe exactly as its document describes it, for virtual rigs.
 
     Raises
     ------
@@ -171,26 +169,26 @@ def open_probe_design(document: Path, *, uncalibrated: bool = False) -> ProbeInU
 def open_probe(
     document: Path, folder: Path, tip: str | None = None, *, uncalibrated: bool = False
 ) -> ProbeInUse:
-    """Return the probe that a document describes, with what is in force for one of its tips.
+    """Return the probe of a document with the records in force for one of its tips.
 
     Parameters
     ----------
     folder
-        Where records of probes are kept, see `default_probe_folder`.
+        Root of the probe records, see `default_probe_folder`.
     tip
-        Name of the tip; None is the one that is mounted by the records.
+        None selects the mounted tip.
     uncalibrated
-        Points are taken whatever is the matter with the tip.
+        Record points regardless of the tip's status.
 
     Returns
     -------
     ProbeInUse
-        With a fault where there are no usable records; its geometry is then that of the document.
+        If no records are usable: with a fault, and the geometry of the document.
 
     Raises
     ------
     InputError
-        The document cannot be used, or the name of the probe.
+        The document, or the name of the probe, cannot be used.
     """
     design = open_probe_design(document, uncalibrated=uncalibrated)
     place = probe_store_folder(folder, design.body.name)
@@ -221,12 +219,12 @@ def open_probe(
 
 
 def require_records(in_use: ProbeInUse) -> TipRecords:
-    """Return the records that are measured with.
+    """Return the records in use.
 
     Raises
     ------
     CalibrationError
-        There are none, or none that may be used.
+        No records, or none that may be used.
     """
     in_use.refuse_fault("probe_record.not_usable")
     if in_use.records is None:

@@ -1,7 +1,6 @@
-"""Records of a probe: its geometry with one tip, the qualification of that tip, and quick checks.
+"""Records of a probe for each tip: calibration, qualification and quick checks.
 
-They are kept as `sealed` files. A probe with several tips has records for each of them: the ball
-of another stylus is somewhere else and has another diameter.
+They are kept as `sealed` files. Each tip has its own, as its ball differs in place and diameter.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ class MadeRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """Head of every record of a probe."""
 
     schema: str
-    """Which kind, with its version."""
+    """Kind, with its version."""
     probe: str
     """Name of the probe."""
     tip: str
@@ -39,7 +38,7 @@ class MadeRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     software: str
     """`made_by`, `software`: Who, with which version."""
     temperature_c: float | None
-    """Of the surroundings; None where nobody measured it."""
+    """Ambient; None if not measured."""
     rig: str
     rig_identity: str
     """`rig`, `rig_identity`: Name of the rig, and hash of the record or document of its cameras."""
@@ -47,7 +46,7 @@ class MadeRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 class PivotCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the second, independent sweep said; see `pivot.PivotValidation`."""
+    """Result of the second, independent sweep; see `pivot.PivotValidation`."""
 
     difference_mm: Vector3
     sigma_mm: Vector3
@@ -57,11 +56,12 @@ class PivotCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """RMS distance of the LEDs."""
     place_mm: float
     attitude_deg: float
-    """`place_mm`, `attitude_deg`: How far the second sweep was from the first."""
+    """`place_mm`, `attitude_deg`: Distance of the second sweep from the first."""
     articulation_2s_mm: float | None
     articulation_max_mm: float | None
-    """`articulation_2s_mm`, `articulation_max_mm`: Of the first tip, followed through the second
-    sweep; None where it had too few attitudes."""
+    """`articulation_2s_mm`, `articulation_max_mm`: First tip followed through the second sweep;
+    None if it had too few attitudes.
+    """
 
 
 class ProbeRecord(MadeRecord, frozen=True, kw_only=True):
@@ -70,19 +70,20 @@ class ProbeRecord(MadeRecord, frozen=True, kw_only=True):
     valid_until_utc: str
     """ISO 8601 text, UTC."""
     probe_identity: str
-    """SHA-256 of the probe's document, in whose frame everything is."""
+    """SHA-256 of the probe's document, whose frame all coordinates use."""
     leds_mm: tuple[Vector3, ...]
     tip_mm: Vector3
-    """`leds_mm`, `tip_mm`: Where the LEDs and the centre of the ball are."""
+    """`leds_mm`, `tip_mm`: LEDs and ball centre."""
     covariance: tuple[tuple[float, ...], ...]
     """Rows (3 L + 3): LEDs, then the tip, mm^2."""
     frames: int
     left_out: int
-    """`frames`, `left_out`: Frames of the first sweep, and how many of them did not fit."""
+    """`frames`, `left_out`: Frames of the first sweep, and outliers among them."""
     ranges_deg: Vector3
     attitudes: int
-    """`ranges_deg`, `attitudes`: How far the probe was turned about its axes, and attitudes at
-    least two degrees apart."""
+    """`ranges_deg`, `attitudes`: Rotation range about the probe's axes, and number of attitudes at
+    least two degrees apart.
+    """
     rms_px: float
     chi2_per_dof: float
     """`rms_px`, `chi2_per_dof`: Of the residuals."""
@@ -93,17 +94,17 @@ class ProbeRecord(MadeRecord, frozen=True, kw_only=True):
     validation: PivotCheck
     """By the second sweep."""
     change_mm: float | None
-    """Distance of the tip from that of the record before; None for the first one."""
+    """Distance of the tip from the previous record's; None for the first one."""
     change_reason: str
-    """Why it changed by more than usual, in the words of a person; else empty."""
+    """User's explanation of an unusual change; else empty."""
     warnings: tuple[str, ...]
-    """What spoke against it without refusing it."""
+    """Findings that did not refuse the result."""
     forced: bool
-    """Somebody overruled a guard."""
+    """The user overruled a guard."""
     artefacts: tuple[ArtefactUse, ...]
-    """The cone, where it has a name."""
+    """The cone, if named."""
     previous: str
-    """Hash of the record before for this tip; empty for the first one."""
+    """Hash of the previous record of this tip; empty for the first one."""
 
     @property
     def tip_sigma_mm(self) -> float:
@@ -126,9 +127,9 @@ class TipRecord(MadeRecord, frozen=True, kw_only=True):
     """The part of it that comes from the spots alone."""
     by_cameras: tuple[float, ...] = ()
     by_geometry: tuple[float, ...] = ()
-    """`by_cameras`, `by_geometry`: Derivatives of the diameter by the parameters of the cameras (14
-    C) and by LEDs and tip of the probe (3 L + 3): what a later check has in common with it. Empty
-    where nobody kept them."""
+    """`by_cameras`, `by_geometry`: Derivatives of the diameter by the camera parameters (14 C) and
+    by the probe's LEDs and tip (3 L + 3); a later check shares them. Empty if not kept.
+    """
     form_mm: float
     """Largest less smallest radius over all points (ISO 10360-5)."""
     points: int
@@ -142,12 +143,12 @@ class TipRecord(MadeRecord, frozen=True, kw_only=True):
     attitudes: int
     """Attitudes in the cone."""
     checks: tuple[Check, ...]
-    """What was judged, with limits; all of them, also those that failed."""
+    """All judged quantities with limits, also failed ones."""
     artefacts: tuple[ArtefactUse, ...]
-    """Sphere, and cone where it has a name."""
+    """Sphere, and cone if named."""
     passed: bool
     camera_doubts: tuple[str, ...] | msgspec.UnsetType = msgspec.UNSET
-    """What the cameras cannot prove, in sentences; records of our own cameras keep their hash."""
+    """Unproven properties of described cameras, in sentences; unset for our own, to keep hashes."""
 
 
 class TipCheckRecord(MadeRecord, frozen=True, kw_only=True):
@@ -155,12 +156,11 @@ class TipCheckRecord(MadeRecord, frozen=True, kw_only=True):
 
     calibration: str
     qualification: str
-    """`calibration`, `qualification`: Hashes of the `ProbeRecord` and the `TipRecord` that were
-    checked."""
+    """`calibration`, `qualification`: Hashes of the checked `ProbeRecord` and `TipRecord`."""
     checks: tuple[Check, ...]
     """Diameter and length, with limits."""
     artefacts: tuple[ArtefactUse, ...]
-    """Sphere, and cone where it has a name."""
+    """Sphere, and cone if named."""
     passed: bool
 
 
@@ -172,14 +172,14 @@ def probe_from_records(
     Parameters
     ----------
     body
-        By its document.
+        Nominal probe of the document.
     tip
-        Its qualification; without one, diameter and its uncertainty are those of the document.
+        Its qualification; without one, the document gives diameter and uncertainty.
 
     Raises
     ------
     CalibrationError
-        The record is not of this probe, or its numbers have not the shape that it needs.
+        The record belongs to another probe, or its arrays have the wrong shape.
     """
     if calibration.probe_identity != body.identity:
         raise CalibrationError(

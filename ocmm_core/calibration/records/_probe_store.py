@@ -1,8 +1,8 @@
-"""What happened to a probe and its tips, and whether the mounted tip may be trusted.
+"""History of a probe and its tips, and the status of the mounted tip.
 
-Records are never changed. What happens - calibrated, qualified, checked, mounted, put in doubt -
-is appended to one chained file for each probe. The standing of a tip follows from its records and
-these events alone, so that it is the same after a crash.
+Records never change. Events (calibrated, qualified, checked, mounted, suspected) are appended to
+one chain file a probe. The status of a tip follows from its records and events alone, so it
+survives a crash.
 """
 
 from __future__ import annotations
@@ -22,23 +22,21 @@ from ocmm_core.calibration.records._usable import PRACTICE, is_practice
 from ocmm_core.errors import CalibrationError, OcmmError
 
 MONITOR = "monitor"
-"""Who puts a tip in doubt where no person does."""
+"""Author of automatic suspicions."""
 
 
 _CHECK = 2
 _RENEWALS = {TipEventKind.CALIBRATED: 0, TipEventKind.QUALIFIED: 1, TipEventKind.NOT_QUALIFIED: 1}
-"""Index in `ProbeStore._renewals` of what makes up for lost files of an event; others `_CHECK`."""
+"""Index in `ProbeStore._renewals` that makes up for lost files of an event; default `_CHECK`."""
 
 
 class ProbeStore(RecordStore[TipEvent]):
-    """The records of one probe, in a folder of their own; one process writes at a time.
-
-    Its methods may be called from any thread.
+    """Records of one probe in a folder; single writer process, thread-safe.
 
     Parameters
     ----------
     folder
-        Made at the first write.
+        Created at the first write.
 
     Raises
     ------
@@ -58,19 +56,19 @@ class ProbeStore(RecordStore[TipEvent]):
 
     @property
     def tips(self) -> tuple[str, ...]:
-        """Return the names of all tips that were ever calibrated, oldest first."""
+        """Return the names of all calibrated tips, oldest first."""
         calibrated = (one.tip for one in self.events if one.kind is TipEventKind.CALIBRATED)
         return tuple(dict.fromkeys(calibrated))
 
     @property
     def mounted(self) -> str | None:
-        """Return the name of the tip that is on the probe, or None before the first one."""
+        """Return the name of the mounted tip, or None before the first."""
         placing = (TipEventKind.MOUNTED, TipEventKind.CALIBRATED)
         placed = (one.tip for one in reversed(self.events) if one.kind in placing)
         return next(placed, None)
 
     def active(self, tip: str) -> TipRecords | None:
-        """Return what is in force for a tip, or None where it was never calibrated.
+        """Return the records in force for a tip, or None if never calibrated.
 
         Raises
         ------
@@ -94,9 +92,9 @@ class ProbeStore(RecordStore[TipEvent]):
         return self._last(tip, TipEventKind.CALIBRATED)
 
     def calibrations(self) -> tuple[ProbeRecord, ...]:
-        """Return the calibrations of all tips, oldest first; CalibrationError for a changed one.
+        """Return the calibrations of all tips, oldest first, without lost ones.
 
-        Those that were lost, which the history says, are left out.
+        Raises CalibrationError for a changed record.
         """
         return self._loaded(self._named(TipEventKind.CALIBRATED), ProbeRecord)
 
@@ -113,47 +111,32 @@ class ProbeStore(RecordStore[TipEvent]):
     def calibrate(
         self, record: ProbeRecord, who: str, reason: str, now: datetime, session: Path | None = None
     ) -> str:
-        """Store a calibration, put it in force with its tip mounted, and return its hash.
+        """Store a calibration, put it in force with its tip mounted; return its hash.
 
-        The tip is SUSPECT until it is qualified. Files of earlier events of this tip that are lost
-        are not asked for any more, and the event says which.
-
-        Parameters
-        ----------
-        session
-            The file of the session that it comes from.
+        The tip is SUSPECT until qualified. Lost files of this tip's earlier events are no longer
+        required; the event lists them.
         """
         return self._keep(TipEventKind.CALIBRATED, record, who, reason, now, session)
 
     def qualify(self, record: TipRecord, now: datetime, session: Path | None = None) -> str:
-        """Store a qualification, also one that failed, and return its hash.
-
-        Parameters
-        ----------
-        session
-            The file of the session that it comes from.
+        """Store a qualification, also a failed one, and return its hash.
 
         Raises
         ------
         CalibrationError
-            It is not about the calibration in force of that tip.
+            It does not belong to the calibration in force of that tip.
         """
         self._require(record.tip, record.calibration)
         kind = TipEventKind.QUALIFIED if record.passed else TipEventKind.NOT_QUALIFIED
         return self._keep(kind, record, record.made_by, _said(record.checks), now, session)
 
     def check(self, record: TipCheckRecord, now: datetime, session: Path | None = None) -> str:
-        """Store a quick check, also one that failed, and return its hash.
-
-        Parameters
-        ----------
-        session
-            The file of the session that it comes from.
+        """Store a quick check, also a failed one, and return its hash.
 
         Raises
         ------
         CalibrationError
-            It is not about what is in force of that tip.
+            It does not belong to the records in force of that tip.
         """
         active = self._require(record.tip, record.calibration)
         if active.qualification is None or record.qualification != record_hash(
@@ -164,30 +147,30 @@ class ProbeStore(RecordStore[TipEvent]):
         return self._keep(kind, record, record.made_by, _said(record.checks), now, session)
 
     def mount(self, tip: str, who: str, now: datetime) -> None:
-        """Say that another tip, or the same one again, was screwed on; it must be checked.
+        """Record that a tip was mounted; it must then be checked.
 
         Raises
         ------
         CalibrationError
-            It was never calibrated.
+            The tip was never calibrated.
         """
         if tip not in self.tips:
             raise _never(tip)
         self._happened(now, who, "Mounted.", kind=TipEventKind.MOUNTED, tip=tip)
 
     def doubt(self, who: str, reason: str, since: datetime, now: datetime) -> None:
-        """Put the mounted tip in doubt, for all points since a moment, until it is checked."""
+        """Mark the mounted tip SUSPECT since a moment, until it is checked."""
         tip = self.mounted
         if tip is not None:
             self._happened(now, who, reason, since=since, kind=TipEventKind.DOUBTED, tip=tip)
 
     def status(self, tip: str, now: datetime) -> RecordStatus:
-        """Return whether a tip may be trusted, with all its files read again.
+        """Return the status of a tip with all its files re-read.
 
         Raises
         ------
         CalibrationError
-            It was never calibrated, or a record was changed.
+            The tip was never calibrated, or a record was changed.
         """
         active = self.active(tip)
         if active is None:
@@ -195,13 +178,7 @@ class ProbeStore(RecordStore[TipEvent]):
         return self.status_of(active, now, thorough=True)
 
     def status_of(self, active: TipRecords, now: datetime, *, thorough: bool) -> RecordStatus:
-        """Return whether a tip may be trusted, and whether what it rests on is whole.
-
-        Parameters
-        ----------
-        active
-            What is in force for it.
-        """
+        """Return the status of a tip, including the integrity of its evidence."""
         doubt = self._doubt(now, active.calibration.tip, thorough=thorough)
         return doubt or self._judged(now, lambda at: status_of_tip(active, self.events, at))
 
@@ -270,7 +247,7 @@ class ProbeStore(RecordStore[TipEvent]):
 
 
 def _said(checks: Sequence[Check]) -> str:
-    """Return how many checks there were, and which one came nearest to its limit or beyond."""
+    """Return the number of checks and the one closest to, or farthest beyond, its limit."""
     count = f"{len(checks)} check{'s' if len(checks) != 1 else ''}"
     if not checks:
         return f"{count}."

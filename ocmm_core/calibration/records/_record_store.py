@@ -1,8 +1,8 @@
-"""Records in a folder of their own: what happened to them, what they rest on, how they stand.
+"""Record folders with their event chain, evidence and status.
 
-Records are never changed. What happens to them is appended to a chain of events (`_event_folder`);
-the files that the events name are looked at again (`evidence`). How a record stands follows from
-it and these events alone. The stores of cameras and of probes are two of this kind.
+Records never change. Events are appended to a chain (`_event_folder`), the files they name are
+re-read (`evidence`), and the status of a record follows from its content and these events alone.
+Base of the stores of cameras and of probes.
 """
 
 from __future__ import annotations
@@ -28,12 +28,11 @@ from ocmm_core.calibration.records._sealed import load_named, save
 from ocmm_core.errors import CalibrationError
 
 THIS_COMPUTER = "this computer"
-"""Who puts a history in doubt that was set back."""
+"""Author of the suspicion raised when a history was set back."""
 DUE_BEFORE = timedelta(days=14)
 """A calibration that ends within this time is DUE."""
 CLOCK_TOLERANCE = timedelta(seconds=60)
-"""The computer's clock may stand so far before the last event, or before the latest moment at which
-somebody looked; further back it is not believed."""
+"""Largest accepted lag of the computer's clock behind the last event or the latest noted time."""
 _NOTED_EVERY = timedelta(minutes=10)
 
 
@@ -59,11 +58,11 @@ class RecordStatus:
 
     state: State
     reason: str = ""
-    """Why it is not VALID; empty where it is."""
+    """Empty for VALID."""
     remedy: str = ""
     """What to do about it."""
     since_utc: str = ""
-    """For SUSPECT: points taken after this time are in doubt. Empty otherwise."""
+    """For SUSPECT: points recorded after this time are suspect. Otherwise empty."""
 
 
 T = TypeVar("T", bound=StoredEvent)
@@ -85,8 +84,7 @@ class RecordStore(EventFolder[T]):
     """
 
     _renewals: tuple[str, ...]
-    """What makes up for files that are lost, the most thorough first; each stands in for those
-    behind it as well."""
+    """Actions that make up for lost files, most thorough first; each also covers those after it."""
 
     def __init__(self, folder: Path, kind: type[T]) -> None:
         self._evidence = EvidenceCheck(folder)
@@ -96,15 +94,15 @@ class RecordStore(EventFolder[T]):
     def defect(
         self, about: str | None = None, *, thorough: bool = False
     ) -> CalibrationError | None:
-        """Return what is wrong with the files that the events name; None where nothing is.
+        """Return the first defect of the files that the events name, or None.
 
         Parameters
         ----------
         about
-            Only those of a tip, where the folder is that of a probe.
+            Restrict to this tip (probe stores only).
         thorough
-            Read all of them: some milliseconds. Otherwise only those that look changed, and one
-            of the others now and then.
+            Read all files (some milliseconds). Otherwise only those that appear changed, and one of
+            the others in turn.
         """
         wanted = self._wanted(about)
         found = self._evidence.defect(tuple(wanted), thorough=thorough)
@@ -119,7 +117,7 @@ class RecordStore(EventFolder[T]):
         )
 
     def wanted(self, about: str | None = None) -> tuple[KeptFile, ...]:
-        """Return the files that must be there, see `defect`."""
+        """Return the files that must exist, see `defect`."""
         return tuple(self._wanted(about))
 
     def _wanted(self, about: str | None) -> dict[KeptFile, int]:
@@ -150,7 +148,7 @@ class RecordStore(EventFolder[T]):
 
     @abstractmethod
     def _is_about(self, event: T, about: str | None) -> bool:
-        """Return whether an event belongs to what is asked for."""
+        """Return whether an event concerns ``about``."""
 
     def _lost(self, renewal: int, about: str | None = None) -> tuple[str, ...]:
         """Return the files that are lost and that a renewal makes up for."""
@@ -158,7 +156,7 @@ class RecordStore(EventFolder[T]):
         return self._evidence.lost([one for one, by in wanted.items() if by >= renewal])
 
     def _loaded(self, names: Iterable[str], kind: type[R]) -> tuple[R, ...]:
-        """Return records by their hashes; those that were lost, which the history says, not."""
+        """Return records by hash, without those the history lists as lost."""
         kept = set(self.wanted())
         return tuple(
             load_named(self._folder, name, kind) for name in names if record_file(name) in kept
@@ -177,17 +175,17 @@ class RecordStore(EventFolder[T]):
         session: Path | None = None,
         **own: Any,
     ) -> None:
-        """Store a record and say so.
+        """Store a record and append its event.
 
         Parameters
         ----------
         renewal, about
-            Files that are lost and that this makes up for are not asked for any more; the event
-            says which. See `_lost`.
+            Lost files that this makes up for (see `_lost`) are listed in the event and no longer
+            required.
         session
-            The file of the session that it comes from.
+            Session file that it comes from.
         own
-            What only this kind of event has.
+            Fields of this kind of event.
         """
         lost = self._lost(renewal, about)
         save(self._folder, record)
@@ -206,12 +204,12 @@ class RecordStore(EventFolder[T]):
         measured: bool = False,
         **own: Any,
     ) -> None:
-        """Say what happened; see `_put`.
+        """Append an event; see `_put`.
 
         Parameters
         ----------
         measured
-            It was measured just now, so that the clock is believed that it was measured by.
+            Measured just now, so the clock of the measurement is trusted.
         """
         event: Callable[..., T] = self._kind
         utc = now.astimezone(UTC).isoformat(timespec="microseconds")
@@ -231,13 +229,7 @@ class RecordStore(EventFolder[T]):
     def _doubt(
         self, now: datetime, about: str | None = None, *, thorough: bool
     ) -> RecordStatus | None:
-        """Return what is said where not all that a standing rests on is there; None where it is.
-
-        Parameters
-        ----------
-        now
-            By the clock of this computer.
-        """
+        """Return the status for missing evidence, a foreign history or a slow clock, or None."""
         defect = self.defect(about, thorough=thorough)
         if defect is not None:
             return RecordStatus(State.UNUSABLE, defect.what, defect.remedy)
@@ -259,14 +251,10 @@ class RecordStore(EventFolder[T]):
         return None
 
     def _judged(self, now: datetime, judge: Callable[[datetime], RecordStatus]) -> RecordStatus:
-        """Return what is said by a clock that a correction within the tolerance does not set back.
+        """Return the status, guarded against small clock corrections.
 
-        What has expired once does not hold again for the seconds that a clock is corrected by.
-
-        Parameters
-        ----------
-        judge
-            From a moment to what is said then.
+        A status that has expired once stays expired when the clock is set back within the
+        tolerance.
         """
         seen = self.seen_utc
         at = max(now, datetime.fromisoformat(seen)) if seen else now
@@ -276,14 +264,14 @@ class RecordStore(EventFolder[T]):
         return found
 
     def _note(self, now: datetime) -> None:
-        """Keep that somebody looked at a moment."""
+        """Persist the latest time at which the status was evaluated."""
         utc = now.astimezone(UTC).isoformat(timespec="microseconds")
         if utc != self.seen_utc:
             self._looked(utc)
 
 
 def unsealed(what: str, remedy: str) -> RecordStatus:
-    """Return what is said where the event that counts has no seal."""
+    """Return the status if the deciding event has no seal."""
     return RecordStatus(
         State.SUSPECT,
         f"The last {what} was stored by an earlier version of this program, which would not "
@@ -293,7 +281,7 @@ def unsealed(what: str, remedy: str) -> RecordStatus:
 
 
 def clock_fault(last_utc: str, now: datetime) -> RecordStatus | None:
-    """Return what is said where the clock stands before the last event; None where it does not."""
+    """Return the status if the clock is behind the last event, or None."""
     if now >= datetime.fromisoformat(last_utc) - CLOCK_TOLERANCE:
         return None
     return RecordStatus(
@@ -306,14 +294,14 @@ def clock_fault(last_utc: str, now: datetime) -> RecordStatus | None:
 def within_term(
     what: str, until: datetime, due: timedelta, remedy: str, now: datetime
 ) -> RecordStatus:
-    """Return how something stands that nothing speaks against but the calendar.
+    """Return the status that follows from the expiry date alone.
 
     Parameters
     ----------
     what, remedy
-        What ends, and what makes it anew, without a full stop.
+        Name of the expiring item, and how to renew it, without a full stop.
     until, due
-        When it ends, and how long before that it is DUE.
+        Expiry, and how long before it the status is DUE.
     """
     day = until.date().isoformat()
     if now >= until:

@@ -1,7 +1,4 @@
-"""Records of cameras: what a calibration or a verification found, how, when and with what.
-
-They are kept as `sealed` files.
-"""
+"""Records of camera calibrations and verifications, kept as `sealed` files."""
 
 from __future__ import annotations
 
@@ -28,14 +25,16 @@ Method = Literal["known points", "relocation"]
 
 
 class ResidualMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the calibration leaves over, by place on the sensor; the monitor compares with it."""
+    """Mean calibration residuals over the sensor, for comparison by the monitor."""
 
     columns: int
     rows: int
     """`columns`, `rows`: Cells over the width and the height of the sensor."""
     mean_u_px: tuple[float, ...]
     mean_v_px: tuple[float, ...]
-    """`mean_u_px`, `mean_v_px`: Mean residual of each cell, row by row; zero where no spot was."""
+    """`mean_u_px`, `mean_v_px`: Mean residual of each cell, row by row; zero for cells without
+    spots.
+    """
     count: tuple[int, ...]
     """Spots in each cell."""
 
@@ -58,7 +57,6 @@ class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     rig: str
     """Name of the rig."""
     method: Method
-    """How the cameras were calibrated."""
     made_utc: str
     valid_until_utc: str
     """`made_utc`, `valid_until_utc`: ISO 8601 text, UTC."""
@@ -66,10 +64,9 @@ class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     software: str
     """`made_by`, `software`: Who calibrated, with which version."""
     temperature_c: float | None
-    """Of the cameras' surroundings; None where nobody measured it."""
+    """Ambient temperature at the cameras; None if not measured."""
     sensor_temperatures_c: tuple[float, ...] = ()
-    """Of the sensors, camera by camera, as the cameras told them while they were calibrated; empty
-    where they did not."""
+    """Reported by the cameras during calibration, camera by camera; empty if not reported."""
     frame_rate_hz: int
     noise: SpotNoise
     """`frame_rate_hz`, `noise`: As in the rig document."""
@@ -96,7 +93,7 @@ class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     artefacts: tuple[ArtefactUse, ...]
     """What lengths and positions rest on."""
     previous: str
-    """Hash of the record before; empty for the first one."""
+    """Hash of the previous record; empty for the first."""
 
 
 SCHEMA = "ocmm.camera-calibration/1"
@@ -123,20 +120,19 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 class Corner(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Whether a test length ended in a corner of the volume, as it was taken."""
+    """Whether a test length ended in a corner of the volume."""
 
     name: str
-    """Which side of X, Y and Z."""
+    """Side along X, Y and Z."""
     off: float
     """Distance of the nearest end of a test length, as the largest share of an edge."""
     reached: bool
-    """It is near enough."""
     reason: str = ""
-    """Why it was not reached, by who verified; empty where nobody said."""
+    """Explanation for an unreached corner; empty if none was given."""
 
 
 class RepeatedSeat(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A seat that was visited at the beginning and again."""
+    """A pose visited at the start and again."""
 
     place: str
     first_utc: str
@@ -150,7 +146,7 @@ class RepeatedSeat(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 class Objection(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What speaks against a verification besides its checks; as in `OcmmError`."""
+    """Reason against a verification in addition to its checks; as in `OcmmError`."""
 
     code: str
     what: str
@@ -162,8 +158,8 @@ class VerificationRecord(
 ):
     """An independent check of a calibration.
 
-    Fields that an earlier version did not write have a default and are left out where they hold it,
-    so that its records keep their hash.
+    Fields newer than an earlier version have defaults and are omitted at their default, so that
+    older records keep their hash.
     """
 
     schema: str
@@ -180,22 +176,19 @@ class VerificationRecord(
     checks: tuple[Check, ...]
     """All that count, also those that failed."""
     artefacts: tuple[ArtefactUse, ...]
-    """What they rest on."""
     data_sha256: str
-    """Of the observations; must not be those of the calibration."""
+    """Hash of the observations; must differ from that of the calibration."""
     passed: bool
-    """The verdict by the rule: every check conforms, every corner was reached or has a reason, and
-    nothing else speaks against it."""
+    """Verdict by the rule: all checks conform, each corner is reached or explained, no objections.
+    """
     superseded: tuple[Check, ...] = ()
-    """Checks of a line that failed and was repeated, as they were the first time."""
+    """First results of the checks of a failed and repeated line."""
     corners: tuple[Corner, ...] = ()
     """All eight; empty in records of earlier versions."""
     repeats: tuple[RepeatedSeat, ...] = ()
-    """Seats that were visited twice."""
     objections: tuple[Objection, ...] = ()
-    """What else speaks against it."""
     notes: tuple[str, ...] = ()
-    """What of the guideline's advice could not be followed, and why."""
+    """Guideline advice that could not be followed, and why."""
 
 
 def rig_from_record(record: CameraRecord) -> Rig:
@@ -204,7 +197,7 @@ def rig_from_record(record: CameraRecord) -> Rig:
     Raises
     ------
     CalibrationError
-        The covariance has not the shape that the cameras need, or is none.
+        The covariance has the wrong shape or is not a covariance.
     """
     size = N_PARAMETERS * len(record.cameras)
     rows = [list(row) for row in record.covariance]
@@ -236,7 +229,7 @@ def rig_from_record(record: CameraRecord) -> Rig:
 
 
 def entry_of(camera: CameraModel, alias: int, sensor: int = 0, device: str = "") -> CameraEntry:
-    """Return the entry that describes a camera, its sensor and what kind of camera it is."""
+    """Return the entry that describes a camera, its sensor and its device."""
     rotation = camera.T_camera_from_world.rotation
     vector: Float = Rotation.from_matrix(rotation).as_rotvec()
     x, y, z = (float(value) for value in camera.centre_world)

@@ -1,9 +1,9 @@
-"""Records that are written once, sealed by a hash, and by a signature if no chain names them.
+"""Write-once records sealed by a hash, and by a signature if no chain names them.
 
-A record is one JSON file that is written once: canonical text (sorted fields, no blanks) and its
-SHA-256, so that any changed byte is noticed. Somebody who computes a new hash is revealed by the
-signed chain of events that contains the hashes (`calibration.records._record_store`). A record
-without such a chain (acceptance test, study, recall) holds the signature of the station as well.
+A record is one JSON file of canonical text (sorted fields, no blanks) with its SHA-256, so any
+changed byte is detected. A recomputed hash is revealed by the signed chain of events that contains
+the hashes (`calibration.records._record_store`). A record without such a chain (acceptance test,
+study, recall) carries the station's signature.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class SignedRecord(Generic[R]):
 
 
 def canonical(record: msgspec.Struct) -> bytes:
-    """Return the one way to write a record down, which its hash is of."""
+    """Return the canonical text of a record, the input of its hash."""
     return msgspec.json.encode(record, order="sorted")
 
 
@@ -69,7 +69,7 @@ def unseal(path: Path, content: bytes, kind: type[R]) -> R:
     Raises
     ------
     CalibrationError
-        It is no record of this kind, or a byte of it is not as it was written.
+        Not a record of this kind, or changed since it was written.
     """
     record, signature = _opened(path, content, kind)
     if signature is not None:
@@ -107,7 +107,7 @@ def _opened(path: Path, content: bytes, kind: type[R]) -> tuple[R, Signature | N
 
 
 def is_sealed_as(content: bytes, digest: str) -> bool:
-    """Return whether a file holds, byte for byte, the record with a hash, of whatever kind."""
+    """Return whether a file is exactly the record with a hash, of any kind."""
     try:
         found = msgspec.json.decode(content, type=_Sealed)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
@@ -161,7 +161,7 @@ def load_named(folder: Path, digest: str, kind: type[R]) -> R:
     Raises
     ------
     CalibrationError
-        It is missing, was changed, or is another one than its name says.
+        It is missing, was changed, or does not match its name.
     """
     path = folder / f"{digest}.json"
     if not path.exists():

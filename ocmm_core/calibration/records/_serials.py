@@ -1,4 +1,4 @@
-"""Whether two serial numbers are that of the same artefact."""
+"""Compare serial numbers of artefacts."""
 
 from __future__ import annotations
 
@@ -8,17 +8,16 @@ from ocmm_core.calibration.records._records import ArtefactUse
 
 
 def same_serial(one: str, other: str) -> bool:
-    """Return whether two people wrote down the same serial number.
+    """Return whether two serial numbers agree, ignoring case, blanks and punctuation.
 
-    Case, blanks and punctuation do not count. Without a letter or digit it is no serial number,
-    and is the same as no other.
+    Text without a letter or digit is no serial number and equals no other.
     """
     bare = _bare(one)
     return bool(bare) and bare == _bare(other)
 
 
 def rests_on(artefacts: Sequence[ArtefactUse], serial: str) -> bool:
-    """Return whether an artefact with a serial number is among those that a result rests on."""
+    """Return whether a result rests on an artefact with this serial number."""
     return any(same_serial(one.serial, serial) for one in artefacts)
 
 

@@ -1,4 +1,4 @@
-"""How the cameras changed from calibration to calibration, and what verifications found."""
+"""Changes of the cameras over calibrations, and results of verifications."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ class Sample:
     """A value at a time."""
 
     when: datetime
-    """When it was found."""
     value: float
     sigma: float
     """`value`, `sigma`: Value and its standard uncertainty, in the unit of the course."""
@@ -34,14 +33,14 @@ class Course:
     """A quantity over time."""
 
     name: str
-    """Whose it is."""
+    """Owner of the quantity."""
     samples: tuple[Sample, ...]
     """Oldest first."""
 
 
 @dataclass(frozen=True, slots=True)
 class CalibrationTrends:
-    """What is worth watching over the years."""
+    """Long-term courses of a rig."""
 
     focal: tuple[Course, ...]
     """Focal length of each camera, mm."""
@@ -51,8 +50,9 @@ class CalibrationTrends:
     baseline: tuple[Course, ...]
     """Distance of each camera from the first one, mm."""
     error: Course
-    """Of each verification, the error that came nearest to its limit, as a part of that limit and
-    with its sign; beyond one the limit was exceeded."""
+    """For each verification, the error closest to its limit as a signed fraction of that limit;
+    beyond one the limit was exceeded.
+    """
 
 
 def trends(
@@ -63,8 +63,8 @@ def trends(
     Parameters
     ----------
     records, verifications
-        Oldest first, as `history.CalibrationStore` returns them. A camera that was replaced by
-        one of another serial number begins a course of its own.
+        Oldest first, as from `history.CalibrationStore`. A replacement camera (other serial number)
+        starts a new course.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def _name(camera: CameraModel) -> tuple[str, str]:
 
 
 def _courses(found: dict[tuple[str, ...], list[Sample]]) -> tuple[Course, ...]:
-    """Name each course as short as that is clear: the serial numbers only where they changed."""
+    """Name each course as briefly as unambiguous: serial numbers only if they changed."""
     short = [" – ".join(name[::2]) for name in found]
     return tuple(
         Course(

@@ -1,8 +1,8 @@
-"""Whether what a job is measured with may be used: what cameras and probe have in common.
+"""Decide whether the cameras and probe of a job may be used; common part of both.
 
-Virtual rigs are measured with documents as they stand. Real cameras, also recorded ones, need
-records whose standing is usable; without them no points are taken, or, when somebody insists,
-every verdict is NOT PROVEN.
+Virtual rigs are measured with their documents. Real cameras, also recorded ones, need records with
+a usable status; without them points are refused or, if the user insists, all verdicts are NOT
+PROVEN.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ _FOLDER_NAME = re.compile(r"[A-Za-z0-9_]([A-Za-z0-9 _.-]{0,58}[A-Za-z0-9_-])?")
 
 
 class CalibrationStatus(StrEnum):
-    """What is said about the calibration of a job, in one word."""
+    """Calibration status of a job."""
 
     VALID = "VALID"
     DUE = "DUE"
     EXPIRED = "EXPIRED"
     SUSPECT = "SUSPECT"
     DESIGN = "DESIGN"
-    """A virtual rig, also a recorded one: the cameras are taken to be as the rig document says."""
+    """Virtual rig, also a recorded one: the cameras are as the rig document describes."""
     NONE = "NONE"
     """The cameras were never calibrated."""
     UNUSABLE = "UNUSABLE"
@@ -50,28 +50,27 @@ class Blocker:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ViewInUse:
-    """What is to be said at a moment about what a job is measured with."""
+    """Status of the cameras or probe of a job at a moment."""
 
     word: CalibrationStatus
     identity: str
-    """Hash of what the geometry comes from."""
+    """Hash of the source of the geometry."""
     blocker: Blocker | None = None
-    """Why no points may be taken; None where they may."""
+    """Reason why points are refused, or None."""
     uncalibrated: bool = False
-    """They are taken all the same, and prove nothing."""
+    """Points are recorded despite the blocker, and prove nothing."""
     warnings: tuple[str, ...] = ()
-    """What somebody should know who measures."""
     since_utc: str = ""
-    """For SUSPECT: points since then are in doubt. Empty otherwise."""
+    """For SUSPECT: points since then are suspect. Otherwise empty."""
 
     @property
     def blocking_reason(self) -> Blocker | None:
-        """Return why no points may be taken; None where they may, or are taken all the same."""
+        """Return why points are refused; None if allowed or overridden."""
         return None if self.uncalibrated else self.blocker
 
     @property
     def unproven(self) -> str:
-        """Return why a job that is measured so proves nothing; empty where it does."""
+        """Return why the job proves nothing; empty if it does."""
         if not self.uncalibrated:
             return ""
         why = f" {self.blocker.what}" if self.blocker is not None else ""
@@ -84,67 +83,66 @@ S = TypeVar("S", bound=RecordStore[Any])
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InUse(ABC, Generic[S, V]):
-    """What a job was begun with."""
+    """Cameras or probe as opened at the start of a job."""
 
     store: S | None = None
-    """Where its records are; None for virtual rigs, and where it is damaged."""
+    """None for virtual rigs and damaged stores."""
     fault: tuple[CalibrationStatus, Blocker] | None = None
-    """Word and reason why it must not be used, found when it was opened; None where it may."""
+    """Status and reason found on opening that forbid use; None if usable."""
     uncalibrated: bool = False
-    """Somebody insists on measuring all the same."""
+    """The user insists on measuring without a usable calibration."""
 
     @property
     @abstractmethod
     def is_design(self) -> bool:
-        """Return whether it comes from a document alone."""
+        """Return whether the geometry comes from a document alone."""
 
     @property
     @abstractmethod
     def as_opened(self) -> V:
-        """Return what is said of it before anything was judged."""
+        """Return the view before any status is evaluated."""
 
     @abstractmethod
     def overtaken(self, store: S) -> Blocker | None:
-        """Return what was put in its place since the job was begun; None where nothing was."""
+        """Return what replaced it since the start of the job, or None."""
 
     @abstractmethod
     def status(self, store: S, now: datetime) -> RecordStatus:
         """Return whether its records may be trusted."""
 
     def refuse_fault(self, code: str) -> None:
-        """Raise CalibrationError with a code where it must not be used."""
+        """Raise CalibrationError with ``code`` if use is forbidden."""
         if self.fault is not None:
             _, blocker = self.fault
             raise CalibrationError(code, blocker.what, blocker.remedy)
 
 
 PRACTICE = "PRACTICE"
-"""The word on everything that was made in practice, with a virtual hand.
+"""Marks everything made in practice with a virtual hand.
 
-Who practises signs as ``PRACTICE: name``. The name is in every record, under its hash and in the
-chain of events, and on every paper that comes of it; records need no other field for it, which
-would change the hashes of all that there are.
+Trainees sign as ``PRACTICE: name``. The name is part of every record, hence of its hash and of the
+chain of events, and of every report made from it. A separate field would change existing hashes.
 """
 
 
 def practice_name(who: str) -> str:
-    """Return how somebody signs in practice; an empty name stays empty."""
+    """Return the signature used in practice; an empty name stays empty."""
     who = who.strip()
     return who if not who or is_practice(who) else f"{PRACTICE}: {who}"
 
 
 def is_practice(made_by: str) -> bool:
-    """Return whether something was made in practice, by who made it."""
+    """Return whether the author's name marks practice."""
     return made_by.strip().upper().startswith(PRACTICE)
 
 
 def require_real_name(who: str) -> str:
-    """Return a name that does not stand for practice.
+    """Return ``who`` if it is not a practice name.
 
     Raises
     ------
     InputError
-        It does: what is signed with it is never valid.
+        The name marks practice; records signed with it are never valid.
     """
     if is_practice(who):
         raise InputError(
@@ -156,10 +154,10 @@ def require_real_name(who: str) -> str:
 
 
 def judge(in_use: InUse[S, V], now: datetime) -> V:
-    """Return what is to be said at a moment about what a job is measured with.
+    """Return the status of the cameras or probe of a job at a moment.
 
-    The first time after it was opened all files that it rests on are read, some milliseconds; then
-    it takes a fraction of one.
+    The first call after opening reads all evidence (some milliseconds), later ones take less than
+    one.
     """
     view = in_use.as_opened
     if in_use.fault is not None:
@@ -185,12 +183,12 @@ def judge(in_use: InUse[S, V], now: datetime) -> V:
 
 
 def replaced_in(store: RecordStore[Any], otherwise: Blocker) -> Blocker:
-    """Return why other records are in force: the history was exchanged, or what is said else."""
+    """Return why other records are in force: exchanged history, or ``otherwise``."""
     return otherwise if store.exchanged is None else blocker_of(store.exchanged)
 
 
 def named_folder(folder: Path, name: str, kind: str) -> Path:
-    """Return the folder below ``folder`` of a rig or probe; InputError as `store_folder`."""
+    """Return the subfolder of a rig or probe; InputError as `store_folder`."""
     if not _FOLDER_NAME.fullmatch(name):
         raise InputError(
             f"{kind}.name",
@@ -202,7 +200,7 @@ def named_folder(folder: Path, name: str, kind: str) -> Path:
 
 
 def blocker_of(error: OcmmError | OSError) -> Blocker:
-    """Return what stands in the way where a store cannot be read."""
+    """Return the blocker for a store that cannot be read."""
     if isinstance(error, OcmmError):
         return Blocker(error.what, error.remedy)
     return Blocker(

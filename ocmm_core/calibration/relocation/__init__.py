@@ -1,13 +1,12 @@
-"""Cameras calibrated where they stand: a waved probe, a length bar, one adjustment.
+"""Calibrate cameras in place: a waved probe, a length bar, one adjustment.
 
-In: frames of a waved probe, placements of a length bar, two seats visited first and last.
-Out: cameras in a world that was chosen, their covariance, findings, and a record to accept.
+In: frames of a waved probe, placements of a length bar, two seats visited first and last. Out:
+cameras in the chosen world, their covariance, findings, and a record to accept.
 
-Read `_data` (what comes and goes), `_problem` (from observations to a bundle), `_relocation` (the
-adjustment), `_frame` (where the world is), `_guards`, `_findings`, `_repeats` and
-`_culprit` (may it be used, and who lied). `_procedure_relocation` with `_steps` and `_state`
-guides somebody through it.
-The adjustment itself is in `bundle`. It must not know the probe's own calibration.
+Read `_data` (input and output), `_problem` (from observations to a bundle), `_relocation` (the
+adjustment), `_frame` (the world), `_guards`, `_findings`, `_repeats` and `_culprit` (acceptance,
+and faulty elements). `_procedure_relocation` with `_steps` and `_state` is the guided form. The
+adjustment itself is in `bundle`. The package is independent of the probe's own calibration.
 """
 
 from __future__ import annotations

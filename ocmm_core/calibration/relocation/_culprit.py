@@ -1,4 +1,4 @@
-"""Which one lied in a relocation: the bundle is asked with everything free that is not certain."""
+"""Find the faulty element of a relocation by freeing all uncertain unknowns."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody
 
 TOGETHER = 0.3
-"""Where more of the spots of one thing were left out than this, it is not the spots."""
+"""If more of the spots of one element were left out than this, spots are not the cause."""
 
 LEAST_SIGMA_MM = 1e-4
-"""No document knows an LED better."""
+"""Smallest credible uncertainty of an LED."""
 
 _SOFT_MM = 0.1
 _WORSE, _LENGTH = 3.0, 2.5e-5
-"""Another witness of a length knows it to so many sigmas of the bar, or to this part of it."""
+"""Another reference must give the length to this many sigmas of the bar, or to this fraction."""
 
 _AGREES, _CONTRADICTS = 3.0, 5.0
 """Sigmas of the size of the control points."""
@@ -45,12 +45,11 @@ _AGREES, _CONTRADICTS = 3.0, 5.0
 
 @dataclass(frozen=True, slots=True)
 class Accusation:
-    """Who lied in a relocation."""
+    """Faulty element of a relocation."""
 
     verdict: CulpritVerdict
-    """With the numbers."""
     finding: Finding | None
-    """In words; None where nobody lied."""
+    """In words; None if nothing is faulty."""
 
 
 def accuse_in_relocation(
@@ -61,10 +60,10 @@ def accuse_in_relocation(
     observed: Observations,
     options: RelocationOptions,
 ) -> Accusation | None:
-    """Return who lied; None where the observations determine too little to say.
+    """Return the faulty element; None if the observations cannot determine it.
 
-    What the session itself takes as certain or as unknown is examined with what its document says
-    of it: that a probe was taken as unknown must not hide that it contradicts the bar.
+    Unknowns that the session holds fixed or free are examined with the uncertainties of their
+    documents: an unknown probe must not hide that it contradicts the bar.
     """
     state = found.minimum.state
     sigma = np.maximum(body.geometry_covariance.diagonal(), LEAST_SIGMA_MM**2)
@@ -76,7 +75,8 @@ def accuse_in_relocation(
     prior = prior_of(start, stated, observed, asked, problem.start)
     data, _ = restored(found.data, problem.data, TOGETHER)
     if np.count_nonzero(data.weights) > np.count_nonzero(found.data.weights):
-        # Nobody knows where a seat is that had lost all its frames: from the beginning, loosely.
+        # The place of a seat that lost all its frames is undefined: start from the beginning,
+        # loosely.
         loosely = replace(data, seat_sigma=max(_SOFT_MM, data.seat_sigma), touched_sigma=_SOFT_MM)
         state = adjust(loosely, prior, problem.start).state
     dof = data.excess + prior.rows + prior.gauge - len(prior.free)
@@ -97,10 +97,10 @@ def accuse_in_relocation(
 
 
 def _harmless(verdict: CulpritVerdict, observed: Observations, options: RelocationOptions) -> bool:
-    """Return whether an unknown probe may differ from its document, as a second length agrees.
+    """Return whether an unknown probe may differ from its document as a second length agrees.
 
-    One LED that stands elsewhere leaves the distances of all others, and these agree with the bar.
-    Where they all differ, it takes two bars: that they fit each other is what was examined.
+    A single displaced LED leaves the distances of all others, which agree with the bar. If all
+    differ, two bars are needed; their agreement was examined.
     """
     if options.geometry != "unknown" or not verdict.explained:
         return False
@@ -111,7 +111,11 @@ def _harmless(verdict: CulpritVerdict, observed: Observations, options: Relocati
 def _told_by_points(
     verdict: CulpritVerdict, observed: Observations, options: RelocationOptions
 ) -> CulpritVerdict:
-    """Return the verdict with bar and probe told apart by the distances of known points."""
+    """Return whether the probe may differ from its document as a second length agrees.
+
+    A single displaced LED leaves the distances of all others, which agree with the bar. If all
+    differ, two bars are needed; their agreement was examined.
+    """
     by_cause = {one.cause: one for one in verdict.named}
     world = options.world
     if set(by_cause) != {Culprit.BAR, Culprit.SIZE} or not isinstance(world, KeptByPoints):
@@ -126,7 +130,7 @@ def _told_by_points(
 def _sigmas_off(
     verdict: CulpritVerdict, suspect: Suspect, observed: Observations, world: KeptByPoints
 ) -> float:
-    """Return how far the size of the known points is off when this suspect is granted."""
+    """Return the size error of the known points, in sigmas, if this suspect is freed."""
     history = verdict.history
     names = tuple(world.positions_world)
     rows = [observed.seats.index(name) for name in names]
@@ -137,7 +141,7 @@ def _sigmas_off(
 
 
 def _sigmas(verdict: CulpritVerdict, rows: Sequence[int], sigma: float) -> Float:
-    """Return how far, mm per axis, the seats may be from the list."""
+    """Return the allowed distance of the seats from the list, mm per axis."""
     columns = verdict.history.state.columns
     variances = verdict.history.covariance.diagonal()[columns.of_seats].reshape(-1, 3)
     sigmas: Float = np.sqrt(variances[rows].mean(axis=1) + sigma**2)
@@ -147,17 +151,17 @@ def _sigmas(verdict: CulpritVerdict, rows: Sequence[int], sigma: float) -> Float
 def lone_bar(
     verdict: CulpritVerdict, observed: Observations, options: RelocationOptions
 ) -> str | None:
-    """Return the bar that all lengths hang on; None where something else would show it wrong.
+    """Return the only bar if no other reference would reveal its error, else None.
 
-    Something else is another bar, the probe by its document, or known points, if it knows the
-    length of the bar not much worse than the bar itself does.
+    Other references are a second bar, the probe by its document, and known points, if they
+    determine the length of the bar about as well as the bar itself.
     """
     if len(observed.bars) != 1:
         return None
     bar = observed.bars[0]
     columns = verdict.history.state.columns
     variance = verdict.history.covariance.diagonal()[columns.of_lengths][0]
-    # What is left of the knowledge of its length when the certificate is taken out.
+    # Information on its length with the certificate removed.
     known = 1.0 / variance - 1.0 / bar.sigma**2
     world = options.world
     if isinstance(world, KeptByPoints):
@@ -172,7 +176,7 @@ def lone_bar(
 def accuse_points(
     finding: Finding, verdict: CulpritVerdict, observed: Observations, world: KeptByPoints
 ) -> Finding:
-    """Return the finding about points that do not fit with who explains it."""
+    """Return the finding on inconsistent points with its most likely cause."""
     names = tuple(world.positions_world)
     rows = [observed.seats.index(name) for name in names]
     listed = np.array([world.positions_world[name] for name in names])
@@ -190,7 +194,7 @@ def accuse_points(
 
 
 def _moment(problem: RelocationProblem, block: Block) -> str:
-    """Return words for the first observation of a block."""
+    """Return text for the first observation of a block."""
     if block.placements.stop > block.placements.start:
         return f"placement {block.placements.start + 1} of the bar"
     frame = int(problem.order[block.frames.start])

@@ -1,4 +1,4 @@
-"""What a relocation takes and what it gives: observations, choices and the result."""
+"""Input and output of a relocation: observations, options and the result."""
 
 from __future__ import annotations
 
@@ -14,12 +14,14 @@ from ocmm_core.camera import CameraModel, Rig
 from ocmm_core.geometry import Float, Int, Pixels, Points3, RigidTransform
 
 LensMode = Literal["fixed", "prior", "free"]
-"""What happens to the lenses: kept as they are (their uncertainty stays in the covariance), free
-with what is known of them from before, or found anew from these frames alone."""
+"""Treatment of the lenses: kept (their uncertainty stays in the covariance), free with their
+previous covariance as prior, or determined from these frames alone.
+"""
 
 GeometryMode = Literal["known", "uncertain", "unknown"]
-"""How the LEDs of the probe are known: exactly; with the uncertainty of the probe body; not at all,
-so that the bar alone gives the scale."""
+"""Knowledge of the probe's LEDs: exact; with the uncertainty of the probe body; none, so that the
+bar alone gives the scale.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,13 +29,11 @@ class ProbeFrames:
     """Simultaneous spots of the probe, by LED number."""
 
     uv: Pixels
-    """(n, C, L, 2), px; NaN where not seen."""
+    """(n, C, L, 2), px; NaN if unseen."""
     sigma_px: Float
-    """(n,), px per axis: standard deviation of a spot in each frame; smaller where exposures were
-    averaged."""
+    """(n,), px per axis: standard deviation of a spot in each frame, smaller for averages."""
     seats: Int
-    """(n,): index into `Observations.seats` of the seat in which the ball rested, -1 where it was
-    in the air."""
+    """(n,): index into `Observations.seats` of the seat of the ball, -1 in the air."""
 
     @classmethod
     def waved(cls, uv: Pixels, sigma_px: float) -> ProbeFrames:
@@ -41,7 +41,6 @@ class ProbeFrames:
         return cls(uv, np.full(len(uv), sigma_px), np.full(len(uv), -1, dtype=np.int64))
 
     def joined(self, other: ProbeFrames) -> ProbeFrames:
-        """Return these frames and, after them, the others."""
         return ProbeFrames(
             np.concatenate([self.uv, other.uv]),
             np.concatenate([self.sigma_px, other.sigma_px]),
@@ -57,7 +56,8 @@ class LengthBar:
     length: float
     sigma: float
     """`length`, `sigma`: mm, at the temperature of the observations; standard uncertainty (k = 1).
-    The true length is the same in all placements, so that its error does not average out."""
+    The same true length holds in all placements, so its error does not average out.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,51 +66,51 @@ class ShownBar:
 
     bar: LengthBar
     uv: Pixels
-    """(m, C, 2, 2), px: placement, camera, end; NaN where not seen."""
+    """(m, C, 2, 2), px: placement, camera, end; NaN if unseen."""
     sigma_px: Float
     """(m,), px per axis: standard deviation of a spot in each placement."""
 
 
 @dataclass(frozen=True, slots=True)
 class TouchedBar:
-    """A bar with two seats, which the ball of the probe was put into, in several placements."""
+    """A bar with two seats touched by the ball of the probe, in several placements."""
 
     bar: LengthBar
-    """Its certified length, between the centres of a ball in both seats."""
+    """Certified distance between the centres of a ball in both seats."""
     seats: tuple[tuple[str, str], ...]
-    """For each placement the names of the seats at its ends: every placement has its own."""
+    """Names of the end seats of each placement; every placement has its own."""
 
 
 @dataclass(frozen=True, slots=True)
 class Observations:
-    """Everything that was seen."""
+    """All observations of a relocation."""
 
     frames: ProbeFrames
     """The probe, waved and seated."""
     shown_bars: tuple[ShownBar, ...] = ()
     touched_bars: tuple[TouchedBar, ...] = ()
-    """`shown_bars`, `touched_bars`: Known lengths; either kind gives the scale."""
+    """`shown_bars`, `touched_bars`: Certified lengths; either kind gives the scale."""
     seats: tuple[str, ...] = ()
-    """Names of the places that did not move while the ball rested in them: nests, cones and the
-    seats of touched bars."""
+    """Names of the fixed places in which the ball rested: nests, cones and seats of touched bars.
+    """
     seat_sigma: float = 0.001
-    """mm per axis: how well the ball finds back into a seat."""
+    """mm per axis: seating repeatability of the ball."""
 
     @property
     def bars(self) -> tuple[LengthBar, ...]:
-        """Return all known lengths, those of the shown bars first."""
+        """Return all certified lengths, those of the shown bars first."""
         shown = tuple(one.bar for one in self.shown_bars)
         return shown + tuple(one.bar for one in self.touched_bars)
 
 
 @dataclass(frozen=True, slots=True)
 class KeptByCameras:
-    """The cameras stay, on the average, where they were in the world: nothing else is known."""
+    """Cameras stay, on average, in place in the world; no other reference."""
 
 
 @dataclass(frozen=True, slots=True)
 class KeptByPoints:
-    """The world stays where it was: at least three seats are known in it."""
+    """World stays in place: at least three seats have reference coordinates."""
 
     positions_world: Mapping[str, Float]
     """(3,), mm, of the centre of the ball, by name of the seat."""
@@ -120,7 +120,7 @@ class KeptByPoints:
 
 @dataclass(frozen=True, slots=True)
 class SetByPoints:
-    """Three touched seats make a new world."""
+    """Three touched seats define a new world."""
 
     origin: str
     """Seat at (0, 0, 0)."""
@@ -135,18 +135,17 @@ WorldFrame: TypeAlias = KeptByCameras | KeptByPoints | SetByPoints
 
 @dataclass(frozen=True, slots=True)
 class RelocationOptions:
-    """What is found anew."""
+    """Unknowns and world frame of a relocation."""
 
     lens: LensMode = "prior"
     geometry: GeometryMode = "uncertain"
     """`lens`, `geometry`: See `LensMode` and `GeometryMode`."""
     world: WorldFrame = field(default_factory=KeptByCameras)
-    """What the world frame hangs on."""
 
 
 @dataclass(frozen=True, slots=True)
 class WrongSpot:
-    """A spot that was left out."""
+    """A spot classified as outlier."""
 
     frame: int
     camera: int
@@ -167,64 +166,62 @@ class BarResidual:
     placement: int
     """Index among the placements of that bar."""
     measured_mm: float
-    """Distance of its ends as this placement alone shows it, with the new cameras."""
+    """Distance of its ends from this placement alone, with the new cameras."""
     error_mm: float
     """Measured less certified."""
     sigma_mm: float
     """Standard deviation of the measured distance from the noise of its spots."""
     used: bool
-    """False for a placement that was left out."""
+    """False for outliers."""
 
 
 @dataclass(frozen=True, slots=True)
 class RelocationResult:
-    """The cameras after a relocation and what may be said about them."""
+    """Relocated cameras with their evaluation."""
 
     cameras: tuple[CameraModel, ...]
-    """In the order of the rig."""
     covariance: Float
     """(14 C, 14 C), in the order of `camera.model.PARAMETERS`, camera by camera, in the new world
-    frame and with the uncertainty of that frame; grown by chi-square per degree of freedom where
-    that is above one, never shrunk."""
+    frame including its uncertainty; scaled by chi-square per degree of freedom if above one, never
+    shrunk.
+    """
     T_world_from_start: RigidTransform
-    """Motion from the world of the start rig to the new one as far as the frame was moved after the
-    adjustment."""
+    """Motion from the world of the start rig to the new one, as moved after the adjustment."""
     leds_probe: Points3
     tip_probe: Float
-    """`leds_probe`, `tip_probe`: (L, 3) and (3,), mm: LEDs and tip of the probe as these frames
-    show them."""
+    """`leds_probe`, `tip_probe`: (L, 3) and (3,), mm: LEDs and tip of the probe from these frames.
+    """
     geometry_covariance: Float
     """(3 L + 3, 3 L + 3), mm^2, of LEDs and tip."""
     rms_px: float
     chi2: float
     dof: int
-    """`rms_px`, `chi2`, `dof`: RMS residual per coordinate of the used spots of the probe, and how
-    all residuals compare with their uncertainties."""
+    """`rms_px`, `chi2`, `dof`: RMS residual per coordinate of the used probe spots; chi-square and
+    degrees of freedom of all residuals.
+    """
     residuals_px: Pixels
-    """(n, C, L, 2), observed minus predicted; NaN where not seen."""
+    """(n, C, L, 2), observed minus predicted; NaN if unseen."""
     used: NDArray[np.bool_]
-    """(n, C, L): False for what was not seen or left out."""
+    """(n, C, L): False for unseen spots and outliers."""
     wrong_spots: tuple[WrongSpot, ...]
     frames_used: NDArray[np.bool_]
-    """(n,): frames that took part."""
+    """(n,): frames used."""
     bars: tuple[BarResidual, ...]
     """All placements."""
     seats_world: Mapping[str, Float]
-    """(3,), mm, by name: where the balls in the seats are."""
+    """(3,), mm, by name: ball centres in the seats."""
     hull_world: Points3
-    """(h, 3), mm: corners of the convex hull of all LEDs that two cameras saw."""
+    """(h, 3), mm: corners of the convex hull of all LEDs seen by two cameras."""
     tips_world: Points3
-    """(n, 3), mm; NaN for frames that did not take part."""
+    """(n, 3), mm; NaN for unused frames."""
     volume_world: Float
-    """(2, 3), mm: box in which points are accepted; it holds the tips of the frames."""
+    """(2, 3), mm: box in which points are accepted, around the tips of the frames."""
     warnings: tuple[Finding, ...]
-    """What speaks against this calibration and was not refused."""
+    """Findings that did not refuse it."""
     iterations: int
-    """Steps that were tried."""
     options: RelocationOptions
-    """How it was made."""
     forced: bool
-    """Whether a person overruled a guard."""
+    """Whether the user overruled a guard."""
 
     def applied_to(self, rig: Rig, identity: str) -> Rig:
         """Return the rig with these cameras; ``identity`` is that of the calibration's record."""

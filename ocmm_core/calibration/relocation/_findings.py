@@ -1,4 +1,4 @@
-"""What a relocation shows to people, and which LED of a bar is which."""
+"""Display form of a relocation, and assignment of bar LEDs."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from ocmm_core.tracking import triangulate
 
 
 def bar_ends(rig: Rig, uv: Float, length: float) -> Float:
-    """Return the two spots of a bar in each camera, (C, 2, 2), px, so that ends belong together.
+    """Return the two spots of a bar in each camera, (C, 2, 2), px, with matching ends.
 
-    Rays of wrong pairs may meet as well, but then far from where the bar is: the pairs are right
-    whose points have the distance of the LEDs.
+    Rays of wrong pairs may also intersect, but far from the bar: the correct pairing gives the
+    distance of the LEDs.
 
     Parameters
     ----------
     uv
-        (C, 2, 2), px: both spots of each camera in any order; NaN for a camera that saw not both.
+        (C, 2, 2), px: both spots of each camera in any order; NaN for a camera without both.
 
     Raises
     ------
     CalibrationError
-        No way to pair them gives the length.
+        No pairing gives the length.
     """
     seeing = [c for c in range(len(uv)) if np.isfinite(uv[c]).all()]
     best, least = uv, np.inf
@@ -51,7 +51,7 @@ def bar_ends(rig: Rig, uv: Float, length: float) -> Float:
 
 
 def findings_of(rig: Rig, observed: Observations, found: RelocationResult) -> Findings:
-    """Return a relocation as it is shown and recorded."""
+    """Return a relocation in displayed and recorded form."""
     uv = observed.frames.uv
     residuals = []
     for c, camera in enumerate(found.cameras):

@@ -1,8 +1,8 @@
-"""Where the world is after a relocation, and what its choice does to the covariance.
+"""World frame after a relocation, and its effect on the covariance.
 
-An adjustment leaves the world free. Points that are known in it (anchors: touched seats, or points
-that are fixed to the cameras) say where it is; that their places are uncertain makes the world
-uncertain, and with it the cameras (S-transformation, Baarda 1973).
+An adjustment leaves the world free. Anchors (touched seats, or points fixed to the cameras) define
+it; their uncertainty makes the world uncertain, and with it the cameras (S-transformation, Baarda
+1973).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ocmm_core.geometry import Float, Points3, RigidTransform, rigid_fit, skew, 
 LEAST_ANCHORS = 3
 
 _MIN_TRIANGLE_MM = 20.0
-"""Three points nearer to one line than this leave the turn about it open."""
+"""Three points closer to one line leave the rotation about it undetermined."""
 
 _THREE_TWO_ONE = [0, 1, 2, 4, 5, 8]
 """x, y and z of the first point, y and z of the second, z of the third."""
@@ -29,28 +29,27 @@ _THREE_TWO_ONE = [0, 1, 2, 4, 5, 8]
 
 @dataclass(frozen=True, slots=True)
 class Anchors:
-    """Points that hold the world."""
+    """Points that define the world."""
 
     points: Points3
-    """(m, 3), mm, where the state has them."""
+    """(m, 3), mm, in the state."""
     follow: Float
-    """(3 m, k): how they move with the common unknowns."""
+    """(3 m, k): derivatives by the common unknowns."""
     targets: Points3
-    """(m, 3), mm, where they belong."""
+    """(m, 3), mm, nominal."""
     held: Float | None
-    """(h, 3 m): the sums of coordinates that are brought to their targets, or None for the best fit
-    of all."""
+    """(h, 3 m): sums of coordinates moved onto their targets; None for the best fit of all."""
     sigma: float
-    """mm per axis: how well the targets are known."""
+    """mm per axis: standard uncertainty of the targets."""
 
 
 def check_world(world: WorldFrame, seats: Sequence[str]) -> None:
-    """Refuse a world frame that hangs on seats which were not touched, or on too few.
+    """Refuse a world frame with untouched or too few seats.
 
     Raises
     ------
     CalibrationError
-        A seat is not known, or there are fewer than three.
+        A seat is unknown, or there are fewer than three.
     """
     if isinstance(world, KeptByCameras):
         return
@@ -76,7 +75,7 @@ def check_world(world: WorldFrame, seats: Sequence[str]) -> None:
 def motion_to_world(
     world: WorldFrame, seats: Sequence[str], state: BundleState, start: Sequence[CameraModel]
 ) -> RigidTransform:
-    """Return the motion that takes the world of the state to the one that was chosen.
+    """Return the motion from the world of the state to the chosen one.
 
     Raises
     ------
@@ -98,7 +97,7 @@ def motion_to_world(
 def anchors_of(
     world: WorldFrame, seats: Sequence[str], state: BundleState, start: Sequence[CameraModel]
 ) -> Anchors:
-    """Return the points that hold the world; for a world set by points in that world already."""
+    """Return the anchors; for a world set by points, already in that world."""
     if isinstance(world, KeptByCameras):
         return _camera_anchors(state, start)
     if isinstance(world, SetByPoints):
@@ -113,9 +112,9 @@ def anchors_of(
 
 
 def covariance_in_world(covariance: Float, state: BundleState, anchors: Anchors) -> Float:
-    """Return the covariance (k, k) of the common unknowns in the world that the anchors hold.
+    """Return the covariance (k, k) of the common unknowns in the anchored world.
 
-    ``covariance`` may hold for any choice of the world that differs by a small motion.
+    ``covariance`` may refer to any world that differs by a small motion.
     """
     motions = state.world_motions()
     carried = np.vstack([np.hstack([-skew(point), np.eye(3)]) for point in anchors.points])
@@ -127,10 +126,10 @@ def covariance_in_world(covariance: Float, state: BundleState, anchors: Anchors)
 
 
 def _camera_anchors(state: BundleState, start: Sequence[CameraModel]) -> Anchors:
-    """Return the centre of every camera and points ahead of it, at its right and below.
+    """Return four points a camera: its centre, and ahead, right and below of it.
 
-    They stand as far from the camera as what it looks at, so that turns and shifts weigh as they
-    matter there.
+    Their distance is that of the viewed objects, so that rotations and shifts have realistic
+    weights.
     """
     columns = state.columns
     centre = np.mean(state.origins, axis=0)

@@ -1,4 +1,4 @@
-"""What a relocation must show before it may be used; the same idea as `guards`."""
+"""Criteria that a relocation must meet; same principle as `guards`."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ FEW_FRAMES = 100
 FEW_PLACEMENTS = 5
 PLACEMENTS_REFUSED = 0.3
 BAR_SIGMAS = 5.0
-"""Of the mean of all placements; that the probe has a say too makes it smaller, never larger."""
+"""Relative to the mean of all placements; the influence of the probe only makes it smaller."""
 
 ANCHOR_SIGMAS = 5.0
 CONTRADICTION = 1e-5
-"""Probability below which chance does not explain how far something known was moved."""
+"""Probability below which a shift of known quantities is not attributed to chance."""
 
 
 def judge_residuals(chi2: float, dof: int) -> list[Finding]:
-    """Return what chi-square says against the whole."""
+    """Return findings on chi-square of all residuals."""
     ratio = float(np.sqrt(chi2 / dof))
     said = f"The residuals are {ratio:.1f} times the stated sigmas of the spots"
     deviation = CHI2_DEVIATION * np.sqrt(2.0 / dof)
@@ -82,7 +82,7 @@ def judge_residuals(chi2: float, dof: int) -> list[Finding]:
 def judge_spots(
     wrong: Sequence[WrongSpot], seen: int, cameras: Sequence[CameraModel]
 ) -> list[Finding]:
-    """Return what the wrong spots say against the whole."""
+    """Return findings on the outlier spots."""
     if not wrong:
         return []
     counts = [sum(spot.camera == index for spot in wrong) for index in range(len(cameras))]
@@ -105,18 +105,16 @@ def judge_design(
     observed: Observations, bars: Sequence[BarResidual], targets: Points3, frames: int,
     scale_rests_on: str | None = None,
 ) -> list[Finding]:  # fmt: skip
-    """Return what the choice of frames and bars says.
+    """Return findings on the choice of frames and bars.
 
     Parameters
     ----------
-    bars
-        All placements.
     targets
-        (n, 3), mm, world: all LEDs that were seen by two cameras.
+        (n, 3), mm, world: all LEDs seen by two cameras.
     frames
-        How many took part.
+        Number of frames used.
     scale_rests_on
-        Name of the only bar, where nothing else knows a length; None otherwise.
+        Name of the bar if it is the only reference of length, else None.
     """
     found = []
     if frames < FEW_FRAMES:
@@ -208,7 +206,7 @@ def _placements(bars: Sequence[BarResidual]) -> list[Finding]:
 
 
 def judge_focal(cameras: Sequence[CameraModel], covariance: Float) -> list[Finding]:
-    """Return which focal lengths are not known well enough."""
+    """Return findings on insufficiently determined focal lengths."""
     found = []
     for index, camera in enumerate(cameras):
         focal = N_PARAMETERS * index + PARAMETERS.index("focal")
@@ -230,7 +228,7 @@ def judge_focal(cameras: Sequence[CameraModel], covariance: Float) -> list[Findi
 def judge_knowledge(
     observed: Observations, options: RelocationOptions, prior: Prior, state: BundleState
 ) -> list[Finding]:
-    """Return what was known before and is contradicted by the frames."""
+    """Return findings on prior knowledge contradicted by the frames."""
     columns, found = state.columns, []
     off = state.values() - prior.values
     if options.geometry == "uncertain" and _contradicts(prior, off, columns.all_leds()):
@@ -277,7 +275,7 @@ def judge_knowledge(
 
 
 def judge_anchors(names: Sequence[str], anchors: Anchors, covariance: Float) -> list[Finding]:
-    """Return which points that hold the world are not where they belong.
+    """Return findings on displaced anchors of the world.
 
     ``covariance`` is that of the common unknowns, (k, k).
     """
@@ -303,7 +301,7 @@ def judge_anchors(names: Sequence[str], anchors: Anchors, covariance: Float) -> 
 
 
 def _contradicts(prior: Prior, off: Float, columns: Int) -> bool:
-    """Return whether chance does not explain how far these columns are from what was known."""
+    """Return whether the shift of these columns from their prior is significant."""
     information = prior.information[np.ix_(columns, columns)]
     known = np.count_nonzero(information.diagonal())
     if not known:

@@ -1,4 +1,4 @@
-"""From observations and choices to a bundle: data, what is known before, and the start."""
+"""Build the bundle of a relocation: data, prior and start."""
 
 from __future__ import annotations
 
@@ -28,27 +28,27 @@ from ocmm_core.tracking import ProbeBody
 LEAST_FRAMES = 20
 LEAST_FRAMES_OF_CAMERA = 10
 UNKNOWN_SIGMA = 1.0
-"""mm per axis; holds the tip of an unknown probe, which seats show if it was turned in them."""
+"""mm per axis; holds the tip of an unknown probe, unless rotation in seats determines it."""
 
 EXACT_SIGMA = 1e-4
-"""mm; how far two seats of one bar may be from its length: far below what any spot shows, so that
-the length is a condition."""
+"""mm; tolerance of the distance of two seats of a bar: far below the spot noise, hence a condition.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class RelocationProblem:
-    """What the engine is given."""
+    """Input of the adjustment."""
 
     data: BundleData
     prior: Prior
     start: BundleState
     """`data`, `prior`, `start`: See `bundle`."""
     order: Int
-    """(n,): index among the observed frames of every frame of the data."""
+    """(n,): index among the observed frames of each frame of the data."""
 
     @property
     def own_degrees(self) -> int:
-        """Return by how much priors add to the degrees of freedom, less what is sought."""
+        """Return the degrees of freedom contributed by priors, less the unknowns."""
         return self.prior.rows + self.prior.gauge - len(self.prior.free)
 
 
@@ -60,8 +60,8 @@ def build(
     Raises
     ------
     CalibrationError
-        The observations do not fit the rig or the probe, are too few, nothing gives the scale, or
-        the world frame hangs on what was not touched.
+        The observations do not match the rig or probe or are too few, no length gives the scale, or
+        the world frame refers to untouched seats.
     """
     _check(start, body, observed, options)
     frames = observed.frames
@@ -117,7 +117,7 @@ def build(
 
 
 def _in_front(data: BundleData, state: BundleState) -> BundleData:
-    """Return the data without frames whose start lies behind a camera: they are confused."""
+    """Return the data without frames that start behind a camera: they are mislabelled."""
     of_frames, of_bars = residuals(data, state)
     behind, bars_behind = (
         np.count_nonzero(np.isinf(off), axis=(1, 2, 3)) for off in (of_frames, of_bars)
@@ -126,7 +126,7 @@ def _in_front(data: BundleData, state: BundleState) -> BundleData:
 
 
 def _only(kept: NDArray[np.bool_]) -> Float:
-    """Return the factors (n, 1, 1) of weights that keep what is to be kept."""
+    """Return weight factors (n, 1, 1) from a mask."""
     return kept.astype(np.float64)[:, None, None]
 
 
@@ -146,7 +146,7 @@ def prior_of(
     rig: Rig, body: ProbeBody, observed: Observations, options: RelocationOptions,
     state: BundleState,
 ) -> Prior:  # fmt: skip
-    """Return what is known from before and what is sought, for the unknowns of a state."""
+    """Return prior knowledge and free unknowns for a state."""
     columns = state.columns
     values = state.values()
     values[columns.of_leds] = body.leds_probe.ravel()
@@ -161,7 +161,7 @@ def prior_of(
         rows += len(known)
     body_columns = columns.all_leds()
     if len(state.seats):
-        # Without a seat nothing shows the tip, and nothing hangs on it.
+        # Without a seat the tip is undetermined, and nothing depends on it.
         body_columns = np.append(body_columns, _range(columns.of_tip))
     floats = options.geometry == "unknown"
     if floats:
@@ -179,13 +179,13 @@ def prior_of(
 
 
 def lens_covariance(rig: Rig) -> Float:
-    """Return what is known of all lenses, (8 C, 8 C), wherever the cameras stand."""
+    """Return the prior covariance of all lenses, (8 C, 8 C), independent of the poses."""
     lenses = Columns(len(rig.cameras), 0, 0, 0).of_lenses()
     return rig.parameter_covariance[np.ix_(lenses, lenses)]
 
 
 def _inform(information: Float, columns: Int, covariance: Float) -> Int:
-    """Write the inverse of a covariance; return the columns that are not known exactly."""
+    """Write the inverse of a covariance; return the columns with nonzero uncertainty."""
     sigmas = np.sqrt(covariance.diagonal())
     uncertain = sigmas > 0.0
     mine, scale = columns[uncertain], sigmas[uncertain]

@@ -1,9 +1,8 @@
-"""Guided relocation: two seats, the probe is waved, the bar is shown, and the seats again.
+"""Guided relocation: seats, waved probe, bar, seats again.
 
-The cameras find themselves again; no CMM is needed. Two seats that are fixed to the table are
-visited first and last, so that what moves meanwhile is found. The screen says where the volume
-still lacks poses, and how well a length would be known with what was collected so far; both decide
-when it is enough.
+The cameras are re-located without a CMM. Two seats fixed to the table are visited first and last to
+detect motion in between. Coverage of the volume and the predicted uncertainty of a length decide
+when the data suffice.
 """
 
 from __future__ import annotations
@@ -140,28 +139,26 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         valid_days: int = 365,
         seats: bool = True,
     ) -> RelocationProcedure:
-        """Begin a session.
+        """Start a session.
 
         Parameters
         ----------
         rig
-            Where the cameras stood before, with the calibration in force if there is one.
-        store
-            Calibrations of that rig.
+            Previous poses of the cameras, with the calibration in force if any.
         bar
-            With LEDs it is shown, otherwise its end nests are touched.
+            A bar with LEDs is shown, otherwise its end nests are touched.
         control
-            Known control points, for a world that hangs on them.
+            Known control points, for a world frame defined by them.
         lens, geometry
-            What is found anew, see `_data`.
+            Unknowns, see `_data`.
         seats
-            Two seats are visited first and last; False only where what was recorded lacks them,
-            which the result then says.
+            Visit two seats first and last; False only for recordings without them, which the result
+            reports.
 
         Raises
         ------
         CalibrationError
-            The certificate of the bar has ended, or control points are missing.
+            The bar's certificate has expired, or control points are missing.
         StorageError
             The session file cannot be written.
         """
@@ -205,26 +202,26 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
     def resume(
         cls, path: Path, rig: Rig, body: ProbeBody, store: CalibrationStore
     ) -> RelocationProcedure:
-        """Continue the session of a file where it stopped.
+        """Continue the session of a file.
 
         Raises
         ------
         StorageError
-            The file is not as it was written.
+            The file was changed.
         CalibrationError
-            It is empty, or was begun with another rig or probe, or by a version that asked for no
-            seats and it has not ended.
+            It is empty, was started with another rig or probe, or is an open session of a version
+            without seats.
         """
         return cls(*_SESSIONS.resume(path), rig, body, store)
 
     @property
     def bar(self) -> LengthBar:
-        """Return the bar that the session was begun with."""
+        """Return the bar of the session."""
         return self._begun.bar
 
     @property
     def control(self) -> KnownPoints | None:
-        """Return the known control points that the session was begun with; None without."""
+        """Return the known control points of the session, or None."""
         begun = self._begun
         if not begun.control_names:
             return None
@@ -256,14 +253,13 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             )
 
     def watch(self, block: FrameBlock) -> None:
-        """Look at frames."""
         with self._lock:
             self._collector().feed(block)
 
     def predict(self) -> None:
-        """Work out how well a length would be known with what was collected so far.
+        """Predict the uncertainty of a length from the observations collected.
 
-        Takes a second or some, and says nothing as long as the observations do not suffice.
+        Takes a second or more; without effect while the observations do not suffice.
         """
         with self._lock:
             version = self._version
@@ -281,29 +277,26 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             self._length_sigma, self._predicted = sigma, version
 
     def take_pose(self, uv: Float, sigma_px: float, now: datetime) -> None:
-        """Take recorded spots (C, L, 2), px, of the waved probe."""
+        """Add recorded spots (C, L, 2), px, of the waved probe."""
         with self._lock:
             self._append(PoseTaken(utc=utc_text(now), uv=to_spots(uv), sigma_px=sigma_px))
 
     def take_bar(self, uv: Float, sigma_px: float, now: datetime) -> None:
-        """Take recorded spots (C, 2, 2), px, of the bar's LEDs in one placement."""
+        """Add recorded spots (C, 2, 2), px, of the bar's LEDs in one placement."""
         with self._lock:
             self._append(BarTaken(utc=utc_text(now), uv=to_spots(uv), sigma_px=sigma_px))
 
     def take_seat(self, seat: str, uv: Float, sigma_px: float, now: datetime) -> None:
-        """Take recorded spots (C, L, 2), px, of the probe in a seat; no name: an end of the bar."""
+        """Add recorded spots (C, L, 2), px, of the probe in a seat; no name: an end of the bar."""
         with self._lock:
             self._append(
                 SeatTaken(utc=utc_text(now), seat=seat, uv=to_spots(uv), sigma_px=sigma_px)
             )
 
     def take_visit(self, uv: Float, sigma_px: float, now: datetime) -> None:
-        """Take recorded spots (C, L, 2), px, of the probe in the next of the two seats.
+        """Add recorded spots (C, L, 2), px, of the probe in the next of the two seats.
 
-        Raises
-        ------
-        CalibrationError
-            All visits were taken that are wanted by now.
+        Raises CalibrationError if no visit is due.
         """
         with self._lock:
             state = self._state
@@ -388,7 +381,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             return state.seats
         others = (state.poses, state.bars, state.bar_ends, state.seats)
         if step == SEATS_FIRST and not any(others):
-            # What was measured after it rests on it; a visit at the end is a result.
+            # Later observations depend on it; a visit at the end is a result.
             return state.visits
         return state.poses if step == WAVE else []
 

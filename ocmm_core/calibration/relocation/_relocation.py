@@ -1,10 +1,8 @@
-"""Cameras calibrated where they stand, without a CMM: a waved probe, a length bar, one adjustment.
+"""Calibrate cameras in place without a CMM by one bundle adjustment.
 
-The probe is waved through the volume and the bar shown in some ten placements. One bundle
-adjustment finds where the cameras stand, their lenses and, if wanted, the geometry of the probe.
-Everything here is a pure function of the observations.
-
-How well cameras measure lengths, from their covariance, and how they measured the bars.
+A probe is waved through the volume and a length bar shown in some ten placements. The adjustment
+determines camera poses, lenses and optionally the geometry of the probe. Also: length uncertainty
+from the covariance, and bar residuals. All functions are pure.
 """
 
 from __future__ import annotations
@@ -52,7 +50,7 @@ from ocmm_core.tracking import ProbeBody, solve, triangulate
 def judge_bars(
     rig: Rig, body: ProbeBody, observed: Observations, placements_used: NDArray[np.bool_]
 ) -> tuple[BarResidual, ...]:
-    """Return what the cameras of ``rig`` make of every placement by itself."""
+    """Return the residual of each bar placement alone, with the cameras of ``rig``."""
     found = []
     used = iter(placements_used)
     for shown in observed.shown_bars:
@@ -86,7 +84,7 @@ def _seat_alone(
     """Return mean (3,), mm, and covariance (3, 3) of the tips in one seat."""
     mine = observed.frames.seats == seat
     sigmas = observed.frames.sigma_px[mine]
-    # Each frame has its own sigma; the unit of the solution is the smallest of them.
+    # Each frame has its own sigma; the unit of the solution is the smallest.
     unit_px = float(sigmas.min())
     batch = solve(observed.frames.uv[mine], rig, body, unit_px)
     solved = batch.status == 0
@@ -104,7 +102,7 @@ def _length_sigma_of(ends: Float, covariances: Float) -> float:
 
 
 _SOFT_MM = 0.1
-"""Seats and bars that hold exactly make the way from a bad start crooked: loosely first."""
+"""Exact seats and bars slow convergence from a bad start: loosely first."""
 
 
 def relocate(
@@ -114,25 +112,21 @@ def relocate(
     options: RelocationOptions | None = None,
     force: bool = False,
 ) -> RelocationResult:
-    """Return the cameras that see the waved probe and the bars as they were seen.
+    """Return the cameras that explain the spots of the waved probe and the bars.
 
     Parameters
     ----------
     start
-        Where the cameras stood before, to about 10 mm and half a degree, with lenses known to
-        about 2 %; its `parameter_covariance` is what ``lens="prior"`` and ``"fixed"`` know.
-    observed
-        Spots of probe and bars.
-    options
-        What is found anew; without, everything with the lenses known from before.
+        Previous cameras: poses to about 10 mm and half a degree, lenses to about 2 %; its
+        `parameter_covariance` is the prior of ``lens="prior"`` and ``"fixed"``.
     force
         Overrule the guards that question the design of the calibration; each becomes a warning.
 
     Raises
     ------
     CalibrationError
-        There are too few frames, no length gives the scale, a seat is not known, the frames do not
-        determine the cameras, or a guard refuses.
+        Too few frames, no length that gives the scale, an unknown seat, cameras undetermined by the
+        frames, or a guard refuses.
     """
     options = options or RelocationOptions()
     problem = build(start, body, observed, options)
@@ -147,7 +141,7 @@ def relocate(
     chi2 = found.minimum.cost
     accusation = accuse_in_relocation(problem, found, start, body, observed, options)
     accused = [accusation.finding] if accusation and accusation.finding else []
-    # What is hopeless is refused here: a world frame and a covariance of it would mean nothing.
+    # Refuse hopeless results here: their world frame and covariance would be meaningless.
     findings = [*accused, *_convergence(found), *judge_residuals(chi2, dof)]
     let_pass(findings, force=True)
 
@@ -271,14 +265,14 @@ def _wrong_spots(
 
 
 def _tips(state: BundleState, found: RobustMinimum) -> Points3:
-    """Return the tips (n, 3), mm, world; NaN where the frame did not take part."""
+    """Return the tips (n, 3), mm, world; NaN for unused frames."""
     tips: Points3 = state.rotations @ state.tip + state.origins
     tips[~found.data.active[0]] = np.nan
     return tips
 
 
 def _targets(state: BundleState, found: RobustMinimum) -> Points3:
-    """Return all LEDs of the probe that two cameras saw, (m, 3), mm, world."""
+    """Return all LEDs of the probe seen by two cameras, (m, 3), mm, world."""
     targets = np.einsum("nij,lj->nli", state.rotations, state.leds) + state.origins[:, None]
     seen: Points3 = targets[np.count_nonzero(found.used, axis=1) >= 2]
     return seen

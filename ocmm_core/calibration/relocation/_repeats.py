@@ -1,7 +1,7 @@
-"""Whether the seats that were visited first and last in a relocation are still where they were.
+"""Judge whether the seats visited first and last in a relocation stayed in place.
 
-Both visits are located with the cameras and the probe that the relocation itself found: what moved
-meanwhile is averaged into them, and moves the second position against the first one.
+Both visits are located with the cameras and probe of the relocation. A motion in between is
+averaged into them and shifts the second position against the first.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ _REMEDY = "Find what moved (camera, frame, table or seat), fix it, and relocate 
 def seat_findings(
     rig: Rig, body: ProbeBody, found: RelocationResult, visits: Sequence[SeatVisited]
 ) -> tuple[Finding, ...]:
-    """Return what the visits of the seats say against a relocation.
+    """Return findings from the visits of the seats.
 
     Parameters
     ----------
     rig, body
-        What it started from.
+        Start of the relocation.
     found
-        Its result, which the visits took no part in.
+        Its result, computed without the visits.
     visits
-        In order of time; without any, a warning says that nobody looked.
+        In order of time; without visits, a warning reports the missing check.
     """
     if not visits:
         return (
@@ -86,7 +86,7 @@ def _repeat(rig: Rig, body: ProbeBody, first: SeatVisited, again: SeatVisited) -
             "Relocate again, with all LEDs in view of the cameras in both seats.",
             refuses=True,
         )
-    # Errors of cameras and probe cancel as far as the ball is held alike; the rest is shared out.
+    # Errors of cameras and probe cancel as far as the attitude agrees; the rest is shared out.
     cameras, geometry = two.by_cameras - one.by_cameras, two.by_geometry - one.by_geometry
     shared = shared_covariance(cameras, geometry, rig, body)
     return Repeat(

@@ -1,4 +1,4 @@
-"""What was collected in a relocation, and the data that it makes for the adjustment."""
+"""Observations of a relocation session, converted to input of the adjustment."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody, solve
 
 World = Literal["cameras", "points", "set"]
-"""What the world frame hangs on: the cameras, known control points, or three new ones."""
+"""Reference of the world frame: cameras, known control points, or three new ones."""
 
 LENGTH_TOLERANCE = 0.08
-"""A frame that was moved sees the bar so much too long or too short at most."""
+"""Largest relative length error of the bar as seen by a moved frame."""
 
 SET_NAMES = ("origin", "on X", "in XY")
 
@@ -52,29 +52,29 @@ class RelocationBegun(Begun, frozen=True, kw_only=True):
     probe_identity: str
     """Hash of the probe's document."""
     bar: BarArtefact
-    """That gives the scale."""
+    """Gives the scale."""
     poses_wanted: int
     bars_wanted: int
-    """`poses_wanted`, `bars_wanted`: At least."""
     length_mm: float
     length_limit_mm: float
-    """`length_mm`, `length_limit_mm`: Good enough is a standard uncertainty of this length below
-    this limit."""
+    """`length_mm`, `length_limit_mm`: Test length, and its largest acceptable standard uncertainty.
+    """
     lens: LensMode
     geometry: GeometryMode
     """`lens`, `geometry`: See `_data`."""
     world: World
-    """What the world frame hangs on."""
     control_names: tuple[str, ...]
     control_positions: tuple[Vector3, ...]
     control_sigma: float
-    """`control_names`, `control_positions`, `control_sigma`: Control points that are known in the
-    world, mm; empty unless it hangs on them."""
+    """`control_names`, `control_positions`, `control_sigma`: Control points with world coordinates,
+    mm; empty unless they define the world frame.
+    """
     valid_days: int
-    """For how long the calibration may be used."""
+    """Validity of the calibration."""
     seats: int | None = None
-    """How many seats are visited first and last: none where what was recorded lacks them. None in a
-    session that an earlier version began, which did not ask for them."""
+    """Number of seats visited first and last: zero for recordings without them, None in sessions of
+    earlier versions.
+    """
 
 
 class PoseTaken(SessionEvent, frozen=True, kw_only=True):
@@ -98,31 +98,30 @@ class SeatTaken(SessionEvent, frozen=True, kw_only=True):
     """Name of the control point; empty for the bar."""
     uv: Spots
     sigma_px: float
-    """`uv`, `sigma_px`: As in `PoseTaken`."""
 
 
 RelocationEvent: TypeAlias = RelocationBegun | PoseTaken | BarTaken | SeatTaken | SeatVisited
 
 _SEAT_MM = 20.0
-"""From so near a ball may be in a seat that cameras saw which were moved, held otherwise."""
+"""Largest distance of a ball from its seat as seen by moved cameras, at another attitude."""
 
 
 @dataclass(slots=True)
 class RelocationState:
-    """Everything that was taken."""
+    """Observations collected."""
 
     rig: Rig
     body: ProbeBody
     begun: RelocationBegun
-    """`rig`, `body`, `begun`: What it is about."""
     poses: list[PoseTaken] = field(default_factory=list)
     bars: list[BarTaken] = field(default_factory=list)
     bar_ends: list[SeatTaken] = field(default_factory=list)
     seats: list[SeatTaken] = field(default_factory=list)
-    """`poses`, `bars`, `bar_ends`, `seats`: In order; ``bar_ends`` are those of a bar that is
-    touched, two for each placement."""
+    """`poses`, `bars`, `bar_ends`, `seats`: In order; ``bar_ends``: of a touched bar, two a
+    placement.
+    """
     visits: list[SeatVisited] = field(default_factory=list)
-    """Of the seats that are visited first and last, in order."""
+    """In order, of the seats that are visited first and last."""
     _since: int = 0
     _rotations: list[Float] = field(default_factory=list)
     _tips: list[Float] = field(default_factory=list)
@@ -135,43 +134,43 @@ class RelocationState:
 
     @property
     def placements(self) -> int:
-        """Return how many placements of the bar are complete."""
+        """Return the number of complete placements of the bar."""
         return len(self.bars) if self.shown else len(self.bar_ends) // 2
 
     @property
     def wanted_seats(self) -> tuple[str, ...]:
-        """Return the names of the control points that are wanted."""
+        """Return the names of the required control points."""
         if self.begun.world == "set":
             return SET_NAMES
         return self.begun.control_names if self.begun.world == "points" else ()
 
     @property
     def next_seat(self) -> str | None:
-        """Return the control point that is taken next; None after the last one."""
+        """Return the next control point; None after the last one."""
         taken = {one.seat for one in self.seats}
         return next((name for name in self.wanted_seats if name not in taken), None)
 
     @property
     def wanted_visits(self) -> int:
-        """Return how many seats are visited first and last."""
+        """Return the number of seats visited first and last."""
         return self.begun.seats or 0
 
     @property
     def unvisited_seat(self) -> int | None:
-        """Return the first seat that was never visited; None where all were."""
+        """Return the first unvisited seat, or None."""
         visited = {one.seat for one in self.visits}
         return next((seat for seat in range(self.wanted_visits) if seat not in visited), None)
 
     @property
     def seat_to_repeat(self) -> int | None:
-        """Return the first seat that was not visited after all else; None where all were."""
+        """Return the first seat not yet revisited after all other observations, or None."""
         first = {one.seat: i for i, one in reversed(list(enumerate(self.visits)))}
         again = {one.seat for i, one in enumerate(self.visits) if i > first[one.seat]}
         again &= {one.seat for one in self.visits[self._since :]}
         return next((seat for seat in range(self.wanted_visits) if seat not in again), None)
 
     def known_seats(self) -> list[Float]:
-        """Return where the seats are, (3,), mm, by the cameras as they were before."""
+        """Return the visited seats, (3,), mm each, by the previous calibration."""
         known = []
         for seat in range(self.wanted_visits):
             first = next((one for one in self.visits if one.seat == seat), None)
@@ -181,14 +180,13 @@ class RelocationState:
         return known
 
     def judge_visit(self, uv: Float, sigma_px: float, *, again: bool) -> str:
-        """Return why a resting ball is not in the seat that is wanted; empty where it may be."""
+        """Return why a resting ball is not in the wanted seat; empty if it may be."""
         tip, seat = solve(uv[None], self.rig, self.body, sigma_px).tip_world[0], self.seat_to_repeat
         if again and seat is not None:
             return judge_visit_again(tip, seat, self.known_seats(), _SEAT_MM)
         return judge_first_visit(tip, self.known_seats(), self.rig)
 
     def add(self, event: PoseTaken | BarTaken | SeatTaken | SeatVisited) -> None:
-        """Take in an observation."""
         if isinstance(event, SeatVisited):
             self.visits.append(event)
             return
@@ -205,7 +203,6 @@ class RelocationState:
             (self.seats if event.seat else self.bar_ends).append(event)
 
     def remove_pose(self) -> None:
-        """Take out the last pose."""
         del self.poses[-1], self._rotations[-1], self._tips[-1]
         self._coverage = None
 
@@ -219,7 +216,7 @@ class RelocationState:
         return self._coverage
 
     def judge_end(self, uv: Float, sigma_px: float) -> str:
-        """Return why the ball is not in the other end of the bar; empty where it may be."""
+        """Return why the ball is not in the other end of the bar; empty if it may be."""
         if len(self.bar_ends) % 2 == 0:
             return ""
         shots = np.stack([from_spots(self.bar_ends[-1].uv), uv])
@@ -234,7 +231,7 @@ class RelocationState:
         )
 
     def observations(self) -> Observations:
-        """Return what the adjustment takes."""
+        """Return the observations for the adjustment."""
         begun = self.begun
         ends = [f"bar {i // 2 + 1} {'ab'[i % 2]}" for i in range(2 * self.placements)]
         touches = [] if self.shown else self.bar_ends[: len(ends)]
@@ -262,7 +259,7 @@ class RelocationState:
         return Observations(frames, shown, touched, tuple(names))
 
     def options(self) -> RelocationOptions:
-        """Return what is found anew."""
+        """Return the options for the adjustment."""
         begun = self.begun
         world: WorldFrame = KeptByCameras()
         if begun.world == "points":

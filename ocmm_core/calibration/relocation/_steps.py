@@ -1,4 +1,4 @@
-"""The steps of a relocation: what to do in each, and what its gate waits for."""
+"""Steps of a relocation with instructions and gates."""
 
 from __future__ import annotations
 
@@ -17,19 +17,13 @@ PREPARE, SEATS_FIRST, WAVE, BAR = "prepare", "seats", "wave", "bar"
 WORLD, SEATS_AGAIN, RESULT = "world", "again", "result"
 
 COVERED = 0.95
-"""Of what is wanted: a corner that a moved frame no longer sees must not hold everything up."""
+"""Sufficient fraction of the wanted cells: a moved frame may not see every corner."""
 
 _NO_SEATS = "Nothing to do: the recording has no seats."
 
 
 def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Step, ...]:
-    """Return the steps with their gates, as things are.
-
-    Parameters
-    ----------
-    length_sigma_mm
-        Predicted standard uncertainty of a length; None before the first prediction.
-    """
+    """Return the steps with their current gates; sigma is None before a prediction."""
     begun, use = state.begun, state.begun.bar.artefact.use
     missing = state.coverage().missing
     where = f" Missing: {', '.join(missing[:3])}." if missing else ""

@@ -1,4 +1,4 @@
-"""What a relocation wants where nobody asks for more; a command names it before it loads."""
+"""Defaults of a relocation, separate so that a command can show them before loading it."""
 
 from __future__ import annotations
 

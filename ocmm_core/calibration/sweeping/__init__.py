@@ -1,12 +1,12 @@
-"""The guided pivot calibration: two sweeps in a cone, taken, judged and concluded.
+"""Guided pivot calibration: two sweeps in a cone, recorded, judged and concluded.
 
-In: frames of a probe that is swept about its ball, in one cone and in a second one.
-Out: snapshots with the map of directions, then a record of the probe that waits to be accepted.
+In: frames of a probe swept about its ball, in one cone and in a second one. Out: snapshots with the
+map of directions, then a record of the probe awaiting acceptance.
 
-Read `_procedure_pivot` (the procedure) with `_state`, `_watch` (which frames count),
-`_map` and `_progress` (what is still missing), `_repeat` (did the cone move), `_session` (its
-file), `_views` (snapshots) and `_conclusion` (the record).
-The numbers come from `pivot`. It is the last room of calibration; no other one imports it.
+Read `_procedure_pivot` (the procedure) with `_state`, `_watch` (selection of poses), `_map` and
+`_progress` (completeness), `_repeat` (motion of the cone), `_session` (its file), `_views`
+(snapshots) and `_conclusion` (the record). The computation is in `pivot`. No other package of
+calibration imports this one.
 """
 
 from __future__ import annotations

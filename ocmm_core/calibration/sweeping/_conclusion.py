@@ -1,4 +1,4 @@
-"""From two sweeps to a record that waits for being accepted, and what it changes."""
+"""Build the record of two sweeps, ready for acceptance, and its comparison."""
 
 from __future__ import annotations
 
@@ -33,33 +33,31 @@ from ocmm_core.tracking import ProbeBody
 
 @dataclass(frozen=True, slots=True)
 class PivotMaterial:
-    """What a result is calculated from."""
+    """Input of a result."""
 
     rig: Rig
     body: ProbeBody
-    """`rig`, `body`: The cameras, and the probe by its document."""
+    """`rig`, `body`: Cameras, and nominal probe of the document."""
     begun: PivotBegun
-    """First line of the session."""
     first: PivotSweep
     second: PivotSweep
-    """`first`, `second`: The two sweeps."""
     visits: ConeVisits
-    """Of the first cone, first and again."""
+    """Of the first cone, at the start and end."""
     previous: ProbeRecord | None
-    """The record in force when the session was begun; None where there was none."""
+    """Record in force at the start of the session, or None."""
     made: datetime
-    """When the last pose was taken."""
+    """Time of the last pose."""
     force: bool
-    """Somebody overruled the guards that may be overruled."""
+    """The user overruled the guards."""
 
 
 def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
-    """Return the result of two sweeps; the same sweeps always give the same.
+    """Return the result of two sweeps; deterministic.
 
     Raises
     ------
     CalibrationError
-        A sweep leaves the probe open, or a guard refuses.
+        A sweep does not determine the probe, or a guard refuses.
     """
     begun = given.begun
     expected, options = begun.expected(given.body), begun.options()
@@ -71,8 +69,8 @@ def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
     moved = cone_findings(given.rig, probe, given.first, first.rotations, given.visits)
     let_pass(moved, given.force)
     findings = (*first.warnings, *second.warnings, *validation.findings, *moved)
-    # Both sweeps often say the same. That spots are better than the rig's document says of them
-    # is nothing that whoever sweeps a probe could change.
+    # Both sweeps often have the same findings. Spots better than the rig's document states are no
+    # concern of the user.
     findings = tuple(
         {one.what: one for one in findings if one.code != "calibration.chi2_low"}.values()
     )
@@ -124,7 +122,7 @@ def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
 def change_of(
     body: ProbeBody, previous: ProbeRecord, found: PivotCalibration, begun: PivotBegun
 ) -> PivotChange:
-    """Return how a calibration differs from the one before, both laid onto the same document."""
+    """Return the change from the previous calibration, both fitted to the same document."""
     leds, tip = laid_onto(body, previous)
     return PivotChange(
         previous, found.tip_probe - tip, found.leds_probe - leds, begun.change_limit_mm
@@ -134,14 +132,14 @@ def change_of(
 def expected_tip(
     body: ProbeBody, running: ProbeRecord | None, *, tip_unknown: bool
 ) -> Vector3 | None:
-    """Return where the tip should be, mm, frame of the document; None where nobody knows.
+    """Return the expected tip, mm, document frame; None if unknown.
 
     Parameters
     ----------
     running
-        The record in force for this tip; it knows better than the document.
+        The record in force for this tip; preferred over the document.
     tip_unknown
-        The document does not say where this tip is.
+        The document has no place for this tip.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""The sphere map of a sweep: in which directions the probe was held, and in which it should be.
+"""Sphere map of a sweep: covered and required directions of the probe.
 
-The cells stand still in the world, so that a screen that draws them does not flicker; which of them
-are wanted follows the middle of what was covered.
+Cells are fixed in the world, so that drawing them does not flicker; which of them are required
+depends on the middle of the covered ones.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ CELL_RAD = float(np.sqrt(4.0 * np.pi / _CELLS))
 
 _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 _AWAY = 0.3
-"""Part of the largest direction from which on a second one is named."""
+"""Fraction of the largest direction above which a second one is named."""
 
 
 def sphere_map(directions_world: Points3, reach: float) -> tuple[Float, tuple[MapCell, ...]]:
@@ -30,7 +30,7 @@ def sphere_map(directions_world: Points3, reach: float) -> tuple[Float, tuple[Ma
     directions_world
         (n, 3), unit: from the ball to the middle of the LEDs.
     reach
-        rad: cells no farther than this from the middle are wanted.
+        rad: cells up to this angle from the middle are required.
     """
     if not len(directions_world):
         return np.full(3, np.nan), ()
@@ -46,9 +46,9 @@ def sphere_map(directions_world: Points3, reach: float) -> tuple[Float, tuple[Ma
 
 
 def where_missing(rig: Rig, middle_world: Float, cells: tuple[MapCell, ...]) -> str:
-    """Return to which sides the wanted cells without poses lie ("left and away"); may be empty.
+    """Return the sides of required cells without poses ("left and away") or nothing.
 
-    Sides are those of somebody who looks with the cameras.
+    Sides as seen by the cameras.
     """
     empty = [cell.direction_world for cell in cells if cell.wanted and not cell.poses]
     if not empty:
@@ -68,7 +68,7 @@ def where_missing(rig: Rig, middle_world: Float, cells: tuple[MapCell, ...]) -> 
 
 
 def _grid() -> Points3:
-    """Return directions that lie evenly on the sphere (Fibonacci's spiral), (n, 3)."""
+    """Return evenly spread directions on the sphere (Fibonacci's spiral), (n, 3)."""
     number = np.arange(_CELLS)
     z = 1.0 - (2.0 * number + 1.0) / _CELLS
     radius, angle = np.sqrt(1.0 - z**2), _GOLDEN * number

@@ -1,9 +1,9 @@
-"""Guided pivot calibration: the ball rests in a cone and the probe is swept about it, twice.
+"""Guided pivot calibration: two sweeps of the probe about its ball in a cone.
 
-Steps: ``prepare``, ``first`` (the sweep that calibrates), ``second`` (an independent one, in
-another place or attitude, that must show the same tip), ``again`` (the ball rests in the first cone
-once more: what moved meanwhile shows), ``result``. Nobody needs a key: a sweep
-begins when the ball rests in the cone, and its gate opens when nothing is missing.
+Steps: ``prepare``, ``first`` (the calibrating sweep), ``second`` (an independent one, in another
+place or attitude, that must give the same tip), ``again`` (the ball rests in the first cone once
+more, to detect motion in between), ``result``. No key is needed: a sweep starts when the ball rests
+in the cone, and its gate opens when it is complete.
 """
 
 from __future__ import annotations
@@ -65,8 +65,8 @@ _SESSIONS = SessionFormat(ProcedureKind.PIVOT, SessionLine[PivotEvent], PivotBeg
 class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
     """See `procedure`; made by `begin` and `resume`.
 
-    Drive it like every procedure: `watch` frames; whenever ``view.base.live.ready`` is set, `take`
-    (a batch of poses, durable when it returns); when the gate of the step is open, `advance`.
+    `watch` frames; whenever ``view.base.live.ready`` is set, `take` (a batch of poses, durable when
+    it returns); when the gate of the step is open, `advance`.
     """
 
     kind = ProcedureKind.PIVOT
@@ -84,7 +84,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         require_probe(chain.path, begun.probe_identity, body)
         self._begun = begun
         self._state = SweepingState(rig, body, begun)
-        # While many lines come at once, the progress after each of them would be computed in vain.
+        # During replay of many lines, computing progress after each would be wasted.
         self._watching = False
         self._watch = self._state.watch(FIRST)
         self._cone = self._state.cone_spots()
@@ -115,32 +115,29 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         valid_days: int = VALID_DAYS,
         again: bool = True,
     ) -> PivotProcedure:
-        """Begin a session.
+        """Start a session.
 
         Parameters
         ----------
         rig
             With the calibration in force.
-        store
-            Records of this probe.
         tip
-            Name of the tip that is mounted.
+            Name of the mounted tip.
         tip_unknown
-            The document does not say where this tip is (another stylus), and it was never
-            calibrated: nothing is known of it but that it rests in the cone.
+            The document has no place for this tip (another stylus), and it was never calibrated:
+            only its rest in the cone is assumed.
         cone
-            Where it has a name.
+            Optional identification of the cone.
         slack_mm
-            Standard deviation of the ball's place in the cone, per axis; 0 where it rests.
+            Standard deviation of the ball's place in the cone, per axis; 0 if it rests.
         change_limit_mm
-            From this change of the tip on, a person must say why.
+            Change of the tip from which the user must give a reason.
         poses_wanted, tip_sigma_mm
-            A sweep ends by itself with so many poses, full coverage, and the tip known so well.
-        valid_days
-            For how long the calibration may be used.
+            A sweep ends automatically with this number of poses, full coverage, and tip
+            uncertainty.
         again
-            The ball comes back into the first cone at the end; False only where what was recorded
-            lacks it, which the record then says.
+            Return to the first cone at the end; False only for recordings without it, which the
+            record then states.
 
         Raises
         ------
@@ -182,13 +179,13 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
 
     @classmethod
     def resume(cls, path: Path, rig: Rig, body: ProbeBody, store: ProbeStore) -> PivotProcedure:
-        """Go on with a session where it stood; its file names the tip.
+        """Resume a session; its file names the tip.
 
         Raises
         ------
         CalibrationError
-            The session was begun with another rig or probe, or by a version that did not ask for
-            the first cone again and it has not ended.
+            The session was started with another rig or probe, or is an open session of a version
+            without the final visit.
         StorageError
             The file cannot be read, or was changed.
         """
@@ -222,7 +219,6 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             )
 
     def watch(self, block: FrameBlock) -> None:
-        """Look at frames."""
         with self._lock:
             if not len(block) or self._decided is not None:
                 return
@@ -232,19 +228,19 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
                 self._cone.feed(block)
 
     def sweep_anew(self, now: datetime) -> None:
-        """Throw away all poses of the current sweep, and wait for the ball in the cone again."""
+        """Discard all poses of the current sweep, and wait for the ball in the cone again."""
         with self._lock:
             if self._step in SWEEPS:
                 self._append(SweepDiscarded(utc=utc_text(now), step=self._step))
                 self._rewatch()
 
     def end_sweep(self, now: datetime) -> None:
-        """Enter the next step although the sweep is not complete; only after `force`.
+        """Enter the next step with an incomplete sweep; only after `force`.
 
         Raises
         ------
         CalibrationError
-            Nobody overruled the guards, or the sweep lacks what they never let go.
+            The guards were not overruled, or the sweep lacks the minimum.
         """
         with self._lock:
             if self._step not in SWEEPS or not self._sweep_view(self._step).may_end:
@@ -254,12 +250,12 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             self._append(Entered(utc=utc_text(now), step=following))
 
     def take_sweep(self, uv: Float, sigma_px: float, now: datetime) -> None:
-        """Take recorded labelled spots (n, C, L, 2), px, NaN where not seen, into this sweep.
+        """Add recorded labelled spots (n, C, L, 2), px, NaN if unseen, to this sweep.
 
         Raises
         ------
         CalibrationError
-            No sweep is being taken, or the spots are not those of this rig and probe.
+            The step is no sweep, or the shape does not match rig and probe.
         """
         with self._lock:
             wanted = (len(self.rig.cameras), self._state.body.n_leds, 2)
@@ -288,12 +284,9 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
                 self._rewatch()
 
     def take_visit(self, uv: Float, sigma_px: float, now: datetime) -> None:
-        """Take recorded spots (C, L, 2), px, of the probe that rests in the first cone again.
+        """Add recorded spots (C, L, 2), px, of the final visit of the first cone.
 
-        Raises
-        ------
-        CalibrationError
-            It is not the time for it.
+        Raises CalibrationError if no visit is due.
         """
         with self._lock:
             if not (self._step == AGAIN and self._wants()):
@@ -331,7 +324,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         return self._state.view(name, phase, forced=self._forced)
 
     def _rewatch(self) -> None:
-        """Look at frames with fresh eyes: another sweep, or this one begins anew."""
+        """Restart the processing of frames: another sweep, or this one restarts."""
         if self._step in SWEEPS:
             self._watch = self._state.watch(self._step)
         elif self._step == AGAIN:
@@ -378,7 +371,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             self._watch.stored(self._state.progress(event.step))
 
     def _has_observation(self, step: str) -> bool:
-        # A visit of the first cone is a result: it is not taken back.
+        # A visit of the first cone is a result and cannot be removed.
         return step in SWEEPS and self._state.poses[step].count > 0
 
     def _undo(self, step: str) -> None:

@@ -1,4 +1,4 @@
-"""How far a sweep has come: what was covered, what is still missing, what a guard would say now."""
+"""Progress of a sweep: coverage, missing parts, and current guard findings."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from ocmm_core.geometry import Float, rigid_fit
 from ocmm_core.tracking import ProbeBody, solve
 
 ENOUGH_TIMES = 2.5
-"""With so many times the poses that are wanted, more of them do not make the tip any better."""
+"""With this multiple of the wanted poses, more do not improve the tip."""
 
 SWEEP_ON = "Keep the ball in the cone and the LEDs towards the cameras."
 
@@ -42,24 +42,22 @@ _SHAPE_POSES = 100
 
 @dataclass(frozen=True, slots=True)
 class SweepProgress:
-    """A sweep as it stands."""
+    """Progress of a sweep."""
 
     poses: int
-    """Taken so far."""
     coverage: SweepCoverage | None
     """None with fewer than ten of them."""
     tip_sigma: float
-    """mm, predicted; infinite before it can be told."""
+    """mm, predicted; infinite if unavailable."""
     tip_probe: Float | None
-    """(3,), mm, frame of the document: the tip as the sweep shows it; None as long as it does not.
-    """
+    """(3,), mm, document frame: tip determined by the sweep, or None."""
     centre_world: Float
-    """(3,), mm: where the ball rests; NaN before it is known."""
+    """(3,), mm: ball centre; NaN if undetermined."""
     middle_world: Float
     cells: tuple[MapCell, ...]
     """`middle_world`, `cells`: Of the sphere map."""
     findings: tuple[Finding, ...]
-    """What a guard would say now, other than that more is needed."""
+    """Current guard findings, except that more is needed."""
 
 
 NO_PROGRESS = SweepProgress(0, None, np.inf, None, np.full(3, np.nan), np.full(3, np.nan), (), ())
@@ -68,14 +66,14 @@ NO_PROGRESS = SweepProgress(0, None, np.inf, None, np.full(3, np.nan), np.full(3
 def progress_of(
     rig: Rig, body: ProbeBody, sweep: PivotSweep, limits: PivotLimits, tip_known: bool
 ) -> SweepProgress:
-    """Return how far a sweep has come.
+    """Return the progress of a sweep.
 
     Parameters
     ----------
     body
-        The probe with the tip where it should be.
+        The probe with the expected tip.
     tip_known
-        Whether anything is known of it; otherwise it comes from the sweep alone.
+        Whether the tip has an expected place; otherwise it comes from the sweep alone.
     """
     if not len(sweep.uv):
         return NO_PROGRESS
@@ -119,14 +117,14 @@ def view_of(
     *,
     may_end: bool,
 ) -> SweepView:
-    """Return what a screen shows of a sweep.
+    """Return the display form of a sweep.
 
     Parameters
     ----------
     gate
         Out of the sweep.
     may_end
-        A person may end it although the gate is closed.
+        The user may end it although the gate is closed.
     """
     coverage = progress.coverage
     return SweepView(
@@ -162,8 +160,7 @@ def gate_of(
     Parameters
     ----------
     forced
-        Somebody overruled the guards that may be overruled; the sweep must be complete all the
-        same.
+        The user overruled the guards; the sweep must still be complete.
     """
     refused = [one for one in progress.findings if one.refuses and not (forced and one.forcible)]
     if refused:
@@ -208,7 +205,7 @@ def _missing(
 
 
 def is_forcible(progress: SweepProgress, limits: PivotLimits) -> bool:
-    """Return whether a person may end a sweep that is not complete."""
+    """Return whether the user may end an incomplete sweep."""
     coverage = progress.coverage
     return (
         coverage is not None
@@ -220,7 +217,7 @@ def is_forcible(progress: SweepProgress, limits: PivotLimits) -> bool:
 
 
 def _tip_of(rotations: Float, origins: Float) -> Float | None:
-    """Return the tip that poses show, (3,), mm; None where they leave it open."""
+    """Return the tip from poses, (3,), mm; None if undetermined."""
     if len(rotations) < _TIP_POSES or second_range(rotations) < _TIP_RANGE:
         return None
     try:
@@ -230,11 +227,11 @@ def _tip_of(rotations: Float, origins: Float) -> Float | None:
 
 
 def second_range(rotations: Float) -> float:
-    """Return how far rotations (n, 3, 3) reach about the axis of second most turn, rad."""
+    """Return the second largest rotation range of rotations (n, 3, 3), rad."""
     mean = rotations.mean(axis=0)
     u, _, vt = np.linalg.svd(mean)
     turned = (u @ vt).T @ rotations
-    # Small enough that the skew part is the rotation vector to some per cent.
+    # Small enough for the skew part to equal the rotation vector to some per cent.
     vectors = 0.5 * np.stack(
         [
             turned[:, 2, 1] - turned[:, 1, 2],
@@ -256,7 +253,7 @@ def _judge(
     coverage: SweepCoverage,
     limits: PivotLimits,
 ) -> tuple[Finding, ...]:
-    """Return what speaks against the probe and against the cone."""
+    """Return findings against the probe and the cone."""
     targets = locate_targets(rig, sweep.uv)
     if not np.isfinite(targets).all(axis=(1, 2)).any():
         led = int(np.isfinite(targets[..., 0]).sum(axis=0).argmin())
@@ -274,7 +271,7 @@ def _judge(
     rotation, shift = rigid_fit(shape, leds)
     found = judge_shape(body, shape @ rotation.T + shift, own.tip_probe, limits)
     if np.degrees(coverage.ranges[1]) < limits.small_deg:
-        # A tip that is hardly known yet wanders with the attitude.
+        # A poorly determined tip varies with the attitude.
         return tuple(found)
     free = free_poses(rig, sweep, own.leds_probe - own.tip_probe)
     common = shared_part(rig, sweep)

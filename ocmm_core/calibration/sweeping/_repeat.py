@@ -1,8 +1,8 @@
-"""Whether the first cone of a pivot calibration is still where it was when all was swept.
+"""Judge whether the first cone of a pivot calibration stayed in place.
 
-The ball comes back into the first cone at the end and rests, held as in its sweep. With the probe
-that was found, its place is compared with that of the poses of the first sweep that were held most
-alike: what cameras and probe have wrong in common then cancels, and what moved meanwhile stays.
+At the end the ball rests in the first cone again, at an attitude of its sweep. Its place, computed
+with the new probe, is compared with poses of the first sweep at the most similar attitudes: common
+errors of cameras and probe cancel, motion in between remains.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody
 
 ALIKE = np.radians(12.0)
-"""So far a probe may be turned from the poses that it is compared with."""
+"""Largest rotation between compared poses."""
 
 LEAST_ALIKE = 5
 _MOST_ALIKE = 20
@@ -39,18 +39,18 @@ _REMEDY = "Find what moved (cone, camera, frame or tip), fix it, and calibrate t
 
 @dataclass(frozen=True, slots=True)
 class ConeVisits:
-    """The first cone, first and again."""
+    """First cone, at the start and end."""
 
     begun_utc: str
-    """When its sweep began."""
+    """Start of its sweep."""
     again: tuple[ConeVisited, ...]
-    """The visits at the end, in order of time; none where what was recorded has none."""
+    """Final visits in time order; none in recordings without."""
     slack_mm: float = 0.0
     """Standard deviation of the ball's place in the cone, per axis."""
 
 
 def turns_from(rotations: Float, rotation: Float) -> Float:
-    """Return how far rotations (n, 3, 3) are turned from another, (n,), rad; NaN stays."""
+    """Return the angles between rotations (n, 3, 3) and another, (n,), rad; NaN stays."""
     cosines = 0.5 * (np.einsum("nij,ij->n", rotations, rotation) - 1.0)
     turns: Float = np.arccos(np.clip(cosines, -1.0, 1.0))
     return turns
@@ -59,14 +59,14 @@ def turns_from(rotations: Float, rotation: Float) -> Float:
 def cone_findings(
     rig: Rig, probe: ProbeBody, sweep: PivotSweep, rotations: Float, visits: ConeVisits
 ) -> tuple[Finding, ...]:
-    """Return what the visit at the end says against a pivot calibration.
+    """Return findings from the final visit of the first cone.
 
     Parameters
     ----------
     probe
-        As the first sweep shows it.
+        From the first sweep.
     sweep, rotations
-        The first sweep, and its attitudes (n, 3, 3), world from probe; NaN where left out.
+        The first sweep, and its attitudes (n, 3, 3), world from probe; NaN if excluded.
     """
     if not visits.again:
         return (
@@ -106,7 +106,7 @@ def _repeat(
     alike = [one for one in seen if one is not None]
     if len(alike) < LEAST_ALIKE:
         return _unusable("is held at the end in an attitude not in its sweep")
-    # Neighbours share the pattern of the sensors: together they are not known better than one.
+    # Neighbours share sensor pattern noise: their mean is no better than one of them.
     noise = np.mean([one.noise for one in alike], axis=0)
     cameras = again.by_cameras - np.mean([one.by_cameras for one in alike], axis=0)
     geometry = again.by_geometry - np.mean([one.by_geometry for one in alike], axis=0)

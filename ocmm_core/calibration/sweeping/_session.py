@@ -1,4 +1,4 @@
-"""The session of a guided pivot calibration: its lines, and the poses of both sweeps."""
+"""Session events of a guided pivot calibration, and the poses of both sweeps."""
 
 from __future__ import annotations
 
@@ -26,47 +26,46 @@ class PivotBegun(Begun, frozen=True, kw_only=True):
     probe_identity: str
     """`probe`, `probe_identity`: Name of the probe, and hash of its document."""
     tip: str
-    """Name of the tip."""
     expected_tip: Vector3 | None
-    """Where the tip should be, mm, in the frame of the document: by the calibration in force, or by
-    the document; None where nothing is known of it."""
+    """Expected tip, mm, document frame, from the calibration in force or the document; None if
+    unknown.
+    """
     cone: ArtefactUse | None
-    """Where it has a name."""
+    """If named."""
     slack_mm: float
     """Standard deviation of the ball's place in the cone, per axis."""
     change_limit_mm: float
-    """From this change of the tip on, a person must say why."""
+    """Change of the tip from which the user must give a reason."""
     poses_wanted: int
     tip_sigma_mm: float
-    """`poses_wanted`, `tip_sigma_mm`: A sweep is complete with so many poses and the tip known so
-    well."""
+    """`poses_wanted`, `tip_sigma_mm`: Targets of a complete sweep."""
     valid_days: int
-    """For how long the calibration may be used."""
+    """Validity of the calibration."""
     again: bool | None = None
-    """Whether the ball comes back into the first cone at the end: not where what was recorded lacks
-    it. None in a session that an earlier version began, which did not ask for it."""
+    """Whether the ball returns to the first cone at the end; False for recordings without it, None
+    in sessions of earlier versions.
+    """
 
     def expected(self, body: ProbeBody) -> ProbeBody:
-        """Return the probe with the tip where it should be."""
+        """Return the probe with the expected tip."""
         if self.expected_tip is None:
             return body
         return replace(body, tip_probe=np.array(self.expected_tip))
 
     def limits(self) -> PivotLimits:
-        """Return from where on the guards speak."""
+        """Return the limits of the guards."""
         known = self.expected_tip is not None
         return PivotLimits() if known else PivotLimits(tip_change_mm=np.inf)
 
     def options(self) -> PivotOptions:
-        """Return how the sweeps are evaluated."""
+        """Return the evaluation options."""
         return PivotOptions(slack_mm=self.slack_mm, pattern=True, limits=self.limits())
 
 
 class PosesTaken(SessionEvent, frozen=True, kw_only=True):
-    """Some poses of a sweep, in the order of time."""
+    """Poses of a sweep in time order."""
 
     step: str
-    """Which sweep."""
     poses: tuple[Spots, ...]
     """Spots (C, L) of each pose, px, by LED."""
     sigma_px: float
@@ -74,13 +73,13 @@ class PosesTaken(SessionEvent, frozen=True, kw_only=True):
 
 
 class SweepDiscarded(SessionEvent, frozen=True, kw_only=True):
-    """All poses of a sweep were thrown away, to begin it anew."""
+    """All poses of a sweep were discarded."""
 
     step: str
 
 
 class ConeVisited(SessionEvent, frozen=True, kw_only=True):
-    """The ball rests in the first cone again, at the end."""
+    """The ball rests in the first cone at the end."""
 
     uv: Spots
     """Spots (C, L), px, by LED."""
@@ -99,16 +98,13 @@ class SweepPoses:
 
     @property
     def count(self) -> int:
-        """Return the number of poses."""
         return sum(len(batch.uv) for batch in self.batches)
 
     def add(self, event: PosesTaken) -> None:
-        """Take in a batch."""
         uv: Float = np.array([from_spots(pose) for pose in event.poses])
         self.batches.append(PivotSweep.even(uv, event.sigma_px))
 
     def sweep(self, rig: Rig, body: ProbeBody) -> PivotSweep:
-        """Return all poses."""
         nothing = PivotSweep(np.empty((0, len(rig.cameras), body.n_leds, 2)), np.empty(0))
         parts = [nothing, *self.batches]
         return PivotSweep(

@@ -1,7 +1,4 @@
-"""What was taken in a pivot calibration: both sweeps, how far they have come, and their gates.
-
-The steps of a pivot calibration: what to do in each, and what its gate waits for.
-"""
+"""State of a pivot calibration: both sweeps, their progress, gates and steps."""
 
 from __future__ import annotations
 
@@ -52,12 +49,12 @@ def steps_of(
     *,
     visited: bool,
 ) -> tuple[Step, ...]:
-    """Return the steps with their gates, as things are.
+    """Return the steps with their current gates.
 
     Parameters
     ----------
     again, visited
-        Gate of the visit of the first cone at the end, and whether it was taken.
+        Gate of the final visit of the first cone, and whether it was recorded.
     """
     cone = "the cone" if begun.cone is None else f"cone '{begun.cone.name}'"
     return (
@@ -109,7 +106,7 @@ def steps_of(
 
 
 def apart(first: SweepProgress, second: SweepProgress) -> tuple[float, float]:
-    """Return how far two sweeps are apart: places of the ball, mm, and attitudes, rad."""
+    """Return the distance of two sweeps: ball positions, mm, and attitudes, rad."""
     if first.coverage is None or second.coverage is None:
         return np.nan, np.nan
     place = float(np.linalg.norm(second.centre_world - first.centre_world))
@@ -119,7 +116,7 @@ def apart(first: SweepProgress, second: SweepProgress) -> tuple[float, float]:
 
 
 def second_gate(gate: Gate, first: SweepProgress, second: SweepProgress) -> Gate:
-    """Return the gate out of the second sweep, which must be another one than the first."""
+    """Return the gate out of the second sweep, which must differ from the first."""
     if not gate.open:
         return gate
     place, attitude = apart(first, second)
@@ -136,28 +133,26 @@ def second_gate(gate: Gate, first: SweepProgress, second: SweepProgress) -> Gate
 
 @dataclass(slots=True)
 class SweepingState:
-    """Everything that was taken."""
+    """Observations collected."""
 
     rig: Rig
     body: ProbeBody
     begun: PivotBegun
-    """`rig`, `body`, `begun`: What it is about."""
     poses: dict[str, SweepPoses] = field(
         default_factory=lambda: {name: SweepPoses() for name in SWEEPS}
     )
     first_utc: str = ""
     last_utc: str = ""
-    """`first_utc`, `last_utc`: When the first ones of the first sweep, and when the last ones of
-    all were taken."""
+    """`first_utc`, `last_utc`: Time of the first poses of the first sweep, and of the last of all.
+    """
     visits: list[ConeVisited] = field(default_factory=list)
-    """Of the first cone at the end: all of them count, as long as its sweep is the same."""
+    """Final visits of the first cone; all count as long as its sweep is unchanged."""
     visited: bool = False
-    """Whether the last one came after all sweeping."""
+    """Whether the last visit followed all sweeping."""
     _progress: dict[str, SweepProgress] = field(default_factory=dict)
     _turned: Float | None = None
 
     def add(self, event: PosesTaken | SweepDiscarded | ConeVisited) -> None:
-        """Take in an observation."""
         if isinstance(event, ConeVisited):
             self.visits.append(event)
             self.visited = True
@@ -173,12 +168,11 @@ class SweepingState:
             self.last_utc = max(self.last_utc, event.utc)
 
     def remove(self, step: str) -> None:
-        """Take out the last poses of a sweep."""
         self.poses[step].batches.pop()
         self._forget(step)
 
     def _forget(self, step: str) -> None:
-        """Forget what followed from a sweep: the visit at the end is one after all sweeping."""
+        """Drop results derived from a sweep: the final visit must follow all sweeping."""
         self._progress.pop(step, None)
         self.visited = False
         if step == FIRST:
@@ -186,12 +180,12 @@ class SweepingState:
             self.visits.clear()
 
     def cone_spots(self) -> ProbeSpotAverager:
-        """Return what looks at the frames of the visit at the end."""
+        """Return the averager for the final visit."""
         body = self.begun.expected(self.body)
         return ProbeSpotAverager(self.rig, body, STILL_FRAMES, resting=True, distance_mm=-1.0)
 
     def judge_visit(self, uv: Float, sigma_px: float) -> str:
-        """Return why a resting ball is not in the first cone as at the start; empty where it is."""
+        """Return why a resting ball is not in the first cone, or empty text."""
         first = self.progress(FIRST)
         body = self.begun.expected(self.body)
         if first.tip_probe is not None:
@@ -210,7 +204,7 @@ class SweepingState:
         return ""
 
     def again_gate(self) -> Gate:
-        """Return the gate of the visit at the end."""
+        """Return the gate of the final visit."""
         if not self.begun.again or self.visited:
             return OPEN
         return Gate(
@@ -220,7 +214,7 @@ class SweepingState:
         )
 
     def progress(self, step: str) -> SweepProgress:
-        """Return how far a sweep has come, computed once for what was taken."""
+        """Return the progress of a sweep, cached."""
         known = self._progress.get(step)
         if known is None:
             known = self._progress[step] = progress_of(
@@ -233,7 +227,7 @@ class SweepingState:
         return known
 
     def watch(self, step: str) -> SweepWatch:
-        """Return what looks at the frames of a sweep from now on."""
+        """Return a new watch for a sweep."""
         watch = SweepWatch(
             self.rig,
             self.begun.expected(self.body),
@@ -245,7 +239,7 @@ class SweepingState:
         return watch
 
     def gate(self, step: str, *, forced: bool) -> Gate:
-        """Return the gate out of a sweep; ``forced``: somebody overruled what may be overruled."""
+        """Return the gate out of a sweep; ``forced``: the user overruled the guards."""
         begun, progress = self.begun, self.progress(step)
         gate = gate_of(
             self.rig, progress, begun.limits(), begun.poses_wanted, begun.tip_sigma_mm,
@@ -256,7 +250,7 @@ class SweepingState:
         return second_gate(gate, self.progress(FIRST), progress)
 
     def view(self, step: str, phase: SweepPhase, *, forced: bool) -> SweepView:
-        """Return what a screen shows of a sweep."""
+        """Return the display form of a sweep."""
         begun, progress = self.begun, self.progress(step)
         return view_of(
             progress,
@@ -269,29 +263,21 @@ class SweepingState:
         )
 
     def steps(self, *, forced: bool) -> tuple[Step, ...]:
-        """Return the steps with their gates."""
         first, second = (self.poses[name].count for name in SWEEPS)
         gates = self.gate(FIRST, forced=forced), self.gate(SECOND, forced=forced)
         return steps_of(self.begun, (first, second), gates, self.again_gate(), visited=self.visited)
 
     def apart(self) -> tuple[float, float]:
-        """Return how far the sweeps are apart: places of the ball, mm, and attitudes, rad."""
+        """Return the distance of the sweeps: ball positions, mm, and attitudes, rad."""
         return apart(self.progress(FIRST), self.progress(SECOND))
 
     def calculation(
         self, previous: ProbeRecord | None, *, forced: bool
     ) -> Callable[[], PivotOutcome]:
-        """Return what calculates the result, apart from this state.
+        """Return the calculation of the result, independent of this state.
 
-        Parameters
-        ----------
-        previous
-            The record in force when the session was begun.
-
-        Raises
-        ------
-        CalibrationError
-            A sweep is not complete.
+        ``previous`` is the record in force at the start. Raises CalibrationError for an incomplete
+        sweep.
         """
         for step in SWEEPS:
             gate = self.gate(step, forced=forced)

@@ -1,6 +1,6 @@
-"""Snapshots of a guided pivot calibration, and its result: what a screen shows and a report says.
+"""Snapshots and result of a guided pivot calibration, for screens and reports.
 
-Everything is plain data: lengths in mm, angles in rad, directions as unit vectors.
+Plain data: lengths in mm, angles in rad, directions as unit vectors.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ocmm_core.tracking import ProbeBody
 
 
 class SweepPhase(StrEnum):
-    """What happens to a sweep now; the order in which it happens."""
+    """State of a sweep, in order of occurrence."""
 
     IDLE = "not its turn"
     WAITING = "the ball is not in the cone"
@@ -33,59 +33,60 @@ class MapCell:
     """One cell of the sphere map: the probe held in one direction."""
 
     direction_world: Float
-    """(3,), unit: from the ball to the middle of the LEDs. Cells lie about `CELL_RAD` apart
-    (`_map`) and stay where they are while the sweep goes on."""
+    """(3,), unit: from the ball to the middle of the LEDs. Cells are about `CELL_RAD` apart
+    (`_map`) and fixed during the sweep.
+    """
     poses: int
-    """That were taken in it."""
     wanted: bool
-    """It belongs to what a good sweep covers."""
+    """Required for good coverage."""
 
 
 @dataclass(frozen=True, slots=True)
 class SweepView:
-    """One of the two sweeps as it stands."""
+    """Snapshot of one sweep."""
 
     phase: SweepPhase
-    """What happens to it now."""
     poses: int
     poses_wanted: int
-    """`poses`, `poses_wanted`: Taken, and the least for a good end."""
+    """`poses`, `poses_wanted`: Recorded, and minimum for completion."""
     attitudes: int
     attitudes_wanted: int
     """`attitudes`, `attitudes_wanted`: Likewise attitudes at least two degrees apart."""
     ranges: Float
     ranges_wanted: Float
-    """`ranges`, `ranges_wanted`: (3,), rad: how far the probe was turned about the axis of most
-    turn, of second most and of least, and how far it should be."""
+    """`ranges`, `ranges_wanted`: (3,), rad: rotation range about the probe's axes in descending
+    order, and its target.
+    """
     tip_sigma_mm: float
     tip_sigma_wanted_mm: float
-    """`tip_sigma_mm`, `tip_sigma_wanted_mm`: Standard uncertainty of the tip that is predicted if
-    the sweep ended now (root of the sum over its axes), infinite before it can be told; and what is
-    good enough."""
+    """`tip_sigma_mm`, `tip_sigma_wanted_mm`: Predicted standard uncertainty of the tip if the sweep
+    ended now (root of the sum over its axes), infinite if unavailable; and its target.
+    """
     map_middle_world: Float
-    """(3,), unit: about which the map is drawn; NaN before the first pose."""
+    """(3,), unit: centre of the map; NaN before the first pose."""
     cells: tuple[MapCell, ...]
-    """Of the sphere map: all with a pose, and all that are wanted."""
+    """Cells of the sphere map with a pose, and required ones."""
     centre_world: Float
-    """(3,), mm: where the ball rests; NaN before it is known."""
+    """(3,), mm: ball centre; NaN if undetermined."""
     good: bool
-    """Nothing is missing: the sweep ends by itself."""
+    """Complete: the sweep ends automatically."""
     missing: str
-    """What is missing or wrong, in one sentence; empty when good."""
+    """Missing or wrong part, in one sentence; empty when good."""
     may_end: bool = False
-    """`PivotProcedure.end_sweep` would end it now: it is good, or somebody overruled the guards and
-    it holds at least what they never let go."""
+    """`PivotProcedure.end_sweep` would end it now: it is good, or guards were overruled and it
+    meets the minimum that cannot be overruled.
+    """
 
     @property
     def covered(self) -> float:
-        """Return which part of the wanted cells has poses, 0 to 1."""
+        """Return the fraction of required cells with poses, 0 to 1."""
         wanted = [cell for cell in self.cells if cell.wanted]
         return sum(cell.poses > 0 for cell in wanted) / max(len(wanted), 1)
 
 
 @dataclass(frozen=True, slots=True)
 class PivotChange:
-    """How a calibration differs from the one in force for the same tip."""
+    """Change from the calibration in force for the same tip."""
 
     previous: ProbeRecord
     tip_difference: Float
@@ -93,7 +94,7 @@ class PivotChange:
     led_differences: Points3
     """(L, 3), mm, likewise."""
     limit_mm: float
-    """From this distance of the tips on a person must say why."""
+    """Distance of the tips from which the user must give a reason."""
 
     @property
     def tip_distance(self) -> float:
@@ -107,7 +108,7 @@ class PivotChange:
 
     @property
     def must_be_confirmed(self) -> bool:
-        """Return whether `accept` wants a reason."""
+        """Return whether `accept` requires a reason."""
         return self.tip_distance > self.limit_mm
 
 
@@ -121,27 +122,27 @@ class PivotOutcome:
     """
 
     record: ProbeRecord
-    """That would be stored; its ``change_reason`` is filled in when it is accepted."""
+    """To be stored; its ``change_reason`` is set on acceptance."""
     body: ProbeBody
     """The probe with this geometry; its ball is that of the document."""
     first: PivotCalibration
     second: PivotCalibration
-    """`first`, `second`: Of each sweep; the first one is the calibration."""
+    """`first`, `second`: One for each sweep; the first is the calibration."""
     validation: PivotValidation
-    """How the second agrees with it."""
+    """Agreement with the second."""
     change: PivotChange | None
-    """To the calibration in force; None for the first one of this tip."""
+    """From the calibration in force; None for the first one of this tip."""
     findings: tuple[Finding, ...]
-    """What speaks against it without refusing it, of both sweeps and their comparison."""
+    """Findings of both sweeps and their comparison that did not refuse it."""
 
     @property
     def must_be_confirmed(self) -> bool:
-        """Return whether the tip changed so much that `accept` wants a reason."""
+        """Return whether the change of the tip requires a reason in `accept`."""
         return self.change is not None and self.change.must_be_confirmed
 
 
 def led_paths(found: PivotCalibration) -> Float:
-    """Return where the LEDs went in a sweep, (n, L, 3), mm, world; NaN for frames left out.
+    """Return the LED paths of a sweep, (n, L, 3), mm, world; NaN for excluded frames.
 
     For plots: each LED stays on a sphere about ``found.centre_world``.
     """
@@ -155,33 +156,30 @@ class PivotView:
     """Snapshot of the pivot calibration."""
 
     base: ProcedureView
-    """What all procedures show. Its hint says what to do now, or what a guard would refuse."""
+    """Its hint gives the present task, or what a guard would refuse."""
     probe: str
     tip: str
-    """`probe`, `tip`: Names."""
     in_cone: bool
-    """The ball rests in the cone now."""
     countdown_s: float | None
-    """Seconds until poses are taken; None unless it runs."""
+    """Seconds until recording starts; None unless counting down."""
     direction_world: Float
-    """(3,), unit: where the probe points now, the mark on the sphere map; NaN while not seen."""
+    """(3,), unit: current probe direction, the mark on the sphere map; NaN while unseen."""
     first: SweepView
     second: SweepView
-    """`first`, `second`: The two sweeps."""
     place_distance_mm: float
     attitude_distance: float
-    """`place_distance_mm`, `attitude_distance`: How far the second sweep is from the first: between
-    the places of the ball, and between the middles of the attitudes, rad; NaN before it has poses.
+    """`place_distance_mm`, `attitude_distance`: Distance of the second sweep from the first: ball
+    positions, and mean attitudes, rad; NaN before it has poses.
     """
     place_wanted_mm: float
     attitude_wanted: float
     """`place_wanted_mm`, `attitude_wanted`: One of the two must be reached."""
     warnings: tuple[Finding, ...]
-    """What is the matter now: hidden LEDs, a cone that moves, another probe."""
+    """Current problems: hidden LEDs, a moving cone, another probe."""
     outcome: PivotOutcome | None
-    """Of `compute`; None before it, and after more was taken."""
+    """Result of `compute`; None before it, and after further recording."""
 
     @property
     def sweep(self) -> SweepView | None:
-        """Return the sweep that is being taken; None in the other steps."""
+        """Return the current sweep; None in the other steps."""
         return {"first": self.first, "second": self.second}.get(self.base.step.name)

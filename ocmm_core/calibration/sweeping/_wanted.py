@@ -1,4 +1,4 @@
-"""What a sweep wants where nobody asks for more; a command names it before it loads."""
+"""Defaults of a pivot calibration, separate so that commands can show them before loading it."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""From frames to the poses of a sweep: when the ball rests in its cone, and which frames are taken.
+"""Select poses of a sweep from frames, and detect when the ball rests in its cone.
 
-Of each ten milliseconds the last one is averaged, as of a waved probe. A pose is taken when the
-probe has turned a little since the last one, so that neither a hand that stands still nor thousands
-of frames a second fill the session. All that is kept are the last poses and a batch that waits.
+The last millisecond of each ten is averaged, as for a waved probe. A pose is recorded when the
+probe has turned a little since the last one, which limits the session for a resting hand and at
+thousands of frames a second. Only the last poses and a pending batch are kept.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from ocmm_core.geometry import Float, Pixels, unit
 from ocmm_core.tracking import ProbeBody, solve
 
 BATCH = 20
-"""Poses that are stored together."""
+"""Poses stored together."""
 
 MOST_POSES = 4000
 COUNTDOWN_S = 1.5
@@ -40,7 +40,7 @@ _LOOK_FRAMES = 80
 _REST_S = 0.5
 _REST_TURN = np.radians(2.0)
 _REST_MM = 0.3
-"""So far a resting tip seems to move where its place in the probe is known to a millimetre."""
+"""Apparent motion of a resting tip if its place in the probe is uncertain by a millimetre."""
 
 _WINDOW = 60
 _WINDOW_RANGE = np.radians(6.0)
@@ -63,7 +63,7 @@ FULL = "More than enough poses: end the sweep."
 
 @dataclass(frozen=True, slots=True)
 class _Look:
-    """The probe at one moment."""
+    """One sample of the probe pose."""
 
     time_ns: int
     uv: Pixels
@@ -72,16 +72,16 @@ class _Look:
 
 
 class SweepWatch:
-    """Looks at the frames of one sweep.
+    """Processes the frames of one sweep.
 
     Parameters
     ----------
     rig
         With the calibration in force.
     body
-        The probe with the tip where it should be.
+        The probe with the expected tip.
     tip_known
-        Whether anything is known of the tip.
+        Whether the tip has an expected place.
     first
         The first sweep, for the second one; None for the first.
     """
@@ -112,7 +112,6 @@ class SweepWatch:
 
     @property
     def phase(self) -> SweepPhase:
-        """Return what happens now."""
         return self._phase
 
     @property
@@ -122,21 +121,21 @@ class SweepWatch:
 
     @property
     def countdown_s(self) -> float | None:
-        """Return the seconds until poses are taken; None unless it runs."""
+        """Return the seconds until recording starts; None unless counting down."""
         if self._phase is not SweepPhase.COUNTDOWN:
             return None
         return max(COUNTDOWN_S - 1e-9 * (self._now_ns - self._since_ns), 0.0)
 
     @property
     def direction_world(self) -> Float:
-        """Return where the probe points now, (3,), unit; NaN while it is not seen."""
+        """Return the current probe direction, (3,), unit; NaN while unseen."""
         if not self._recent or not self._live.ready:
             return np.full(3, np.nan)
         return unit(self._recent[-1].rotation @ self._arm())
 
     @property
     def batch(self) -> tuple[Pixels, ...]:
-        """Return the spots (C, L, 2), px, of the poses that wait to be taken."""
+        """Return the spots (C, L, 2), px, of the pending poses."""
         return tuple(look.uv for look in self._pending)
 
     @property
@@ -145,7 +144,6 @@ class SweepWatch:
         return sigma_of_mean(self._rig, WAVED_FRAMES)
 
     def feed(self, block: FrameBlock) -> None:
-        """Look at frames."""
         for first in range(0, len(block), _LOOK_FRAMES):
             part = slice(first, first + _LOOK_FRAMES)
             self._spots.feed(
@@ -166,7 +164,7 @@ class SweepWatch:
                 self._phase = SweepPhase.WAITING
 
     def stored(self, progress: SweepProgress) -> None:
-        """Take notice that the poses that waited are stored, and of how far the sweep has come."""
+        """Clear the pending poses after they were stored, and update from the progress."""
         self._pending.clear()
         self._taken = progress.poses
         if progress.tip_probe is not None:
@@ -175,7 +173,7 @@ class SweepWatch:
             self._centre = progress.centre_world
 
     def live(self) -> Live:
-        """Return what is seen now, and whether a batch can be taken."""
+        """Return the current view, and whether a batch can be recorded."""
         ready = len(self._pending) >= BATCH
         return replace(
             self._live,
@@ -186,7 +184,7 @@ class SweepWatch:
         )
 
     def warnings(self) -> tuple[Finding, ...]:
-        """Return what is the matter now."""
+        """Return the current problems."""
         found = []
         if not self._live.ready and self._live.hint == STRANGE:
             what, _, remedy = STRANGE.partition(": ")
@@ -280,18 +278,18 @@ class SweepWatch:
         self._phase, self._inside_ns, self._elsewhere = SweepPhase.TAKING, look.time_ns, None
 
     def _home(self) -> Float:
-        """Return where the ball of this sweep rests, (3,), mm, by what is known of the tip now."""
+        """Return the ball centre of this sweep, (3,), mm, from the current tip estimate."""
         if self._measured or self._tip is None or not self._anchors:
             return self._centre
         home: Float = np.median([one.rotation @ self._tip + one.origin for one in self._anchors], 0)
         return home
 
     def _follow(self, look: _Look) -> None:
-        """Take a pose whose ball is where it was, and notice when it leaves."""
+        """Record a pose while the ball is in place, and detect when it leaves."""
         if not self._is_inside(look):
             if look.time_ns - self._inside_ns > _LEFT_S * 1e9:
                 self._phase = SweepPhase.LEFT
-                # What was seen on the way out must not look like rest.
+                # Poses of the way out must not look like rest.
                 self._recent.clear()
                 self._turned.clear()
             return
@@ -308,7 +306,7 @@ class SweepWatch:
             off = np.linalg.norm(look.rotation @ self._tip + look.origin - self._home())
             if off <= self._reach():
                 return True
-        # The tip may be elsewhere in the probe than its document says: then the paths tell.
+        # The tip may differ from its document: then the paths decide.
         centre = None if self._measured else self._agreed()
         return centre is not None and bool(np.linalg.norm(centre - self._home()) <= self._reach())
 
@@ -316,7 +314,7 @@ class SweepWatch:
         return _NEAR_MM if self._measured else _ROUGHLY_NEAR_MM
 
     def _resting_at(self) -> Float | None:
-        """Return where the ball rests, (3,), mm; None where it does not, or nobody can tell."""
+        """Return the ball centre, (3,), mm; None if it moves or is undetermined."""
         if self._tip is not None:
             last = self._recent[-1]
             window = [one for one in self._recent if last.time_ns - one.time_ns <= _REST_S * 1e9]
@@ -330,7 +328,7 @@ class SweepWatch:
         return self._agreed()
 
     def _agreed(self) -> Float | None:
-        """Return the centre about which the last poses turned, and note the tip that it shows."""
+        """Return the rotation centre of the last poses, and store the resulting tip."""
         if len(self._turned) < _WINDOW:
             return None
         rotations = np.array([one.rotation for one in self._turned])
@@ -348,7 +346,7 @@ class SweepWatch:
         return found.centre
 
     def _is_lifted(self) -> bool:
-        """Return whether the ball is not where the first sweep left it."""
+        """Return whether the ball has left the place of the first sweep."""
         if self._first is None or self._first.tip_probe is None:
             return True
         last = self._recent[-1]

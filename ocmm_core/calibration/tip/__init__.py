@@ -1,13 +1,12 @@
-"""Qualification and quick check of a tip: a sphere touched all around, the ball in a cone.
+"""Tip qualification and quick check on a calibrated sphere and in a cone.
 
-In: frames while somebody touches a calibrated sphere and rests the ball in a cone.
-Out: diameter of the ball with its uncertainty and form, or whether the tip is still the same.
+In: frames of a probe touching a calibrated sphere and resting in a cone. Out: diameter of the ball
+with its uncertainty and form, or whether the tip is unchanged.
 
-Read `_sphere_layout` (where to touch), `_fit` (the ball from its points) and `_errors` (what is
-uncertain, kept apart), `_qualification` and `_check` (what must be shown).
-`_touch_session` is the guided procedure; `_procedure_tip` and `_procedure_tip_check` say what
-differs.
-It must not know bundle, relocation or pivot; it takes the cameras as they are.
+Read `_sphere_layout` (places), `_fit` (the ball from its points) and `_errors` (uncertainty
+contributions), `_qualification` and `_check` (requirements). `_touch_session` is the guided
+procedure; `_procedure_tip` and `_procedure_tip_check` are its two variants. The package is
+independent of bundle, relocation and pivot; cameras are given.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""What a quick check says: the mounted tip is the qualified one, it is not, or nobody knows.
+"""Decision of a quick check: PASSED, FAILED or INCONCLUSIVE.
 
-A check must find a wrong diameter of `DIAMETER_DEFECT_MM` and hardly ever blame a good tip. Half
-of the defect is the limit; both errors are then rare enough where the measurement is known to
-a seventh of the defect. Where it is not, the check is inconclusive and asks for more points: too
-large an uncertainty never passes.
+A check must find a diameter error of `DIAMETER_DEFECT_MM` with few false alarms. The limit is half
+of the defect; both error probabilities are then small if the uncertainty is below a seventh of the
+defect. Otherwise the check is inconclusive and requires more points: it never passes with too large
+an uncertainty.
 """
 
 from __future__ import annotations
@@ -32,22 +32,22 @@ from ocmm_core.tracking import ProbeBody
 
 DIAMETER_DEFECT_MM = 0.050
 LENGTH_DEFECT_MM = 0.200
-"""What must be found. A wrong length of 1 mm is five times beyond it."""
+"""Smallest defects to be found. A length error of 1 mm is five times larger."""
 
 SIGMAS = 3.5
-"""Between nothing and the limit, and between the limit and the defect: one in 2,000 each."""
+"""From zero to the limit, and from the limit to the defect: error probability 1 in 2,000 each."""
 
 SIDEWAYS_SIGMAS = 4.3
-"""The same for a distance in a plane, which is never below zero."""
+"""The same for a distance in a plane, which is never negative."""
 
 LENGTH = "tip_check.length"
-"""Code of findings that say that the ball is elsewhere in the probe."""
+"""Code of findings on a displaced ball."""
 
 DIAMETER_SIGMA_MM = 0.5 * DIAMETER_DEFECT_MM / SIGMAS
-"""Standard uncertainty of the difference from the qualified diameter that is conclusive."""
+"""Largest conclusive standard uncertainty of the difference from the qualified diameter."""
 
 CHANCE = 1e-4
-"""Probability that form or articulation of a good tip exceed what uncertainties allow."""
+"""Probability that form or articulation of a good tip exceed their limits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,45 +56,43 @@ class Judged:
 
     check: Check
     sigma_wanted_mm: float
-    """Standard uncertainty from which on it is conclusive; infinite where it always is."""
+    """Largest conclusive standard uncertainty; infinite if always conclusive."""
     finding: Finding
-    """What to say where it fails."""
+    """For a failed check."""
 
     @property
     def verdict(self) -> CheckVerdict:
-        """Return what it says."""
         size, sigma = abs(self.check.error_mm), 0.5 * self.check.expanded_mm
         if sigma <= self.sigma_wanted_mm:
             return CheckVerdict.PASSED if size <= self.check.limit_mm else CheckVerdict.FAILED
-        # An error that no such uncertainty explains is one, however uncertain its size is.
+        # An error that no such uncertainty explains is real even if its size is uncertain.
         beyond = size * self.sigma_wanted_mm > self.check.limit_mm * sigma
         return CheckVerdict.FAILED if beyond else CheckVerdict.INCONCLUSIVE
 
 
 @dataclass(frozen=True, slots=True)
 class TipCheckDecision:
-    """What all quantities together say."""
+    """Decision from all quantities."""
 
     verdict: CheckVerdict
-    """FAILED where one failed; else INCONCLUSIVE where one is; else PASSED."""
+    """FAILED if any failed; else INCONCLUSIVE if any is; else PASSED."""
     judged: tuple[Judged, ...]
-    """All that could be judged."""
     advice: str
-    """Why it is not PASSED and what to do; empty where it is."""
+    """Why it is not PASSED and what to do, or empty."""
     ball: BallFit | None
-    """None before there are enough points."""
+    """None with too few points."""
     articulation: Articulation | None
     place: BallPlace | None
-    """`articulation`, `place`: None before there are enough attitudes."""
+    """`articulation`, `place`: None with too few attitudes."""
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Return what goes into the record."""
+        """Return the checks for the record."""
         return tuple(one.check for one in self.judged)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Return what failed: only the cause where a tip that is elsewhere explains the rest."""
+        """Return the failures; only the cause if a displaced tip explains the rest."""
         return _causes(self.judged)
 
 
@@ -107,15 +105,7 @@ def decide_check(
     body: ProbeBody,
     temperature_c: float | None,
 ) -> TipCheckDecision:
-    """Return what the points of a check say, also of one that is not complete.
-
-    Parameters
-    ----------
-    on_sphere, in_cone
-        What was taken.
-    rig, body
-        What they were computed with.
-    """
+    """Return the decision from the points of a complete or incomplete check."""
     judged: list[Judged] = []
     lacking = ""
     ball = _ball(on_sphere, sphere, rig, body, temperature_c)
@@ -147,7 +137,7 @@ def decide_check(
 def _causes(judged: Sequence[Judged]) -> tuple[Finding, ...]:
     failed = [one.finding for one in judged if one.verdict is CheckVerdict.FAILED]
     elsewhere = [one for one in failed if one.code == LENGTH]
-    # Points that lie wrong because the tip does say nothing about the ball.
+    # Points displaced with the tip give no evidence on the ball.
     by_code = {one.code: one for one in reversed(elsewhere or failed)}
     return tuple(one for one in failed if one is by_code.get(one.code))
 
@@ -269,7 +259,7 @@ def _articulation(found: Articulation) -> Judged:
 
 
 def never_conclusive(qualification: TipRecord) -> bool:
-    """Return whether no check can be held against a qualification: it scatters too much itself."""
+    """Return whether a qualification scatters too much for any check to be conclusive."""
     own = qualification.noise_sigma_mm or qualification.diameter_sigma_mm
     return own >= DIAMETER_SIGMA_MM
 

@@ -1,8 +1,8 @@
-"""What makes the diameter of a ball uncertain, kept apart: a check shares most of it.
+"""Uncertainty contributions of a ball diameter.
 
 A quick check uses the same probe calibration, mostly the same cameras and often the same sphere as
-the qualification that it is held against. What these do wrong is wrong in both and cancels as far
-as both were touched alike; only spots are independent.
+its qualification. Their errors are common to both and cancel as far as the touches agree; only
+spots are independent. Contributions are therefore kept apart.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ class DiameterErrors:
     """Errors of a diameter, without those of the sphere."""
 
     noise: float
-    """mm: standard uncertainty by the spots of its points alone."""
+    """mm: standard uncertainty by spot noise alone."""
     by_cameras: Float
-    """(14 C,): derivative by the cameras' parameters."""
+    """(14 C,): derivative by the camera parameters."""
     by_geometry: Float
-    """(3 L + 3,): by LEDs and tip of the probe."""
+    """(3 L + 3,): derivative by LEDs and tip of the probe."""
 
     def sigma(self, rig: Rig, body: ProbeBody) -> float:
         """Return the standard uncertainty, mm."""
@@ -42,7 +42,7 @@ class DiameterErrors:
 
 
 def errors_of(touches: Sequence[RestingTouch], normals: Points3, gain: Float) -> DiameterErrors:
-    """Return the errors of a diameter that is ``gain`` (n,) times the distances of n tips."""
+    """Return the contributions for a diameter that is ``gain`` (n,) times n tip distances."""
     noise = np.array([one.noise for one in touches])
     own = np.einsum("ni,nij,nj->n", normals, noise, normals)
     cameras = np.array([one.by_cameras for one in touches])
@@ -57,7 +57,7 @@ def errors_of(touches: Sequence[RestingTouch], normals: Points3, gain: Float) ->
 def sigma_with_sphere(
     errors: DiameterErrors, sphere: Sphere, temperature_c: float | None, rig: Rig, body: ProbeBody
 ) -> float:
-    """Return the standard uncertainty of a diameter with that of its sphere, mm."""
+    """Return the standard uncertainty of a diameter including its sphere, mm."""
     return float(np.hypot(errors.sigma(rig, body), _sphere_sigma(sphere, temperature_c)))
 
 
@@ -71,7 +71,7 @@ def sigma_of_difference(
 ) -> float:
     """Return the standard uncertainty of a diameter less the qualified one, mm.
 
-    Where the qualification does not say how it depends on probe and cameras, nothing cancels.
+    Without stored derivatives of the qualification, nothing cancels.
     """
     by_geometry = np.array(qualification.by_geometry)
     by_cameras = np.array(qualification.by_cameras)
@@ -88,7 +88,7 @@ def sigma_of_difference(
     else:
         variance += _variance(errors.by_cameras, rig.parameter_covariance)
         variance += _variance(by_cameras, rig.parameter_covariance)
-    # Only the very same serial number: two spheres that were taken for one would make U too small.
+    # Only for equal serial numbers: confusing two spheres would make U too small.
     serial = sphere.artefact.use.serial
     if not serial or serial not in {one.serial for one in qualification.artefacts}:
         rest = qualification.diameter_sigma_mm**2 - before.sigma(rig, body) ** 2

@@ -1,4 +1,4 @@
-"""The lines of the session files of tip qualification and quick tip check."""
+"""Session file events of tip qualification and quick tip check."""
 
 from __future__ import annotations
 
@@ -10,29 +10,27 @@ from ocmm_core.calibration.tip._qualification import TipLimits
 
 
 class TouchBegun(Begun, frozen=True, kw_only=True):
-    """What the first line of either procedure says."""
+    """Common first line of both procedures."""
 
     tip: str
-    """Name of the tip."""
     probe_identity: str
     """Hash of the probe's document."""
     sphere: Sphere
-    """That is touched."""
     cone: ArtefactUse | None
-    """Where it has a name."""
+    """If named."""
     nominal_mm: float
-    """Diameter that the ball should have."""
+    """Nominal ball diameter."""
 
 
 class TipBegun(TouchBegun, frozen=True, kw_only=True):
-    """First line of a qualification: `TouchBegun`, limits, and for how long it may be used."""
+    """First line of a qualification, with its limits and validity."""
 
     limits: TipLimits
     valid_days: int
 
 
 class TipCheckBegun(TouchBegun, frozen=True, kw_only=True):
-    """First line of a check: `TouchBegun` and the hash of the qualification that is checked."""
+    """First line of a check, with the hash of the checked qualification."""
 
     qualification: str
 
@@ -52,7 +50,7 @@ class BallInCone(SessionEvent, frozen=True, kw_only=True):
 
 
 class TakenBack(SessionEvent, frozen=True, kw_only=True):
-    """One observation of a step was taken back, wherever it stands."""
+    """Any one observation of a step was removed."""
 
     step: str
     point: int

@@ -1,11 +1,9 @@
-"""The ball of a probe from points on a calibrated sphere: diameter, form, and how sure both are.
+"""Fit the ball of a probe to points on a calibrated sphere.
 
-A centre of the ball is one radius of the ball off the sphere, wherever it touches: the centres lie
-on a sphere of diameter D_sphere + D_ball. They are fitted by their distances along the normals with
-their whole covariance. What the points have in common (cameras; LEDs and tip of the probe, which
-turn with its attitude) enters as such: taken for independent, it would be flattered or exaggerated.
-Form is that of ISO 10360-5: largest less smallest radius about the centre of the plain
-least-squares sphere.
+A ball centre is one ball radius off the sphere, so the centres lie on a sphere of diameter D_sphere
++ D_ball. They are fitted by their distances along the normals with their full covariance, including
+shared effects (cameras; LEDs and tip of the probe, which turn with its attitude). Form is that of
+ISO 10360-5: largest less smallest radius about the centre of the unweighted least-squares sphere.
 """
 
 from __future__ import annotations
@@ -26,10 +24,10 @@ from ocmm_core.geometry import Float, Points3
 from ocmm_core.tracking import ProbeBody
 
 LEAST_POINTS = 5
-"""Four determine a sphere; the fifth is the first that can contradict."""
+"""Four determine a sphere; the fifth is the first redundant one."""
 
 DOUBT = 1e-3
-"""Probability that the worst of good points is called doubtful."""
+"""Probability that the worst of good points is flagged."""
 
 FORM_CHANCE = 1e-4
 """Probability that form, or the misfit, of good points exceeds its limit."""
@@ -42,7 +40,7 @@ _MOST_DOUBTFUL = 3
 
 @dataclass(frozen=True, slots=True)
 class BallFit:
-    """The ball by its points on a sphere."""
+    """Ball fitted to points on a sphere."""
 
     centre_world: Float
     """(3,), mm: of the sphere."""
@@ -58,21 +56,23 @@ class BallFit:
     """(n,), mm: standard uncertainty of each point along its normal."""
     misfit: float
     misfit_limit: float
-    """`misfit`, `misfit_limit`: mm: RMS of the residuals, each weighted by what is known of it; and
-    what it may be. This is sharper than form where the points are not equally well known."""
+    """`misfit`, `misfit_limit`: mm: weighted RMS of the residuals, and its limit. More sensitive
+    than form if the points differ in uncertainty.
+    """
     form: float
     form_limit: float
-    """`form`, `form_limit`: mm: see the module; what the uncertainties of the points allow."""
+    """`form`, `form_limit`: mm: see the module; limit from the uncertainties of the points."""
     point_sigma: float
-    """mm: standard deviation of a point along its normal, from the plain residuals."""
+    """mm: standard deviation of a point along its normal, from the unweighted residuals."""
     diameter: float
     diameter_sigma: float
     """`diameter`, `diameter_sigma`: mm: of the ball, and its standard uncertainty with that of the
-    sphere; where the residuals are larger than chance allows, in their ratio larger."""
+    sphere, scaled up if the residuals are significantly too large.
+    """
     errors: DiameterErrors
-    """What makes the diameter uncertain, apart from the sphere."""
+    """Uncertainty contributions of the diameter except those of the sphere."""
     doubtful: tuple[int, ...]
-    """Indices of points that do not fit, the worst first; none was left out."""
+    """Indices of inconsistent points, the worst first; all were used."""
 
 
 def fit_ball_on(
@@ -82,21 +82,14 @@ def fit_ball_on(
     body: ProbeBody,
     temperature_c: float | None,
 ) -> BallFit:
-    """Return the ball that touched a sphere.
+    """Return the ball that touched a sphere; raise CalibrationError if undetermined.
 
     Parameters
     ----------
     touches
-        Five or more.
-    rig, body
-        What they were computed with.
+        Five or more, computed with ``rig`` and ``body``.
     temperature_c
-        Of the sphere; None: 20 degrees give or take 2 K.
-
-    Raises
-    ------
-    CalibrationError
-        The points do not determine a sphere.
+        Sphere temperature; None: 20 degrees with an uncertainty of 2 K.
     """
     if len(touches) < LEAST_POINTS:
         raise CalibrationError(
@@ -126,7 +119,7 @@ def fit_ball_on(
     dof = len(touches) - 4
     chi2 = float(residuals @ weight @ residuals)
     certified, _ = sphere.artefact.at(sphere.diameter, temperature_c)
-    # In units of what is known of the points: how much larger residuals are than they should be.
+    # Ratio of the residuals to their expected size.
     ratio, limit = np.sqrt(np.array([chi2, chdtri(dof, FORM_CHANCE)]) / dof)
     sigmas = np.sqrt(np.diag(of_points))
     typical = float(np.sqrt(np.mean(sigmas**2)))
@@ -153,10 +146,10 @@ def fit_ball_on(
 
 
 def doubtful_points(normals: Points3, covariance: Float, residuals: Float) -> tuple[int, ...]:
-    """Return the points that do not fit, the worst first (W. Baarda, data snooping, 1968).
+    """Return inconsistent points, the worst first (W. Baarda, data snooping, 1968).
 
-    A point is named where its own error, had it one, would be more than chance allows; the next one
-    is looked for among the others, because a gross error spoils its neighbours as well.
+    A point is flagged if its own error is significant; the search then continues among the others,
+    because a gross error also affects its neighbours.
 
     Parameters
     ----------
@@ -178,7 +171,7 @@ def doubtful_points(normals: Points3, covariance: Float, residuals: Float) -> tu
             break
         reduced = weight - weight @ rows @ np.linalg.solve(normal, rows.T @ weight)
         own = np.diag(reduced)
-        # Where a point alone determines something, nothing can contradict it.
+        # An uncontrolled point (zero redundancy) cannot be contradicted.
         known = own > 1e-9 * np.diag(weight)
         size = np.where(known, reduced @ residuals[left] / np.sqrt(np.where(known, own, 1.0)), 0.0)
         worst = int(np.argmax(np.abs(size)))
@@ -192,17 +185,16 @@ def doubtful_points(normals: Points3, covariance: Float, residuals: Float) -> tu
 def predicted_covariance(
     touches: Sequence[RestingTouch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
 ) -> Float:
-    """Return the covariance (4, 4), mm^2, of centre and radius, before anything is fitted.
+    """Return the predicted covariance (4, 4), mm^2, of centre and radius.
 
-    Infinite where the points do not determine a sphere.
+    Infinite if the points do not determine a sphere.
 
     Parameters
     ----------
     touches, directions
-        What was taken, and the directions (n, 3) from the centre of the sphere.
+        Recorded touches, and their directions (n, 3) from the centre of the sphere.
     more
-        (m, 3): directions of further points; each is taken to be as uncertain as the nearest one
-        that was taken.
+        (m, 3): directions of further points, each as uncertain as the nearest recorded one.
     """
     predicted = _predicted(touches, directions, rig, body, more)
     return np.full((4, 4), np.inf) if predicted is None else predicted[0]
@@ -211,10 +203,7 @@ def predicted_covariance(
 def predicted_errors(
     touches: Sequence[RestingTouch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
 ) -> DiameterErrors | None:
-    """Return what will make the diameter uncertain; None before the points determine it.
-
-    See `predicted_covariance`.
-    """
+    """Return predicted contributions to the uncertainty; see `predicted_covariance`."""
     predicted = _predicted(touches, directions, rig, body, more)
     return None if predicted is None else predicted[1]
 
@@ -236,9 +225,9 @@ def _predicted(
 
 
 def centre_of_few(tips: Points3, radius: float, pole: Float) -> Float:
-    """Return about where the centre (3,), mm, of a sphere of known radius is from a few points.
+    """Return the approximate centre (3,), mm, of a sphere from few points.
 
-    The first point is taken to be at the pole until others say better.
+    The first point is assumed at the pole until others show otherwise.
     """
     start = tips[0] - radius * pole
     centre = start
@@ -270,7 +259,7 @@ def _solved(normals: Points3, covariance: Float) -> tuple[Float, Float]:
 
 
 def _plain_residuals(normals: Points3, covariance: Float) -> Float:
-    """Return the covariance (n, n) of the residuals of the plain least-squares sphere."""
+    """Return the covariance (n, n) of the unweighted fit's residuals."""
     rows = _rows(normals)
     left = np.eye(len(rows)) - rows @ np.linalg.pinv(rows)
     residuals: Float = left @ covariance @ left.T

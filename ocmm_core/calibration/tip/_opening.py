@@ -1,4 +1,4 @@
-"""What is in force for a tip where a session about it begins or goes on."""
+"""Records in force for a tip at the start or resumption of a session."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from ocmm_core.errors import CalibrationError
 
 
 def mounted_records(store: ProbeStore, tip: str) -> TipRecords:
-    """Return what is in force for the tip that is on the probe.
+    """Return the records in force for the mounted tip.
 
     Raises
     ------
     CalibrationError
-        It was never calibrated, or another one is mounted.
+        The tip was never calibrated, or another one is mounted.
     """
     store.refresh()
     records = store.active(tip)
@@ -35,13 +35,7 @@ def mounted_records(store: ProbeStore, tip: str) -> TipRecords:
 
 
 def continued_records(store: ProbeStore, begun: TouchBegun, path: Path) -> TipRecords:
-    """Return the records that a session was begun with.
-
-    Raises
-    ------
-    CalibrationError
-        Another calibration is in force now.
-    """
+    """Return the session's records; raise CalibrationError if no longer in force."""
     records = store.active(begun.tip)
     if records is None or store.active_hash(begun.tip) != begun.running:
         raise CalibrationError(

@@ -1,7 +1,7 @@
-"""Guided qualification of a tip: a calibrated sphere touched all around, and the ball in a cone.
+"""Guided tip qualification: touch a calibrated sphere, rest the ball in a cone.
 
-Steps: ``prepare``, ``sphere`` (25 points, ISO 10360-5 layout, and more where the diameter is not
-yet known well enough), ``cone`` (five attitudes), ``result``.
+Steps: ``prepare``, ``sphere`` (25 points, ISO 10360-5 layout, and more while the diameter is too
+uncertain), ``cone`` (five attitudes), ``result``.
 """
 
 from __future__ import annotations
@@ -83,28 +83,22 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
         cameras: CalibrationStore | None = None,
         hold_s: float = 0.0,
     ) -> TipQualificationProcedure:
-        """Begin a session.
+        """Start a session.
 
         Parameters
         ----------
         rig
             With the calibration in force.
-        store
-            Records of this probe.
         tip
-            Name of the tip that is mounted.
+            Name of the mounted tip.
         cone
-            Where it has a name.
+            Optional identification of the cone.
         nominal_mm
-            Diameter that the ball should have; None is that of the document.
-        limits
-            What it must show.
-        valid_days
-            For how long the qualification may be used.
+            Nominal ball diameter; None is that of the document.
         cameras
-            Calibrations of the rig: a sphere that was used there is warned of.
+            Calibrations of the rig, to warn if the same sphere was used there.
         hold_s
-            The ball must rest for so long after it is seen well, so that a hand has time to settle.
+            Additional rest of the ball, so that the hand can settle.
 
         Raises
         ------

@@ -1,7 +1,7 @@
-"""Guided quick check of a tip, one minute: whether it is still the one that was qualified.
+"""Guided quick check, one minute, that the mounted tip is still the qualified one.
 
-Steps: ``prepare``, ``sphere`` (13 points), ``cone`` (five attitudes), ``result``. A check that
-cannot tell asks for more points; it never passes because of too large an uncertainty.
+Steps: ``prepare``, ``sphere`` (13 points), ``cone`` (five attitudes), ``result``. An inconclusive
+check requires more points; it never passes because of too large an uncertainty.
 """
 
 from __future__ import annotations
@@ -82,10 +82,9 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
         cameras: CalibrationStore | None = None,
         hold_s: float = 0.0,
     ) -> TipCheckProcedure:
-        """Begin a session.
+        """Start a session; parameters as `TipQualificationProcedure.begin`.
 
-        The parameters are those of `TipQualificationProcedure.begin`; diameter and limits are
-        those of the qualification.
+        Diameter and limits are those of the qualification.
 
         Raises
         ------
@@ -214,7 +213,7 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
 
 
 def _qualified(records: TipRecords, digest: str | None) -> TipRecord:
-    """Return the qualification in force, which must have a hash where one is given."""
+    """Return the qualification in force; it must match ``digest`` if given."""
     found = records.qualification
     if found is None:
         raise CalibrationError(

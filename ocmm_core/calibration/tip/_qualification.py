@@ -1,4 +1,4 @@
-"""What a qualification of a tip must show, and the checks that go into its record."""
+"""Requirements of a tip qualification, and the checks of its record."""
 
 from __future__ import annotations
 
@@ -19,23 +19,24 @@ from ocmm_core.calibration.tip._fit import BallFit
 
 @dataclass(frozen=True, slots=True)
 class TipLimits:
-    """What a qualification must show."""
+    """Requirements of a qualification."""
 
     nominal: float = 0.025
     """Permissible difference of the ball's diameter from its nominal one, mm."""
     diameter_sigma: float = 0.007
-    """Standard uncertainty of the diameter from which on the sphere was touched enough, mm: the
-    difference from the nominal one is then as sure as that of a quick check."""
+    """Sufficient standard uncertainty of the diameter, mm: comparison with the nominal one is then
+    as certain as in a quick check.
+    """
     points: int = 25
     places: int = 21
-    """Of the layout, at least; a stem may hide some."""
+    """Minimum number of places of the layout; a stem may hide some."""
     attitudes: int = 5
 
 
 def qualification_checks(
     ball: BallFit, articulation: Articulation, nominal_mm: float, limits: TipLimits
 ) -> tuple[Check, ...]:
-    """Return what is judged, with limits: diameter, form, misfit, and the articulation."""
+    """Return the checks with limits: diameter, form, misfit, and articulation."""
     return (
         Check(
             name="diameter against nominal",
@@ -66,19 +67,19 @@ def articulation_check(found: Articulation) -> Check:
 
 
 def _bounded(name: str, measured_mm: float, limit_mm: float) -> Check:
-    """Return a check of what should be zero; its limit is made of uncertainties already."""
+    """Return a check of a quantity with target zero and a limit from uncertainties."""
     return Check(
         name=name, measured_mm=measured_mm, certified_mm=0.0, expanded_mm=0.0, limit_mm=limit_mm
     )
 
 
 def conforms(check: Check) -> bool:
-    """Return whether a check is within its limit; uncertainty is stated, the gates bound it."""
+    """Return whether a check is within its limit; the gates already bound its uncertainty."""
     return abs(check.error_mm) <= check.limit_mm
 
 
 def nearest_to_limit(checks: Sequence[Check]) -> int:
-    """Return the index of the check that is nearest to its limit, or farthest beyond."""
+    """Return the index of the check closest to, or farthest beyond, its limit."""
     shares = [abs(one.error_mm) / one.limit_mm for one in checks]
     return shares.index(max(shares))
 
@@ -86,9 +87,9 @@ def nearest_to_limit(checks: Sequence[Check]) -> int:
 def sphere_warnings(
     sphere: Sphere, calibration: CameraRecord | None, verifications: Sequence[VerificationRecord]
 ) -> tuple[Finding, ...]:
-    """Return warnings where the sphere also stands for something that rests on the tip.
+    """Return warnings if the sphere was also used for calibration or verification.
 
-    ISO 10360-5: the sphere of the test is not the one that the tip was qualified with.
+    ISO 10360-5: the test sphere differs from the one used to qualify the tip.
     """
     use = sphere.artefact.use
     found = []
@@ -116,7 +117,7 @@ def sphere_warnings(
 
 
 def doubtful_warning(ball: BallFit) -> tuple[Finding, ...]:
-    """Return a warning that names the points that do not fit; nothing where all do."""
+    """Return a warning that lists inconsistent points, or nothing."""
     if not ball.doubtful:
         return ()
     named = ", ".join(

@@ -1,4 +1,4 @@
-"""What is seen now of the ball on the sphere or in the cone, judged against what is wanted next."""
+"""Judge the current ball position against the next wanted place."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ _APART_MM, _APART_RAD = 2.0, np.radians(8.0)
 
 
 class Sight:
-    """Averages the spots while the ball rests, and says what is missing until it may be taken.
+    """Averages the spots of a resting ball and reports what prevents recording.
 
     Parameters
     ----------
     state
-        What was taken so far, with rig and probe.
+        Observations, with rig and probe.
     hold_s
-        The ball must rest for so long after it could be taken.
+        Additional rest of the ball once it is recordable.
     """
 
     def __init__(self, state: TouchState, hold_s: float) -> None:
@@ -47,13 +47,7 @@ class Sight:
         self._judgement: tuple[tuple[int, int, str], Live] | None = None
 
     def feed(self, block: FrameBlock, step: str, version: int) -> None:
-        """Look at frames.
-
-        Parameters
-        ----------
-        step, version
-            The current step, and a number that changes with what was taken.
-        """
+        """Process frames; ``version`` changes with the observations."""
         self._probe.feed(block)
         if not len(block):
             return
@@ -67,16 +61,15 @@ class Sight:
             self._ready_ns = self._now_ns
 
     def taken(self, average: Average) -> None:
-        """Take note of what was taken: the same place is not offered again."""
+        """Register a recorded average: the same place is not offered again."""
         self._probe.taken(average)
         self._ready_ns = None
 
     def average(self) -> Average:
-        """Return what rests now."""
         return self._probe.average()
 
     def live(self, step: str, version: int) -> Live:
-        """Return what is seen, and why it cannot be taken yet; parameters as `feed`."""
+        """Return the view, and why it cannot be recorded yet; parameters as `feed`."""
         live = self._judged(step, version)
         left = self._left_s(live)
         if left > 0.0:
@@ -84,7 +77,7 @@ class Sight:
         return live
 
     def countdown(self, step: str, version: int) -> Countdown:
-        """Return how long until it is taken; parameters as `feed`."""
+        """Return the time until it can be recorded; parameters as `feed`."""
         live = self._judged(step, version)
         if live.ready and step in TAKING:
             left = self._left_s(live)
@@ -97,7 +90,7 @@ class Sight:
         return Countdown(Phase.TAKEN if taken else Phase.SEARCHING, 0.0, 0.0)
 
     def _judged(self, step: str, version: int) -> Live:
-        """Return what is seen, judged against what is wanted, without the time it must rest."""
+        """Return the view judged against the wanted place, without the rest time."""
         key = (self._watched, version, step)
         if self._judgement is None or self._judgement[0] != key:
             live = self._probe.live()
@@ -112,7 +105,7 @@ class Sight:
         return max(0.0, self._hold_s - 1e-9 * (self._now_ns - since))
 
     def _misplaced(self, step: str) -> str:
-        """Return why what rests now is not what is wanted; empty where it is."""
+        """Return why the resting ball is not at a wanted place; empty if it is."""
         average = self._probe.average()
         try:
             touch = touch_of(average.uv, average.sigma_px, self._state.rig, self._state.body)

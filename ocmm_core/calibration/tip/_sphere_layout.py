@@ -1,8 +1,8 @@
-"""Where a sphere is touched: layouts about a pole, and which place a point belongs to.
+"""Touch layouts on a sphere about a pole, and assignment of points to places.
 
-The layout of the qualification is that of ISO 10360-5 (25 points over half a sphere). That of the
-quick check puts its points where they say most about a diameter: at the equator, and there to the
-left and right as the cameras see it, because they see best across their view.
+The qualification uses the layout of ISO 10360-5 (25 points over half a sphere). The quick check
+concentrates its points for the diameter: on the equator, and there left and right as seen by the
+cameras, which are most accurate across their view.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ QUALIFICATION_RINGS: Rings = (
 """ISO 10360-5: 1, 4, 8, 4 and 8 points, each ring turned by 22.5 degrees against the one above."""
 
 CHECK_RINGS: Rings = ((0.0, 1, 0.0), (90.0, 8, 0.0), (90.0, 2, 12.0), (90.0, 2, -12.0))
-"""Four more to the left and right: they halve the uncertainty for the price of half the points."""
+"""Four more to the left and right halve the uncertainty for the effort of half the points."""
 
 TOLERANCE = np.radians(15.0)
-"""A hand finds a place on a sphere of 30 mm to 3 mm or so."""
+"""Places are hit by hand to about 3 mm on a sphere of 30 mm."""
 
 CONE_LEAN = np.radians(25.0)
 """Farther back, the LEDs would turn away from the cameras."""
 
 CONE_TOLERANCE = np.radians(12.0)
-"""Half of what lies between two attitudes."""
+"""Half the angle between two attitudes."""
 
 _SIDES = (
     "right", "back right", "back", "back left", "left", "front left", "front", "front right"
@@ -56,18 +56,18 @@ class Layout:
 
 @dataclass(frozen=True, slots=True)
 class LayoutFrame:
-    """What a layout is laid out about; unit vectors (3,), world, right-handed."""
+    """Frame of a layout; unit vectors (3,), world, right-handed."""
 
     right: Float
     """Across the view of the cameras."""
     back: Float
     """Away from them."""
     pole: Float
-    """Where the layout begins."""
+    """Start of the layout."""
 
 
 def frame_about(pole: Float, rig: Rig) -> LayoutFrame:
-    """Return the frame of a pole as the cameras of a rig see it."""
+    """Return the frame about a pole as seen by the cameras of a rig."""
     top = unit(np.asarray(pole, dtype=np.float64))
     centres = np.array([camera.centre_world for camera in rig.cameras])
     across = np.linalg.svd(centres - centres.mean(axis=0))[2][0]
@@ -96,12 +96,12 @@ def sphere_layout(rings: Rings, frame: LayoutFrame) -> Layout:
 
 
 def place_name(direction: Float, frame: LayoutFrame) -> str:
-    """Return a direction in words, as seen from where the cameras are."""
+    """Return a direction in words, as seen from the cameras."""
     polar = float(np.degrees(np.arccos(np.clip(direction @ frame.pole, -1.0, 1.0))))
     if polar < 5.0:
         return "at the pole"
     azimuth = float(np.degrees(np.arctan2(direction @ frame.back, direction @ frame.right)))
-    # Halfway between two sides the next one is said, whatever rounding makes of it.
+    # A tie between two sides gives the next one, independent of rounding.
     side = _SIDES[int(np.floor(azimuth / 45.0 + 0.5 + 1e-6)) % 8]
     ring = "at the equator" if abs(polar - 90.0) < 5.0 else f"{polar:.0f} degrees below the pole"
     return f"{ring}, {side}"
@@ -123,15 +123,15 @@ def cone_layout(frame: LayoutFrame) -> Layout:
 
 
 def match_places(directions: Points3, layout: Layout, tolerance: float = TOLERANCE) -> Int:
-    """Return the place of each direction (n, 3), -1 where it is at none.
+    """Return the place of each direction (n, 3), -1 if none.
 
-    No place is given twice; the sum of the squared angles is the least possible.
+    Each place is assigned once; minimises the sum of squared angles.
     """
     places = np.full(len(directions), -1, dtype=np.int64)
     if not len(directions):
         return places
     angles = np.arccos(np.clip(directions @ layout.directions.T, -1.0, 1.0))
-    # What is beyond the tolerance must cost more than any number of pairs within it.
+    # Pairs beyond the tolerance must cost more than any number of pairs within it.
     far = 1e3 * tolerance**2
     rows, columns = linear_sum_assignment(np.where(angles <= tolerance, angles**2, far))
     near = angles[rows, columns] <= tolerance

@@ -1,4 +1,4 @@
-"""What was taken on the sphere and in the cone, and what a screen shows of it."""
+"""Observations on the sphere and in the cone, and their display form."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ _NEIGHBOUR = np.radians(6.0)
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What is to be taken."""
+    """Requirements of a procedure."""
 
     frame: LayoutFrame
     places: Layout
@@ -56,33 +56,32 @@ class Wanted:
     """`frame`, `places`, `attitudes`: Layouts about the pole."""
     points: int
     places_needed: int
-    """`points`, `places_needed`: On the sphere, at least."""
+    """`points`, `places_needed`: Minimum on the sphere."""
     sigma_of: Callable[[DiameterErrors], float]
-    """Standard uncertainty that counts, mm, from what makes a diameter uncertain."""
+    """Decisive standard uncertainty, mm, from the contributions to a diameter."""
     diameter_sigma: float
-    """When it is good enough."""
+    """Its limit, mm."""
     artefact_limit: float
-    """Permissible error of a diameter that the certificate of the sphere is held against, mm."""
+    """Permissible diameter error, mm, to judge the certificate of the sphere."""
     chance: float = ARTICULATION_CHANCE
 
 
 @dataclass(slots=True)
 class TouchState:
-    """Everything that was taken, with the ball centres that follow from it."""
+    """Observations collected, with their ball centres."""
 
     rig: Rig
     body: ProbeBody
     begun: TouchBegun
     wanted: Wanted
-    """`rig`, `body`, `begun`, `wanted`: What it is about; the body is as it was calibrated."""
+    """`rig`, `body`, `begun`, `wanted`: Context; the body is the calibrated one."""
     on_sphere: list[tuple[BallOnSphere, RestingTouch]] = field(default_factory=list)
     in_cone: list[tuple[BallInCone, RestingTouch]] = field(default_factory=list)
-    """`on_sphere`, `in_cone`: What was taken, with its ball centres."""
     _sphere: SphereProgress | None = None
     _cone: ConeProgress | None = None
 
     def add(self, event: BallOnSphere | BallInCone) -> None:
-        """Take in an observation; raise TrackingError where its spots determine no pose."""
+        """Add an observation; raise TrackingError if its spots determine no pose."""
         touch = touch_of(from_spots(event.uv), event.sigma_px, self.rig, self.body)
         if isinstance(event, BallOnSphere):
             self.on_sphere.append((event, touch))
@@ -92,7 +91,6 @@ class TouchState:
             self._cone = None
 
     def remove(self, step: str, point: int) -> None:
-        """Take an observation out."""
         del (self.on_sphere if step == "sphere" else self.in_cone)[point]
         self._sphere = self._cone = None
 
@@ -104,12 +102,10 @@ class TouchState:
 
     @property
     def sphere_touches(self) -> tuple[RestingTouch, ...]:
-        """Return the touches on the sphere."""
         return tuple(touch for _, touch in self.on_sphere)
 
     @property
     def cone_touches(self) -> tuple[RestingTouch, ...]:
-        """Return those in the cone."""
         return tuple(touch for _, touch in self.in_cone)
 
     @property
@@ -121,20 +117,20 @@ class TouchState:
 
     @property
     def sphere(self) -> SphereProgress:
-        """Return the points on the sphere as a screen shows them."""
+        """Return the points on the sphere in display form."""
         if self._sphere is None:
             self._sphere = self._sphere_progress()
         return self._sphere
 
     @property
     def cone(self) -> ConeProgress:
-        """Return the attitudes in the cone as a screen shows them."""
+        """Return the attitudes in the cone in display form."""
         if self._cone is None:
             self._cone = self._cone_progress()
         return self._cone
 
     def centre(self) -> Float | None:
-        """Return where the centre of the sphere is, (3,), mm, as far as it is known."""
+        """Return the estimated centre of the sphere, (3,), mm, or None."""
         progress = self.sphere
         if not len(progress.tips_world):
             return None
@@ -148,7 +144,7 @@ class TouchState:
         return axis
 
     def next_words(self) -> str:
-        """Return the name of the place on the sphere to be touched next; empty after the last."""
+        """Return the name of the next place on the sphere; empty after the last."""
         progress = self.sphere
         if progress.next_place is not None:
             return progress.places[progress.next_place].name
@@ -175,7 +171,7 @@ class TouchState:
         directions = none
         if n:
             few = centre_of_few(tips, self.reach, wanted.frame.pole)
-            # A patch of a sphere says less of its centre than its known size does.
+            # On a small patch, the given radius determines the centre better than a fit.
             known = fit is not None and float(np.sqrt(np.trace(fit.covariance[:3, :3]))) < 0.5
             away = tips - (fit.centre_world if fit is not None and known else few)
             directions = away / np.linalg.norm(away, axis=1)[:, None]
@@ -219,12 +215,12 @@ class TouchState:
         )
 
     def _sigma(self, touches: Sequence[RestingTouch], directions: Points3, more: Points3) -> float:
-        """Return how well the diameter is known with more points, mm; see `Wanted.sigma_of`."""
+        """Return the predicted diameter uncertainty with more points, mm; see `Wanted.sigma_of`."""
         errors = predicted_errors(touches, directions, self.rig, self.body, more)
         return np.inf if errors is None else self.wanted.sigma_of(errors)
 
     def _most_useful(self, touches: Sequence[RestingTouch], directions: Points3) -> Float | None:
-        """Return the untouched direction on the equator that would tell most of the diameter."""
+        """Return the untouched equatorial direction that reduces the uncertainty most."""
         candidates = round_equator(self.wanted.frame)
         near = (candidates @ directions.T).max(axis=1) > np.cos(_NEIGHBOUR)
         free = candidates[~near] if not near.all() else candidates
@@ -262,7 +258,7 @@ class TouchState:
 
 
 def _nearest(directions: Points3, layout: Layout, missing: Sequence[int]) -> int | None:
-    """Return the missing place that is nearest to the last direction: the shortest way."""
+    """Return the missing place nearest to the last direction: the shortest path."""
     if not missing:
         return None
     if not len(directions):

@@ -1,4 +1,4 @@
-"""What speaks against a ball that rests somewhere, and what is still missing, in words."""
+"""User hints: why a resting ball is rejected, and what is missing."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ocmm_core.calibration.tip._state import TouchState
 _SAME_PLACE = np.radians(5.0)
 _OFF_SPHERE_MM, _OFF_AT_FIRST_MM = 3.0, 12.0
 _KNOWN_FROM = 4
-"""Points from which on it is known where the sphere is."""
+"""Number of points from which the sphere's centre is reliable."""
 
 _OFF_CONE_MM = 2.5
 _CLEAR_MM = 5.0
@@ -19,7 +19,7 @@ _NEW_ATTITUDE = np.radians(10.0)
 
 
 def judge_on_sphere(state: TouchState, touch: RestingTouch) -> str:
-    """Return why a resting ball is not a wanted point of the sphere; empty where it is one."""
+    """Return why a resting ball is not a wanted point of the sphere, or empty text."""
     progress, centre = state.sphere, state.centre()
     if centre is None:
         return ""
@@ -45,7 +45,7 @@ def judge_on_sphere(state: TouchState, touch: RestingTouch) -> str:
 
 
 def judge_in_cone(state: TouchState, touch: RestingTouch) -> str:
-    """Return why a resting ball is not in the cone in a wanted attitude; empty where it is."""
+    """Return why a resting ball is not at a wanted attitude in the cone, or empty text."""
     progress, centre = state.cone, state.centre()
     handle = state.handle(touch)
     if len(progress.tips_world):
@@ -83,7 +83,7 @@ def places_gate(state: TouchState) -> Gate:
 
 
 def attitudes_gate(state: TouchState) -> Gate:
-    """Return whether the probe was held in all attitudes in the cone."""
+    """Return whether all attitudes in the cone were recorded."""
     attitudes, wanted = state.cone.attitudes, state.cone.next_attitude
     missing = sum(one.point is None for one in attitudes)
     if wanted is None:

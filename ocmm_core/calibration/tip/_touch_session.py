@@ -1,7 +1,7 @@
-"""What tip qualification and quick tip check have in common as guided procedures.
+"""Common part of the guided procedures for tip qualification and quick tip check.
 
-Steps ``prepare``, ``sphere``, ``cone``, ``result``. Nothing that was taken is left out by the
-program: whoever doubts a point takes it back, and the session file says so.
+Steps ``prepare``, ``sphere``, ``cone``, ``result``. The program drops no point; the user may remove
+any, which the session file records.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody
 
 POLE = np.array([0.0, 0.0, 1.0])
-"""Of the sphere: its stem is below."""
+"""Of the sphere: its stem is at the opposite side."""
 
 V = TypeVar("V", bound=TouchView)
 R = TypeVar("R", bound=MadeRecord)
@@ -75,19 +75,18 @@ B = TypeVar("B", bound=TouchBegun)
 
 
 class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
-    """See the module; what differs between the two procedures is asked of them.
+    """Base of both procedures.
 
-    Drive it like every procedure: `watch` frames; whenever ``view.base.live.ready`` is set, `take`;
-    when the gate of the step is open, `advance`; in the last step `compute`, then `accept` (which
-    stores the result, also one that failed) or `keep`. `drop` takes the last point back,
-    `take_back` any.
+    `watch` frames; whenever ``view.base.live.ready`` is set, `take`; when the gate of the step is
+    open, `advance`; in the last step `compute`, then `accept` (which also stores failed results) or
+    `keep`. `drop` removes the last point, `take_back` any.
 
     Parameters
     ----------
     cameras
-        Calibrations of the rig; None where nobody says.
+        Calibrations of the rig, if available.
     hold_s
-        The ball must rest for so long after it could be taken.
+        Additional rest of the ball once it is recordable.
     """
 
     sessions: SessionFormat[TouchEvent, B]
@@ -104,7 +103,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         cameras: CalibrationStore | None,
         hold_s: float,
     ) -> None:
-        # Before anything else: another qualification in force is the better reason to refuse.
+        # First of all: another qualification in force is the better reason to refuse.
         self._begun, self._records, self._cameras = begun, records, cameras
         calibrated = probe_from_records(body, records.calibration, None)
         self._wanted = self._wanting(rig, calibrated)
@@ -135,14 +134,14 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         hold_s: float,
         **own: object,
     ) -> Self:
-        """Begin a session with what is in force for the tip.
+        """Start a session with the records in force for the tip.
 
         Parameters
         ----------
         limit_mm
-            Permissible error of a diameter that the certificate of the sphere is held against.
+            Permissible diameter error, to judge the certificate of the sphere.
         own
-            What only the first line of this procedure has.
+            Procedure-specific fields of the first line.
         """
         let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature_c), force=False)
         chain, begun = cls.sessions.begin(
@@ -172,14 +171,14 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         cameras: CalibrationStore | None = None,
         hold_s: float = 0.0,
     ) -> Self:
-        """Continue the session of a file where it stopped; the file names tip and sphere.
+        """Continue the session of a file; the file names tip and sphere.
 
         Raises
         ------
         CalibrationError
-            It is empty, or was begun with another rig, probe, calibration or qualification.
+            It is empty, or was started with another rig, probe, calibration or qualification.
         StorageError
-            The file is not as it was written.
+            The file was changed.
         """
         chain, begun = cls.sessions.resume(path)
         records = continued_records(store, begun, path)
@@ -187,23 +186,22 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
 
     @property
     def sphere(self) -> Sphere:
-        """Return the sphere that the session was begun with."""
+        """Return the sphere of the session."""
         return self._begun.sphere
 
     def watch(self, block: FrameBlock) -> None:
-        """Look at frames."""
         with self._lock:
             self._sight.feed(block, self._step, self._version)
             if len(block) and len(self._shocks.feed(block)):
                 record_shock(self._store, datetime.now(UTC))
 
     def take_shot(self, uv: Float, sigma_px: float, now: datetime) -> None:
-        """Take recorded averaged spots (C, L, 2), px, as the next observation.
+        """Add recorded averaged spots (C, L, 2), px, as the next observation.
 
         Raises
         ------
         CalibrationError
-            Nothing is taken in this step.
+            This step records nothing.
         TrackingError
             The spots determine no pose.
         """
@@ -212,19 +210,17 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
                 raise CalibrationError(
                     "tip.nothing_next", "Nothing to take in this step.", "Go to the next step."
                 )
-            # What cannot be computed must not come into the file.
+            # Observations that cannot be computed must not enter the file.
             touch_of(uv, sigma_px, self._state.rig, self._state.body)
             self._append(self._event(Average(uv, sigma_px), utc_text(now)))
 
     def take_back(self, point: int, now: datetime) -> None:
-        """Take back one observation of the current step by its index in the snapshot.
-
-        For tests: nothing in the product asks for it.
+        """Remove an observation of the current step by its index in the snapshot; for tests.
 
         Raises
         ------
         CalibrationError
-            There is none with that index.
+            Unknown index.
         """
         with self._lock:
             if not 0 <= point < self._count(self._step):
@@ -237,19 +233,22 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
 
     @abstractmethod
     def _wanting(self, rig: Rig, calibrated: ProbeBody) -> Wanted:
-        """Return layouts and limits; asked once, before there is any state."""
+        """Remove an observation of the current step by its index; for tests.
+
+        Raises CalibrationError for an unknown index.
+        """
 
     @abstractmethod
     def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> Gate:
-        """Return what is said where the diameter is not known well enough yet."""
+        """Return the gate for an insufficiently determined diameter."""
 
     @abstractmethod
     def _cone_said(self) -> Gate:
-        """Return whether the probe was held in enough attitudes."""
+        """Return whether enough attitudes were recorded."""
 
     @abstractmethod
     def _concluded(self) -> Q:
-        """Return the result of what was taken; raise CalibrationError where it is not enough."""
+        """Return the result; raise CalibrationError if data are insufficient."""
 
     def _sphere_said(self) -> Gate:
         """Return whether the sphere was touched enough."""
@@ -258,12 +257,12 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         return gate if not gate.open or known <= limit else self._diameter_unknown(known, limit)
 
     def _calculation(self) -> Callable[[], Q]:
-        # Quick: there is nothing to be calculated apart from the state.
+        # Fast enough to run within the state's lock.
         outcome = self._concluded()
         return lambda: outcome
 
     def _snapshot(self, kind: Callable[..., V], **own: object) -> V:
-        """Return the snapshot of a kind: `TouchView` and what only it has."""
+        """Return the snapshot of a kind: `TouchView` and its own fields."""
         state, begun = self._state, self._begun
         certified, expanded = begun.sphere.artefact.at(begun.sphere.diameter, begun.temperature_c)
         return kind(
@@ -281,14 +280,14 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         )
 
     def _check(self, outcome: Q) -> None:
-        # Another process may have put something else in force.
+        # Another process may have put other records in force.
         self._store.refresh()
         super()._check(outcome)
         if outcome.record.passed and not self._is_stored():
             require_no_doubt_since(self._store, self.tip, datetime.fromisoformat(self._first.utc))
 
     def _warned(self) -> tuple[Finding, ...]:
-        """Return what makes the result weaker: the sphere, and how well it is known."""
+        """Return findings that weaken the result: the sphere and its uncertainty."""
         begun = self._begun
         known = begun.sphere.artefact.judge(
             begun.sphere.diameter,
@@ -303,11 +302,10 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
 
     @property
     def _made_utc(self) -> str:
-        """Return when the last observation was taken."""
         return max(event.utc for event in self._state.taken)
 
     def _record(self, kind: Callable[..., R], **own: object) -> R:
-        """Return a record of what was taken, with what only its kind has."""
+        """Return a record of the observations, with the fields of its kind."""
         taken = self._state.taken
         cone = self._begun.cone
         return kind(
@@ -325,7 +323,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
             **own,
         )
 
-    # What `GuidedProcedure` asks for.
+    # Implementation of `GuidedProcedure`.
 
     def _seen(self) -> Live:
         return self._sight.live(self._step, self._version)

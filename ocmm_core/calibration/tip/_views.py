@@ -1,4 +1,4 @@
-"""Snapshots of tip qualification and quick tip check: what `view` of both returns."""
+"""Snapshots of tip qualification and quick tip check, returned by `view`."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from ocmm_core.geometry import Float, Int, Points3
 
 
 class Phase(StrEnum):
-    """How far the taking of one observation is."""
+    """Progress of recording one observation."""
 
     SEARCHING = "searching"
-    """The probe is not seen well enough, or it is not where it should be."""
+    """The probe is not seen well enough, or is in the wrong place."""
 
     RESTING = "resting"
-    """It must rest a little longer; see `Countdown.seconds_left`."""
+    """Must rest longer; see `Countdown.seconds_left`."""
 
     READY = "ready"
-    """`take` takes it now."""
+    """`take` records it now."""
 
     TAKEN = "taken"
-    """This place was taken: move on."""
+    """This place is recorded: move on."""
 
 
 @dataclass(frozen=True, slots=True)
 class Countdown:
-    """What is between now and the next observation."""
+    """Time to the next observation."""
 
     phase: Phase
     seconds_left: float
     """Until it is ready, if the probe keeps resting; zero in other phases."""
     fraction: float
-    """Of that time that has passed, 0 to 1."""
+    """Elapsed fraction of that time, 0 to 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,75 +42,77 @@ class SpherePlace:
     """One wanted place on the sphere."""
 
     name: str
-    """In words ("22 degrees below the pole, right")."""
+    """Place in words ("22 degrees below the pole, right")."""
     direction_world: Float
     """(3,): unit vector from the centre of the sphere."""
     point: int | None
-    """Index of the point that was taken there; None while it is missing."""
+    """Index of the point recorded there, or None."""
 
 
 @dataclass(frozen=True, slots=True)
 class SphereProgress:
-    """The points on the sphere so far."""
+    """Points on the sphere."""
 
     places: tuple[SpherePlace, ...]
     next_place: int | None
-    """Index of the place to be touched next; None where all were."""
+    """Index of the next place; None after the last."""
     also_world: Float | None
-    """(3,): where one more point would help most once the layout is complete and the diameter is
-    not known well enough; None where nothing more is wanted, or not yet."""
+    """(3,): most useful direction of one more point if the complete layout leaves the diameter too
+    uncertain; otherwise None.
+    """
     tips_world: Points3
     """(n, 3), mm: ball centres."""
     directions_world: Points3
-    """(n, 3): unit vectors from the centre of the sphere, as far as it is known."""
+    """(n, 3): unit vectors from the centre of the sphere as currently determined."""
     slots: Int
-    """(n,): index of the place of each point, -1 where it is at none."""
+    """(n,): index of the place of each point, -1 if none."""
     residuals_mm: Float
-    """(n,): from the sphere that fits best, positive outside; NaN before four points."""
+    """(n,): from the best-fit sphere, positive outside; NaN before four points."""
     sigmas_mm: Float
     """(n,): predicted standard deviations of one point along its normal."""
     doubtful: tuple[int, ...]
-    """Indices of points that do not fit beyond chance. They stay in unless somebody takes them back
-    (`drop` takes back the last one, `take_back` any)."""
+    """Indices of significantly inconsistent points. They are used unless the user removes them
+    (`drop`: the last one, `take_back`: any).
+    """
     diameter_mm: float
-    """Of the ball, so far; NaN before the points determine it."""
+    """Ball; NaN until determined by the points."""
     diameter_sigma_mm: float
-    """Its predicted standard uncertainty with the points so far, in a check that of its difference
-    from the qualified one; infinite before they determine it."""
+    """Its predicted standard uncertainty with the present points; in a check, that of its
+    difference from the qualified one; infinite until determined.
+    """
     diameter_sigma_end_mm: float
-    """The same when the rest of the layout is taken as well; NaN before the first point."""
+    """The same for the complete layout; NaN before the first point."""
     diameter_sigma_limit_mm: float
     centre_sigma_mm: Float
-    """(3,): predicted standard uncertainties of the sphere's centre; infinite before they are."""
+    """(3,): predicted standard uncertainties of the sphere's centre; infinite until determined."""
     form_mm: float
-    """Largest less smallest radius so far; NaN before four points."""
+    """Largest less smallest radius; NaN before four points."""
 
     @property
     def missing(self) -> tuple[int, ...]:
-        """Return the indices of the places that were not touched yet."""
+        """Return the indices of the untouched places."""
         return tuple(i for i, place in enumerate(self.places) if place.point is None)
 
 
 @dataclass(frozen=True, slots=True)
 class ConeAttitude:
-    """One wanted way of holding the probe while its ball is in the cone."""
+    """One wanted attitude of the probe with its ball in the cone."""
 
     name: str
-    """In words ("leaning left")."""
+    """Attitude in words ("leaning left")."""
     handle_world: Float
     """(3,): unit vector from the ball to the handle."""
     point: int | None
-    """Index of the observation that was taken so; None while it is missing."""
+    """Index of its observation, or None."""
 
 
 @dataclass(frozen=True, slots=True)
 class ConeProgress:
-    """The ball in the cone so far."""
+    """Attitudes in the cone."""
 
     attitudes: tuple[ConeAttitude, ...]
-    """Wanted."""
     next_attitude: int | None
-    """Index of the one to be held next; None where all were."""
+    """Index of the next attitude; None after the last."""
     tips_world: Points3
     """(n, 3), mm: ball centres by the calibration in force."""
     handles_world: Points3
@@ -125,58 +127,58 @@ class ConeProgress:
     """(3,): half of largest less smallest per world axis; NaN before two."""
     spread_limit_mm: float
     largest_limit_mm: float
-    """`spread_limit_mm`, `largest_limit_mm`: What the stated uncertainties allow (once in a
-    thousand more); NaN before two."""
+    """`spread_limit_mm`, `largest_limit_mm`: Allowed by the stated uncertainties (exceeded once in
+    a thousand); NaN before two.
+    """
     length_error_mm: float
     length_sigma_mm: float
     """`length_error_mm`, `length_sigma_mm`: True less calibrated distance of the ball from the
-    handle, and its standard uncertainty; NaN and infinite before the attitudes determine it."""
+    handle, and its standard uncertainty; NaN and infinite until determined by the attitudes.
+    """
 
 
 @dataclass(frozen=True, slots=True)
 class TouchView:
-    """What qualification and check have in common."""
+    """Common part of the snapshots of qualification and check."""
 
     base: ProcedureView
-    """What all procedures show."""
     probe: str
     tip: str
-    """`probe`, `tip`: Names."""
     sphere_name: str
     sphere_diameter_mm: float
     sphere_expanded_mm: float
     """`sphere_name`, `sphere_diameter_mm`, `sphere_expanded_mm`: The sphere: name, certified
     diameter at the temperature of the session, and its expanded uncertainty (k = 2)."""
     nominal_mm: float
-    """Diameter that the ball should have."""
+    """Nominal ball diameter."""
     sphere: SphereProgress
     cone: ConeProgress
-    """`sphere`, `cone`: What was taken."""
     countdown: Countdown
 
 
 @dataclass(frozen=True, slots=True)
 class TipOutcome:
-    """A qualification that waits for being stored."""
+    """A qualification awaiting storage."""
 
     record: TipRecord
-    """What would be stored, with all checks and the verdict."""
+    """To be stored, with all checks and the verdict."""
     largest: int
-    """Index of the check that is nearest to its limit, or farthest beyond."""
+    """Index of the check closest to, or farthest beyond, its limit."""
     warnings: tuple[Finding, ...]
-    """What makes it weaker."""
+    """Findings that weaken it."""
     previous: TipRecord | None
-    """The qualification before; None for the first one."""
+    """The previous qualification; None for the first one."""
     residuals_mm: Float
     directions_world: Points3
-    """`residuals_mm`, `directions_world`: (n,) and (n, 3): radius residuals of all points, and
-    where they are."""
+    """`residuals_mm`, `directions_world`: (n,) and (n, 3): radius residuals and directions of all
+    points.
+    """
     cone_off_world: Points3
     """(m, 3), mm: tips of all attitudes in the cone, less their mean."""
 
 
 class CheckVerdict(StrEnum):
-    """What a quick check says."""
+    """Result of a quick check."""
 
     PASSED = "passed"
     FAILED = "failed"
@@ -185,16 +187,15 @@ class CheckVerdict(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class TipCheckOutcome:
-    """A quick check that waits for being stored; an inconclusive one is no outcome."""
+    """A conclusive quick check awaiting storage."""
 
     record: TipCheckRecord
-    """What would be stored."""
     largest: int
-    """Index of the check that is nearest to its limit, or farthest beyond."""
+    """Index of the check closest to, or farthest beyond, its limit."""
     findings: tuple[Finding, ...]
-    """Which check failed and what to do; empty where it passed."""
+    """Failed checks with remedies; empty if passed."""
     warnings: tuple[Finding, ...]
-    """What makes it weaker."""
+    """Findings that weaken it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,7 +203,7 @@ class TipView(TouchView):
     """Snapshot of the qualification."""
 
     outcome: TipOutcome | None
-    """Of `compute`; None before it, and after another point was taken."""
+    """Result of `compute`; None before it, and after another point."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,8 +211,8 @@ class TipCheckView(TouchView):
     """Snapshot of the quick check."""
 
     so_far: CheckVerdict
-    """What the check says with what was taken so far."""
+    """Verdict from the present observations."""
     advice: str
-    """Why it is inconclusive or failed and what to do, one or two sentences; else empty."""
+    """Reason and remedy for an inconclusive or failed check, one or two sentences; else empty."""
     outcome: TipCheckOutcome | None
-    """Of `compute`; None before it, and after another point was taken."""
+    """Result of `compute`; None before it, and after another point."""

@@ -1,4 +1,4 @@
-"""How long a tip holds where nobody says; a command names it before it loads the room."""
+"""Default validity of a tip, separate so that commands can show it without loading the package."""
 
 from __future__ import annotations
 

@@ -1,12 +1,11 @@
 """Verification of a calibration with lengths and spheres (after VDI/VDE 2634 part 1).
 
-In: a calibration, calibrated bars and spheres, averaged spots of them in the volume.
-Out: errors against the limit, a verdict, and what would explain a failure.
+In: a calibration, calibrated bars and spheres, averaged spots of them in the volume. Out: errors
+against the limit, a verdict, and possible causes of a failure.
 
-Read `_line_planning` (where the bar should lie), `_artefacts` (independent of the calibration or
-not), `_verification` (the errors), `_verdict` (the checks, and did anything move).
-`_procedure_verification` with `_state` guides somebody through it.
-It must not know how the cameras were calibrated: a verification is independent of that.
+Read `_line_planning` (placements), `_artefacts` (independence from the calibration),
+`_verification` (errors), `_verdict` (checks, and motion in between). `_procedure_verification` with
+`_state` is the guided procedure. The package is independent of the calibration method.
 """
 
 from __future__ import annotations

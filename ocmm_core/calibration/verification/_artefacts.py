@@ -1,4 +1,4 @@
-"""Whether the artefacts of a verification are independent of what the calibration rests on."""
+"""Judge whether artefacts of a verification are independent of the calibration."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from ocmm_core.calibration.records import ArtefactUse, CameraRecord, Finding, sa
 def judge_independence(
     uses: Sequence[ArtefactUse], calibration: CameraRecord | None
 ) -> list[Finding]:
-    """Return what speaks against verifying a calibration with artefacts: they gave it its scale.
+    """Return objections to artefacts that gave the calibration its scale.
 
-    An artefact is the same where serial number or the file of the certificate is.
+    Artefacts are the same if serial number or certificate file agree.
     """
     known = () if calibration is None else calibration.artefacts
     same = [use for use in uses if any(_is_same(use, one) for one in known)]

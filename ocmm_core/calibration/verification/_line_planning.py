@@ -1,8 +1,8 @@
-"""Where a bar should lie: test lengths that end in all corners of the volume (VDI/VDE 2634 part 1).
+"""Plan bar placements with test lengths into all corners (VDI/VDE 2634 part 1).
 
-The corner rule comes first. Placements that serve two corners are chosen so that as few lines as
-possible reach all eight; then come lines along the axes and two space diagonals, where they fit,
-and the rest go in the directions that differ most from all others.
+The corner rule has priority. Placements that serve two corners are chosen so that the fewest lines
+reach all eight; then follow lines along the axes and two space diagonals, if they fit, and the rest
+in the directions that differ most from all others.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ocmm_core.geometry import Float, Points3, unit
 
 N_LINES = 7
 MIN_ANGLE = np.radians(10.0)
-"""Two lines whose directions differ less say the same."""
+"""Lines at smaller angles are equivalent."""
 
 MIN_OF_DIAGONAL = 2.0 / 3.0
 """Longest test length over the space diagonal of the volume."""
@@ -27,11 +27,11 @@ CORNER_SHARE = 0.10
 """An end of a test length reaches a corner within this share of each edge."""
 
 _PLANNED_SHARE = 0.06
-"""What is planned lies nearer, so that a hand that lays the bar has some millimetres left."""
+"""Planned closer, to leave some millimetres for manual placement."""
 
 _INSIDE = 0.95
 _LEAN = np.radians(18.0)
-"""A line that leans less from an axis is along it."""
+"""A line at a smaller angle from an axis counts as along it."""
 
 _DIAGONALS_WANTED = 2
 _BITS = np.array(list(np.ndindex(2, 2, 2)))
@@ -40,12 +40,12 @@ CORNER_NAMES = tuple(
     " ".join(f"{axis}{'+' if bit else '-'}" for axis, bit in zip(_AXES, bits, strict=True))
     for bits in _BITS.tolist()
 )
-"""Of the corners, in the order of `corners_of`."""
+"""Names of the corners, in the order of `corners_of`."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlannedLine:
-    """Where a bar should lie."""
+    """A planned placement of the bar."""
 
     name: str
     ends_world: Float
@@ -59,9 +59,9 @@ class LinePlanning:
     """All lines of a verification."""
 
     lines: tuple[PlannedLine, ...]
-    """In the order in which they are taken."""
+    """In recording order."""
     notes: tuple[str, ...]
-    """What of the guideline's advice could not be followed, and why; sentences."""
+    """Guideline advice that could not be followed, and why; sentences."""
 
 
 def corners_of(volume_world: Float) -> Points3:
@@ -71,20 +71,19 @@ def corners_of(volume_world: Float) -> Points3:
 
 
 def corner_distances(points_world: Points3, volume_world: Float) -> Float:
-    """Return how far each corner is from each point, (n, 8), as the largest share of an edge."""
+    """Return the distances of corners from points, (n, 8), as the largest share of an edge."""
     apart = np.abs(points_world[:, None] - corners_of(volume_world)[None])
     shares: Float = (apart / np.ptp(volume_world, axis=0)).max(axis=2)
     return shares
 
 
 def plan_lines(volume_world: Float, length: float) -> LinePlanning:
-    """Return seven placements or more of a bar of some length in a volume (2, 3), mm.
+    """Return seven or more placements of a bar in a volume (2, 3), mm.
 
     Raises
     ------
     CalibrationError
-        The bar is too short to say anything about the volume, or too long to lie in it in seven
-        directions.
+        The bar is too short to test the volume, or too long for seven directions in it.
     """
     planning = _planned(volume_world, length)
     if planning is None:
@@ -93,7 +92,7 @@ def plan_lines(volume_world: Float, length: float) -> LinePlanning:
 
 
 def _planned(volume_world: Float, length: float) -> LinePlanning | None:
-    """Return the lines of a bar; None where it does not suit the volume."""
+    """Return the lines of a bar; None if it does not suit the volume."""
     extent = _INSIDE * np.ptp(volume_world, axis=0)
     if not shortest_of(volume_world) <= length <= float(np.linalg.norm(extent)):
         return None
@@ -113,15 +112,15 @@ def _planned(volume_world: Float, length: float) -> LinePlanning | None:
 
 
 def shortest_of(volume_world: Float) -> float:
-    """Return the shortest bar that says something about a volume (2, 3), mm."""
+    """Return the shortest bar suitable to test a volume (2, 3), mm."""
     diagonal = float(np.linalg.norm(np.ptp(volume_world, axis=0)))
     return _INSIDE**2 * MIN_OF_DIAGONAL * diagonal
 
 
 def _fewest(candidates: Sequence[PlannedLine]) -> list[PlannedLine]:
-    """Return the fewest lines that reach all corners; of several choices a diverse one.
+    """Return the fewest lines that reach all corners, with diverse directions.
 
-    Empty where they do not reach all.
+    Empty if they do not reach all.
     """
     most = max(len(one.corners) for one in candidates)
     best: list[PlannedLine] = []
@@ -133,7 +132,7 @@ def _fewest(candidates: Sequence[PlannedLine]) -> list[PlannedLine]:
             return
         if best and len(chosen) + -(-len(missing) // most) >= len(best):
             return
-        # The corner that the fewest placements reach is decided first.
+        # The corner reached by the fewest placements is decided first.
         able = {
             corner: [
                 one
@@ -157,7 +156,7 @@ def _fewest(candidates: Sequence[PlannedLine]) -> list[PlannedLine]:
 
 
 def _corner_candidates(volume_world: Float, length: float) -> list[PlannedLine]:
-    """Return placements that end in corners: in two where the bar is as long as they are apart."""
+    """Return placements that end in one corner, or in two if the length matches."""
     middle, extent = volume_world.mean(axis=0), _INSIDE * np.ptp(volume_world, axis=0)
     inset = middle + (_BITS - 0.5) * extent
     found = []
@@ -179,7 +178,7 @@ def _corner_candidates(volume_world: Float, length: float) -> list[PlannedLine]:
 
 
 def _leaning(volume_world: Float, length: float) -> list[PlannedLine]:
-    """Return placements from one corner in directions in between, for bars that fit in few."""
+    """Return intermediate placements from one corner, for bars that fit in few directions."""
     middle, extent = volume_world.mean(axis=0), _INSIDE * np.ptp(volume_world, axis=0)
     found = []
     for corner, bits in enumerate(_BITS):
@@ -201,7 +200,7 @@ def _half_sphere(count: int) -> Points3:
 
 
 def _add_wanted(chosen: list[PlannedLine], volume_world: Float, length: float) -> list[str]:
-    """Add lines along the axes and space diagonals as far as there is room; return what lacks."""
+    """Add lines along axes and space diagonals if they fit; return notes on missing ones."""
     notes = []
     middle, extent = volume_world.mean(axis=0), _INSIDE * np.ptp(volume_world, axis=0)
     for axis, name in enumerate(_AXES):
@@ -234,7 +233,7 @@ def _add_wanted(chosen: list[PlannedLine], volume_world: Float, length: float) -
 
 
 def _space_diagonals(volume_world: Float, length: float) -> list[PlannedLine]:
-    """Return the four space diagonals, each from a corner of its own."""
+    """Return the four space diagonals, each from another corner."""
     return [
         PlannedLine("space diagonal", one.ends_world)
         for one in _corner_candidates(volume_world, length)
@@ -243,7 +242,7 @@ def _space_diagonals(volume_world: Float, length: float) -> list[PlannedLine]:
 
 
 def _free_lines(volume_world: Float, length: float) -> list[PlannedLine]:
-    """Return lines through the middle in directions all over the half sphere that fit inside."""
+    """Return lines through the middle in directions over the half sphere that fit inside."""
     middle, extent = volume_world.mean(axis=0), _INSIDE * np.ptp(volume_world, axis=0)
     lines = _space_diagonals(volume_world, length)
     for direction in _half_sphere(400):
@@ -280,7 +279,7 @@ def _angle(one: Float, other: Float) -> float:
 
 
 def _name_of(steps: Float) -> str:
-    """Return the kind of line that goes so many corners along each axis."""
+    """Return the kind of a line from its corner steps along the axes."""
     axes = "".join(name for name, step in zip(_AXES, steps.tolist(), strict=True) if step)
     if len(axes) == 3:
         return "space diagonal"
@@ -288,7 +287,7 @@ def _name_of(steps: Float) -> str:
 
 
 def _named(lines: Sequence[PlannedLine]) -> list[PlannedLine]:
-    """Return the lines, those of the same kind numbered."""
+    """Return the lines, numbered within the same kind."""
     named = []
     for index, line in enumerate(lines):
         kind = [one.name for one in lines]
@@ -324,7 +323,7 @@ def _unsuitable(volume_world: Float, length: float) -> CalibrationError:
 
 
 def _greedily_reached(volume_world: Float, length: float) -> set[int]:
-    """Return the corners that lines in different directions reach, the most useful first."""
+    """Return the corners reached by lines in different directions, most useful first."""
     candidates = [*_corner_candidates(volume_world, length), *_leaning(volume_world, length)]
     chosen: list[PlannedLine] = []
     reached: set[int] = set()

@@ -1,10 +1,9 @@
-"""Guided verification: two seats, the bar along its lines, spheres, the seats again, a verdict.
+"""Guided verification: seats, bar lines, spheres, seats again, verdict.
 
-The ball of the probe is put into every nest of the bar; what is kept are the averaged spots, so
-that lengths can be computed anew. Everything that was taken counts: a line may be taken back before
-the verdict only where its placement was wrong, and one line of all may be repeated once where it
-failed. Two seats that are fixed to the table are visited first and last, so that what moves
-meanwhile is found.
+The ball of the probe is put into every nest of the bar; averaged spots are kept, so that lengths
+can be recomputed. All observations count: before the verdict, a line may be removed only if
+misplaced, and one line in total may be repeated once if it failed. Two seats fixed to the table are
+visited first and last to detect motion in between.
 """
 
 from __future__ import annotations
@@ -115,21 +114,19 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         two_places: bool = False,
         limits: Limits | None = None,
     ) -> VerificationProcedure:
-        """Begin a session.
+        """Start a session.
 
         Parameters
         ----------
         rig
             With the calibration in force.
-        store
-            Calibrations of that rig.
         two_places
-            Every sphere is touched in the near and in the far third of the volume.
+            Touch every sphere in the near and in the far third of the volume.
 
         Raises
         ------
         CalibrationError
-            The rig is not that of the calibration in force, an artefact may not be used or gave the
+            The rig does not use the calibration in force, an artefact may not be used or gave the
             calibration its scale, or the bar does not suit the volume.
         StorageError
             The session file cannot be written.
@@ -154,7 +151,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         artefacts: tuple[LengthBar | Sphere, ...] = (bar, *spheres)
         findings += judge_independence([one.artefact.use for one in artefacts], store.active())
         let_pass(findings, force=False)
-        # A bar that does not suit the volume is refused before there is a session.
+        # Refuse an unsuitable bar before there is a session.
         plan_lines(rig.volume_world, bar.nests[-1] - bar.nests[0])
         chain, begun = _SESSIONS.begin(
             folder,
@@ -175,25 +172,25 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
     def resume(
         cls, path: Path, rig: Rig, body: ProbeBody, store: CalibrationStore
     ) -> VerificationProcedure:
-        """Continue the session of a file where it stopped.
+        """Continue the session of a file.
 
         Raises
         ------
         StorageError
-            The file is not as it was written.
+            The file was changed.
         CalibrationError
-            It is empty, or was begun with another calibration or probe.
+            It is empty, or was started with another calibration or probe.
         """
         return cls(*_SESSIONS.resume(path), rig, body, store)
 
     @property
     def bar(self) -> LengthBar:
-        """Return the bar that the session was begun with."""
+        """Return the bar of the session."""
         return self._begun.bar
 
     @property
     def spheres(self) -> tuple[Sphere, ...]:
-        """Return the spheres that the session was begun with."""
+        """Return the spheres of the session."""
         return self._begun.spheres
 
     @property
@@ -233,17 +230,13 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             )
 
     def watch(self, block: FrameBlock) -> None:
-        """Look at frames."""
         with self._lock:
             self._probe.feed(block)
 
     def take_shot(self, uv: Float, sigma_px: float, now: datetime) -> None:
-        """Take recorded averaged spots (C, L, 2), px, as the next observation.
+        """Add recorded averaged spots (C, L, 2), px, as the next observation.
 
-        Raises
-        ------
-        CalibrationError
-            Nothing is taken in this step, or all of it was.
+        Raises CalibrationError if this step has nothing left to record.
         """
         with self._lock:
             if not self._wants():
@@ -255,12 +248,12 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             self._append(self._event(Average(uv, sigma_px), utc_text(now)))
 
     def repeat_line(self, line: int, now: datetime) -> None:
-        """Take a line anew: where it is placed wrongly, or once where it failed.
+        """Repeat a line that is misplaced, or once if it failed.
 
         Raises
         ------
         CalibrationError
-            It neither failed nor is placed wrongly, or it was repeated before.
+            It is neither misplaced nor failed, or was already repeated.
         """
         with self._lock:
             state = self._state
@@ -282,17 +275,17 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             self._append(LineRepeated(utc=utc_text(now), line=line, failed=failed))
 
     def excuse_corner(self, corner: str, reason: str, now: datetime) -> None:
-        """State why no test length can end in a corner; an empty reason takes it back.
+        """Set the reason why no test length can end in a corner; an empty one removes it.
 
         Parameters
         ----------
         corner
-            One of `CORNER_NAMES`, in any writing.
+            One of `CORNER_NAMES`, ignoring case and blanks.
 
         Raises
         ------
         CalibrationError
-            There is no corner of that name.
+            Unknown corner.
         """
         name = next((one for one in CORNER_NAMES if _bare(one) == _bare(corner)), None)
         if name is None:
@@ -361,7 +354,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             self._state.remove(last)
 
     def _last_of(self, step: str) -> Taken | None:
-        """Return what may be taken back in a step."""
+        """Return the observation of a step that may be removed."""
         state = self._state
         if step == LINES:
             # A complete line counts; see `repeat_line`.
@@ -375,12 +368,12 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         if step == SPHERES:
             return state.last(SphereTouched)
         if step == SEATS_FIRST and all(isinstance(one.event, SeatVisited) for one in state.taken):
-            # What was measured after it rests on it; a visit at the end is a result.
+            # Later observations depend on it; a visit at the end is a result.
             return state.last(SeatVisited)
         return None
 
     def _instructions(self) -> tuple[str, str]:
-        """Return what to do now on the lines, and on the spheres."""
+        """Return the present instructions for lines and spheres."""
         state, bar, spheres = self._state, self._begun.bar, self._begun.spheres
         on_lines = "All lines taken."
         line = state.current_line()
@@ -403,7 +396,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         return on_lines, on_spheres
 
     def _seat_instructions(self) -> tuple[str, str]:
-        """Return what to do now at the seats, first and again."""
+        """Return the present instructions for the seats, first and again."""
         first, again = self._state.unvisited_seat(), self._state.seat_to_repeat()
         return first_instruction(first), again_instruction(again)
 
@@ -460,7 +453,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         )
 
     def _calculation(self) -> Callable[[], VerificationOutcome]:
-        # Quick: there is nothing to be calculated apart from the state.
+        # Fast enough to run within the state's lock.
         reused = judge_independence(uses_of(self._state), self._store.active())
         record = verdict(self._state, reused)
         passes = self._state.begun.limits.passes

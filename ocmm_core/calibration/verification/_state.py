@@ -1,4 +1,4 @@
-"""What was taken in a verification, and what follows from it: placements, gates and what counts."""
+"""Observations of a verification, with placements, gates and checks derived from them."""
 
 from __future__ import annotations
 
@@ -43,10 +43,11 @@ from ocmm_core.geometry import Float, Points3, unit
 from ocmm_core.tracking import ProbeBody
 
 PLACES = ("near third", "far third")
-"""Of the volume as the cameras see it, where a sphere is touched in two places."""
+"""Parts of the volume as seen by the cameras, for spheres touched in two places."""
 
 _MOST_GAIN = 1.0
-"""Standard deviation of a diameter over that of a point; beyond, points lie too near the pole."""
+"""Standard deviation of a diameter over that of a point; beyond, points are too close to the pole.
+"""
 
 
 class VerificationBegun(Begun, frozen=True, kw_only=True):
@@ -56,10 +57,9 @@ class VerificationBegun(Begun, frozen=True, kw_only=True):
     """Hash of the probe's document."""
     bar: LengthBar
     spheres: tuple[Sphere, ...]
-    """`bar`, `spheres`: Artefacts that are used; a sphere that is touched in two places stands here
-    twice."""
+    """`bar`, `spheres`: Artefacts; a sphere touched in two places is listed twice."""
     places: tuple[str, ...]
-    """One for each sphere: one of `PLACES`, or empty where any place will do."""
+    """One for each sphere: one of `PLACES`, or empty for any place."""
     limits: Limits
     """Permissible errors."""
 
@@ -85,14 +85,14 @@ class SphereTouched(SessionEvent, frozen=True, kw_only=True):
 
 
 class CornerExcused(SessionEvent, frozen=True, kw_only=True):
-    """Somebody says why a corner of the volume cannot be reached; an empty reason takes it back."""
+    """The user's reason why a corner cannot be reached; an empty reason removes it."""
 
     corner: str
     reason: str
 
 
 class LineRepeated(SessionEvent, frozen=True, kw_only=True):
-    """A line is taken anew: its placement was wrong, or it failed (allowed once)."""
+    """A line is repeated: its placement was wrong, or it failed (allowed once)."""
 
     line: int
     failed: bool
@@ -106,7 +106,7 @@ Resting: TypeAlias = NestTaken | SphereTouched | SeatVisited
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Taken:
-    """An observation with what follows from its spots."""
+    """An observation with the rest computed from its spots."""
 
     event: Resting
     rest: Rest
@@ -119,47 +119,44 @@ class Taken:
 
 @dataclass(slots=True)
 class VerificationState:
-    """Everything that was taken, with the ball centres that follow from it."""
+    """Observations collected, with their ball centres."""
 
     rig: Rig
     body: ProbeBody
     begun: VerificationBegun
     planning: LinePlanning
-    """`rig`, `body`, `begun`, `planning`: What it is about."""
     taken: list[Taken] = field(default_factory=list)
-    """What counts, in the order of time."""
+    """Valid observations in time order."""
     replaced: list[Taken] = field(default_factory=list)
-    """Nests of a line that failed and was taken anew."""
+    """Nests of a failed and repeated line."""
     superseded: tuple[Check, ...] = ()
-    """The checks of that line, as they were."""
+    """The first checks of that line."""
     repeated: list[int] = field(default_factory=list)
-    """Lines that had failed and were taken anew; one at most."""
+    """Failed and repeated lines; one at most."""
     excused: dict[str, str] = field(default_factory=dict)
-    """Why corners cannot be reached, by their names."""
+    """Reasons for unreached corners, by name."""
     _on_lines: dict[int, tuple[Taken, ...]] | None = None
 
     @property
     def plans(self) -> tuple[PlannedLine, ...]:
-        """Return the lines that are wanted."""
         return self.planning.lines
 
     def add(self, event: Resting) -> None:
-        """Take in an observation; raise TrackingError where its spots determine no pose."""
+        """Add an observation; raise TrackingError if its spots determine no pose."""
         rest = rest_of(from_spots(event.uv), event.sigma_px, event.utc, self.rig, self.body)
         self.taken.append(Taken(event, rest))
         self._on_lines = None
 
     def last(self, kind: type[Resting]) -> Taken | None:
-        """Return what was taken last of a kind; None where nothing was."""
+        """Return the latest observation of a kind, or None."""
         return next((one for one in reversed(self.taken) if isinstance(one.event, kind)), None)
 
     def remove(self, one: Taken) -> None:
-        """Take out an observation."""
         self.taken.remove(one)
         self._on_lines = None
 
     def repeat(self, event: LineRepeated) -> None:
-        """Take out all of a line; keep it apart where it failed."""
+        """Remove all of a line; keep it separately if it failed."""
         own = [one for one in self.taken if _line_of(one) == event.line]
         if event.failed:
             self.superseded += self.lengths(event.line)
@@ -169,17 +166,17 @@ class VerificationState:
         self._on_lines = None
 
     def excuse(self, event: CornerExcused) -> None:
-        """Take in why a corner is not reached."""
+        """Set or remove the reason for an unreached corner."""
         self.excused.pop(event.corner, None)
         if event.reason:
             self.excused[event.corner] = event.reason
 
-    # The lines.
+    # Lines.
 
     def line_taken(self, line: int) -> tuple[Taken, ...]:
-        """Return what was taken on a line, nest by nest."""
+        """Return the observations of a line, nest by nest."""
         if self._on_lines is None:
-            # Every gate asks for every line, many times a second.
+            # Cached: every gate polls every line, many times a second.
             found: dict[int, list[tuple[int, Taken]]] = {}
             for one in self.taken:
                 if isinstance(one.event, NestTaken):
@@ -191,23 +188,23 @@ class VerificationState:
         return self._on_lines.get(line, ())
 
     def line_tips(self, line: int) -> Points3:
-        """Return the ball centres (n, 3), mm, that were taken on a line, nest by nest."""
+        """Return the ball centres (n, 3), mm, on a line, nest by nest."""
         return np.array([one.tip for one in self.line_taken(line)]).reshape(-1, 3)
 
     def is_complete(self, line: int) -> bool:
-        """Return whether all nests of a line were taken."""
+        """Return whether all nests of a line were recorded."""
         return len(self.line_taken(line)) == len(self.begun.bar.nests)
 
     def is_begun(self, line: int) -> bool:
-        """Return whether some but not all nests of a line were taken."""
+        """Return whether some but not all nests of a line were recorded."""
         return len(self.line_taken(line)) > 0 and not self.is_complete(line)
 
     def current_line(self) -> int | None:
-        """Return the first line that is not complete; None after the last one."""
+        """Return the first incomplete line, or None."""
         return next((i for i in range(len(self.plans)) if not self.is_complete(i)), None)
 
     def hint(self, line: int) -> str:
-        """Return what speaks against the placement of a line; empty where nothing does."""
+        """Return the objection to the placement of a line, or empty text."""
         if not self.is_complete(line):
             return ""
         others = [self.line_tips(one)[[0, -1]] for one in range(line) if self.is_complete(one)]
@@ -234,16 +231,16 @@ class VerificationState:
         )
 
     def corners(self) -> tuple[Corner, ...]:
-        """Return the corners as they were reached so far."""
+        """Return the corners with their present status."""
         tips = [self.line_tips(line) for line in range(len(self.plans)) if self.is_complete(line)]
         nowhere = np.full((1, 3), 1e6)
         nests = np.concatenate([*tips, nowhere])
         return reached_corners(nests, self.rig.volume_world, self.excused)
 
-    # The spheres.
+    # Spheres.
 
     def sphere_tips(self, sphere: int) -> Points3:
-        """Return the ball centres (n, 3), mm, that were taken on a sphere."""
+        """Return the ball centres (n, 3), mm, on a sphere."""
         own = [
             one.tip
             for one in self.taken
@@ -252,7 +249,7 @@ class VerificationState:
         return np.array(own).reshape(-1, 3)
 
     def current_sphere(self) -> int | None:
-        """Return the first sphere that lacks points; None after the last one."""
+        """Return the first sphere that lacks points, or None."""
         return next(
             (
                 number
@@ -263,11 +260,11 @@ class VerificationState:
         )
 
     def sphere_name(self, sphere: int) -> str:
-        """Return what a sphere is called in checks."""
+        """Return the name of a sphere in checks."""
         place = self.begun.places[sphere] or f"place {sphere + 1}"
         return f"{self.begun.spheres[sphere].artefact.use.name}, {place}"
 
-    # The seats.
+    # Seats.
 
     def visits(self, seat: int) -> list[int]:
         """Return the indices in ``taken`` of all visits to a seat."""
@@ -278,11 +275,11 @@ class VerificationState:
         ]
 
     def unvisited_seat(self) -> int | None:
-        """Return the first seat that was never visited; None where all were."""
+        """Return the first unvisited seat, or None."""
         return next((seat for seat in range(SEATS) if not self.visits(seat)), None)
 
     def seat_to_repeat(self) -> int | None:
-        """Return the first seat that was not visited after all else; None where all were."""
+        """Return the first seat not yet revisited after all else, or None."""
         last = max(
             (i for i, one in enumerate(self.taken) if not isinstance(one.event, SeatVisited)),
             default=0,
@@ -297,25 +294,25 @@ class VerificationState:
         )
 
     def judge_seat(self, tip_world: Float, *, again: bool) -> str:
-        """Return why a resting ball is not in the seat that is wanted; empty where it may be."""
+        """Return why a resting ball is not in the wanted seat; empty if it may be."""
         seat = self.seat_to_repeat() if again else self.unvisited_seat()
         known = [self.taken[self.visits(one)[0]].tip for one in range(SEATS) if self.visits(one)]
         if again and seat is not None:
             return judge_visit_again(tip_world, seat, known)
         return judge_first_visit(tip_world, known, self.rig)
 
-    # The gates.
+    # Gates.
 
     def seats_gate(self) -> Gate:
         """Return whether the seats were visited first."""
         return first_gate(self.unvisited_seat())
 
     def again_gate(self) -> Gate:
-        """Return whether the seats were visited again after everything else."""
+        """Return whether the seats were visited again after all else."""
         return again_gate(self.seat_to_repeat())
 
     def lines_gate(self) -> Gate:
-        """Return whether all lines were taken where they should be."""
+        """Return whether all lines were recorded and placed correctly."""
         missing = sum(not self.is_complete(line) for line in range(len(self.plans)))
         if missing:
             return Gate(False, f"{missing} of {len(self.plans)} lines to go.", "Take them.")
@@ -326,7 +323,7 @@ class VerificationState:
         return OPEN
 
     def spheres_gate(self) -> Gate:
-        """Return whether all spheres were touched all around, and where they should be."""
+        """Return whether all spheres were touched all around, in the right place."""
         touched = sum(isinstance(one.event, SphereTouched) for one in self.taken)
         missing = len(self.begun.spheres) * SPHERE_POINTS - touched
         if missing > 0:
@@ -351,7 +348,7 @@ class VerificationState:
 
 
 def third_of(point_world: Float, rig: Rig) -> str:
-    """Return which third of the volume a point (3,), mm, is in, as the cameras see it."""
+    """Return the third of the volume of a point (3,), mm, as seen by the cameras."""
     centres = np.array([camera.centre_world for camera in rig.cameras])
     corners = corners_of(rig.volume_world)
     away = unit(corners.mean(axis=0) - centres.mean(axis=0))

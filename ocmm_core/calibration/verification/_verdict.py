@@ -1,11 +1,9 @@
-"""The verdict of a verification: its checks, and whether anything moved meanwhile.
+"""Verdict of a verification: its checks, motion in between, and causes of a failure.
 
-What would explain a verification that failed: another tip, or a wrong scale.
-
-The ball of line i rests at p_i + s_j u_i in nest j, s_j as certified. A tip that stands elsewhere
-in the probe by d moves it by R_ij d, so that lines bend as the probe is turned; a wrong scale of
-the calibration or of the certificate stretches all of them alike. Each is a linear least-squares
-problem with what every line needs of its own, place and direction.
+Possible causes are another tip or a wrong scale. The ball of line i rests at p_i + s_j u_i in nest
+j, s_j as certified. A tip displaced by d in the probe moves it by R_ij d, so that lines bend as the
+probe is turned; a wrong scale of calibration or certificate stretches all lines equally. Each is a
+linear least-squares problem, together with place and direction of every line.
 """
 
 from __future__ import annotations
@@ -47,17 +45,17 @@ from ocmm_core.geometry import Float, perpendicular_pair, unit
 
 TIP = "verification.tip"
 _SIGMAS = 5.0
-"""A culprit is named from here on."""
+"""Significance from which a cause is named."""
 
 _TIP_MM = 0.030
-"""A tip that is nearer to its place is not the reason why a length of 60 um fails."""
+"""A smaller tip displacement does not explain a length error of 60 um."""
 
 _SHARE = 0.5
-"""Of the misfit that a culprit must explain."""
+"""Fraction of the misfit that a cause must explain."""
 
 
 def culprits(state: VerificationState) -> list[Finding]:
-    """Return what explains the errors of the lengths; empty where nothing does alone."""
+    """Return the single causes that explain the length errors."""
     rows, values, n_own = _system(state)
     own = rows[:, :n_own]
     alone = _misfit(own, values)
@@ -118,7 +116,7 @@ def _misfit(rows: Float, values: Float) -> float:
 
 
 def _best(own: Float, extra: Float, values: Float) -> tuple[Float, float, float]:
-    """Return the unknowns of a culprit, their largest sigma, and the misfit that is left."""
+    """Return the parameters of a cause, their largest sigma, and the remaining misfit."""
     rows = np.hstack([own, extra])
     step = np.asarray(np.linalg.lstsq(rows, values)[0], dtype=np.float64)
     left = float(np.sum((values - rows @ step) ** 2))
@@ -133,17 +131,17 @@ _REMEDY = "Find what moved (camera, frame, table or seat), fix it, and verify ag
 
 
 def verdict(state: VerificationState, reused: Sequence[Finding]) -> VerificationRecord:
-    """Return the record of what was taken.
+    """Return the record of the observations.
 
     Parameters
     ----------
     reused
-        What speaks against the artefacts.
+        Objections to the artefacts.
 
     Raises
     ------
     CalibrationError
-        Something is missing or placed wrongly.
+        Something is missing or misplaced.
     """
     gates = (state.seats_gate(), state.lines_gate(), state.spheres_gate(), state.again_gate())
     for gate in gates:
@@ -187,12 +185,12 @@ def verdict(state: VerificationState, reused: Sequence[Finding]) -> Verification
 
 
 def _camera_notes(state: VerificationState) -> tuple[str, ...]:
-    """Return what the cameras cannot prove, for the record and its papers."""
+    """Return unproven properties of the cameras, for the record and its reports."""
     return tuple(f"{UNPROVEN_CAMERAS}: {one}" for one in doubts_by_name(state.rig.device))
 
 
 def uses_of(state: VerificationState) -> tuple[ArtefactUse, ...]:
-    """Return the artefacts that a verification rests on, each once."""
+    """Return the artefacts of a verification, each once."""
     artefacts: tuple[LengthBar | Sphere, ...] = (state.begun.bar, *state.begun.spheres)
     uses = [one.artefact.use for one in artefacts]
     return tuple(dict.fromkeys(uses))
@@ -214,12 +212,12 @@ def _resting(one: Taken) -> RestingPosition:
 def _moved(
     state: VerificationState, repeats: Sequence[JudgedRepeat], *, tip_is_known: bool
 ) -> list[Finding]:
-    """Return which camera moved, and which seats did; empty where nothing did.
+    """Return findings on moved cameras and seats.
 
-    A wrong tip moves the ball as the probe is turned, in seats as well: then only what the spots
-    show of a camera counts.
+    A wrong tip also displaces the ball in seats as the probe is turned: then only the spots give
+    evidence of a camera.
     """
-    # Points on a sphere lie so near each other that they share the pattern of the sensors.
+    # Points on a sphere are so close together that they share the sensor pattern.
     taken = [one for one in _in_order(state) if not isinstance(one.event, SphereTouched)]
     rests = [one.rest for one in taken]
     pairs = []
@@ -239,7 +237,7 @@ def _moved(
 
 
 def _in_order(state: VerificationState) -> list[Taken]:
-    """Return everything that was taken, also what was replaced, in the order of time."""
+    """Return all observations, also replaced ones, in time order."""
     return sorted([*state.taken, *state.replaced], key=lambda one: one.event.utc)
 
 

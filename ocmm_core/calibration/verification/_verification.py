@@ -1,11 +1,10 @@
-"""Verification of a calibration with calibrated lengths and spheres (after VDI/VDE 2634 part 1).
+"""Verify a calibration with calibrated lengths and spheres (after VDI/VDE 2634 part 1).
 
 A bar with nests is placed along the lines of `_line_planning`; the ball is put into every nest, and
 the distances of all nests from the first one are five test lengths on each line. Spheres are
-touched at 25 points each, and judged by size and form. A check passes where its error, together
-with the uncertainty of the artefact, stays inside the limit: uncertainty counts against who wants
-to prove (ISO 14253-1). The procedure is modelled on the guideline; it does not replace an
-acceptance test according to it.
+touched at 25 points each, and judged by size and form. A check passes if its error plus the
+uncertainty of the artefact is within the limit (ISO 14253-1, proof of conformity). The procedure
+follows the guideline; it does not replace an acceptance test according to it.
 """
 
 from __future__ import annotations
@@ -30,24 +29,23 @@ SPHERE_POINTS = 25
 
 _OFF_PLAN_MM = 75.0
 _OFF_NEST_MM = 10.0
-"""More than any calibration is wrong that is worth a verdict; less than the step of a bar."""
+"""Above any calibration error worth a verdict, below the step of a bar."""
 _NEST_MM = 1.0
-"""Nests are told apart where their places differ by more; no calibration worth a verdict is so far
-off."""
+"""Largest calibration error for which nests are distinguishable."""
 _SPHERE_STEPS = 20
 
 
 def judge_placement(
     plan: PlannedLine, ends_world: Float, others: Sequence[Float], volume_world: Float
 ) -> str:
-    """Return what speaks against a placement as it was taken; empty where nothing does.
+    """Return the objection to a placement, or empty text.
 
     Parameters
     ----------
     ends_world
-        (2, 3), mm: first and last nest as they were located.
+        (2, 3), mm: located first and last nest.
     others
-        The ends of the other lines that were taken.
+        The ends of the other recorded lines.
     volume_world
         (2, 3), mm.
     """
@@ -79,19 +77,17 @@ def judge_placement(
 
 
 def judge_nest(plan: PlannedLine, tip_world: Float, taken_world: Points3, bar: LengthBar) -> str:
-    """Return why a resting ball is not in the next nest of a line; empty where it may be.
+    """Return why a resting ball is not in the next nest of a line; empty if it may be.
 
-    A nest that was left out must not be taken for the next one: on a bar of equal steps nothing but
-    the end of the line would tell.
+    A skipped nest must not be mistaken for the next one: on a bar of equal steps it would show only
+    at the end of the line.
 
     Parameters
     ----------
-    plan
-        Where the bar should lie.
     tip_world
         (3,), mm: the ball.
     taken_world
-        (n, 3), mm: the nests of the line that were taken before.
+        (n, 3), mm: recorded nests of the line.
     """
     nest = len(taken_world)
     if not nest:
@@ -168,7 +164,7 @@ def sphere_checks(
             name=f"{name}, form",
             measured_mm=form_of(tips_world, centre),
             certified_mm=0.0,
-            # A certificate of the diameter holds the sphere's own form.
+            # A certificate of the diameter includes the sphere's own form.
             expanded_mm=sphere.artefact.expanded,
             limit_mm=limits.form,
         ),
@@ -181,15 +177,11 @@ def form_of(points: Points3, centre: Float) -> float:
 
 
 def fit_sphere(points: Points3) -> tuple[Float, float, float]:
-    """Return centre (3,), radius and gain of the sphere with the least squared distances.
+    """Return centre (3,), radius and gain of the least-squares sphere.
 
     Gauss-Newton from the linear sphere. The gain is the standard deviation of the diameter over
-    that of one point's distance; 0.65 for 25 points over half a sphere.
-
-    Raises
-    ------
-    CalibrationError
-        The points do not determine a sphere.
+    that of one point's distance; 0.65 for 25 points over half a sphere. Raises CalibrationError if
+    the points do not determine a sphere.
     """
     mean = points.mean(axis=0)
     at = points - mean
@@ -218,14 +210,14 @@ def fit_sphere(points: Points3) -> tuple[Float, float, float]:
 def reached_corners(
     nests_world: Points3, volume_world: Float, reasons: Mapping[str, str]
 ) -> tuple[Corner, ...]:
-    """Return the corners of a volume (2, 3), mm, as ends of test lengths reached them.
+    """Return the corners of a volume (2, 3), mm, as reached by ends of test lengths.
 
     Parameters
     ----------
     nests_world
         (n, 3), mm: every nest is an end of a test length.
     reasons
-        Why a corner was not reached, by its name.
+        Reasons for unreached corners, by name.
     """
     shares = corner_distances(nests_world, volume_world).min(axis=0)
     return tuple(
@@ -240,6 +232,6 @@ def reached_corners(
 
 
 def worst(checks: Sequence[Check]) -> int:
-    """Return the index of the check that is nearest to its limit, or farthest beyond."""
+    """Return the index of the check closest to, or farthest beyond, its limit."""
     shares = [(abs(one.error_mm) + one.expanded_mm) / one.limit_mm for one in checks]
     return int(np.argmax(shares))

@@ -74,6 +74,7 @@ def send(
     from ocmm_core.archive.outbox import Outbox, hand_over
     from ocmm_core.archive.outbox import follow as follow_outbox
     from ocmm_core.inspection.archive import SUFFIX
+    from ocmm_core.storage import JobFile
 
     console = make_console()
     place = place_of(archive, outbox)
@@ -84,7 +85,13 @@ def send(
         for named in jobs or []:
             for path in sorted(named.rglob(f"*{SUFFIX}")) if named.is_dir() else [named]:
                 try:
-                    box.put(path)
+                    job = JobFile.read(path)
+                    box.put_content(job.content(), path)
+                    if job.left_out:
+                        console.print(
+                            f"{path.name}: {say(job.left_out)}",
+                            style="yellow", highlight=False, markup=False,
+                        )  # fmt: skip
                 except OcmmError as error:
                     code = 1
                     console.print(told(error), style="yellow", highlight=False, markup=False)

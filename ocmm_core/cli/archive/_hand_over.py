@@ -42,6 +42,13 @@ class MeasuredJobs:
         with contextlib.suppress(OcmmError):
             self._notes.append(JobNote(self._place.outbox, path))
 
+    def drop(self, path: Path) -> None:
+        """Do not hand over a job whose file was lost: its name may mean another file now."""
+        self._jobs.remove(path)
+        for note in self._notes:
+            if note.path == path:
+                note.done()
+
     def hand_over(self) -> None:
         """Put all jobs into the outbox, hand over what waits, and say what does not get there.
 

@@ -23,15 +23,28 @@ ReasonOption = Annotated[str, typer.Option("--reason", help="Why.")]
 
 
 @key_app.command()
-def show() -> None:
+def show(
+    *,
+    x509: Annotated[
+        Path | None,
+        typer.Option(
+            "--x509",
+            help="Also write the X.509 certificate of this station (PEM), by which other programs "
+            "verify its calibration certificates.",
+        ),
+    ] = None,
+) -> None:
     """Print the public key of this station, making the key if there is none, and all known ones."""
-    from ocmm_core.seals import KeyFolder, public_text, shown_key
+    from ocmm_core.seals import KeyFolder, public_text, shown_key, write_station_certificate
 
     keys = KeyFolder()
     own = keys.station_key()
     typer.echo(f"{lead('This station  ')}{shown_key(own.fingerprint)}")
     typer.echo(f"{lead('  Public key  ')}{public_text(own.public)}")
     typer.echo(f"{lead('  Kept in     ')}{own.kept_in}")
+    if x509 is not None:
+        write_station_certificate(x509, keys)
+        typer.echo(f"{lead('  X.509       ')}{x509}")
     for key in keys.known():
         until = f", replaced {key.until_utc[:10]}" if key.until_utc else ""
         typer.echo(

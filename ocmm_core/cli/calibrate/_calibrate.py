@@ -21,15 +21,20 @@ from ocmm_core.cli.calibrate._options import (
 from ocmm_core.cli.calibrate._relocate import relocate
 from ocmm_core.cli.calibrate._verify import verify
 from ocmm_core.cli.terminal import (
+    ColumnsOption,
+    DecimalOption,
     ForceOption,
     ProbeOption,
     ProbesOption,
     RigOption,
     SeedOption,
+    SkipOption,
     SourceOption,
     SpeedOption,
+    TableUnitOption,
     TipOption,
     make_console,
+    print_table_account,
 )
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.errors import CalibrationError
@@ -59,6 +64,10 @@ def cameras(
         int | None,
         typer.Option("--evaluation", min=0, help="Points kept for evaluation; default: a quarter."),
     ] = None,
+    unit: TableUnitOption = "",
+    columns: ColumnsOption = "",
+    decimal: DecimalOption = "",
+    skip: SkipOption = "",
     source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
     calibrations: FolderOption = None,
@@ -79,8 +88,8 @@ def cameras(
     """
     from ocmm_core.calibration.cameras import (
         KnownPointsProcedure,
-        load_reference_points,
         load_spots,
+        read_reference_points,
     )
     from ocmm_core.calibration.guided import ProcedureKind
     from ocmm_core.cli.calibrate._report import print_calibration
@@ -95,9 +104,12 @@ def cameras(
         store_in_cameras,
     )
     from ocmm_core.composition import VirtualSite, scenes_of_known_points
+    from ocmm_core.tables import TableOptions
 
     console, site = make_console(), open_site(rig, calibrations)
-    listed = load_reference_points(points)
+    read = read_reference_points(points, TableOptions(unit, columns, decimal, skip))
+    print_table_account(read.account)
+    listed = read.points
     procedure = continued(
         site,
         ProcedureKind.KNOWN_POINTS,

@@ -24,15 +24,20 @@ from ocmm_core.cli.calibrate._options import (
     WhoOption,
 )
 from ocmm_core.cli.terminal import (
+    ColumnsOption,
+    DecimalOption,
     ForceOption,
     ProbeOption,
     ProbesOption,
     RigOption,
     SeedOption,
+    SkipOption,
     SourceOption,
     SpeedOption,
+    TableUnitOption,
     TipOption,
     make_console,
+    print_table_account,
 )
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.errors import CalibrationError
@@ -81,6 +86,10 @@ def relocate(
     control: Annotated[
         Path | None, typer.Option("--control", help="List of known control points (CSV).")
     ] = None,
+    unit: TableUnitOption = "",
+    columns: ColumnsOption = "",
+    decimal: DecimalOption = "",
+    skip: SkipOption = "",
     lens: Annotated[
         LensChoice, typer.Option("--lens", help="Lenses: kept, refined from known values, or free.")
     ] = LensChoice.PRIOR,
@@ -121,7 +130,7 @@ def relocate(
 
     Two cones that are fixed to the table are visited first and last: what moved meanwhile shows.
     """
-    from ocmm_core.calibration.cameras import load_reference_points
+    from ocmm_core.calibration.cameras import read_reference_points
     from ocmm_core.calibration.guided import ProcedureKind, load_shots
     from ocmm_core.calibration.records import load_bar
     from ocmm_core.calibration.relocation import RelocationProcedure
@@ -138,10 +147,15 @@ def relocate(
         store_in_cameras,
     )
     from ocmm_core.composition import VirtualSite, scenes_of_relocation
+    from ocmm_core.tables import TableOptions
 
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
-    known = None if control is None else load_reference_points(control)
+    known = None
+    if control is not None:
+        read = read_reference_points(control, TableOptions(unit, columns, decimal, skip))
+        print_table_account(read.account)
+        known = read.points
     procedure = continued(
         site,
         ProcedureKind.RELOCATION,

@@ -62,7 +62,7 @@ def make(
 ) -> None:
     """Write the paper of cameras, of a qualified tip, or of an acceptance test.
 
-    A digital calibration certificate (DCC 3.1.2), its signature by this station, and pages with a
+    A digital calibration certificate (DCC 3.2.1), signed by this station (XAdES), and pages with a
     graph. As found and after adjustment are both in it, or it says that one was not determined. It
     calls itself a calibration
     certificate only where a procedure names an accreditation.
@@ -76,8 +76,8 @@ def make(
     paper = certificate_of_folder(folder, sheet, tip, calibration=calibration, as_found=as_found)
     console = make_console(soft_wrap=True)
     if not pages:
-        for path in write_certificate(paper, out):
-            console.print(f"{lead('Certificate  ')}{path}", highlight=False, markup=False)
+        path = write_certificate(paper, out)
+        console.print(f"{lead('Certificate  ')}{path}", highlight=False, markup=False)
         return
     options = [str(folder), "--out", str(out), "--given", msgspec.json.encode(given).decode()]
     options += ["--tip", tip] if tip else []
@@ -140,12 +140,7 @@ def artefact(
     """Make the document of a bar or a sphere from its certificate: nobody types a number."""
     from ocmm_core.calibration.records import load_bar, load_sphere
     from ocmm_core.documents import read_bytes, write_new
-    from ocmm_core.export.certificate import (
-        Expansion,
-        artefact_text,
-        read_dcc,
-        trusted_laboratories,
-    )
+    from ocmm_core.export.certificate import Expansion, artefact_text, read_dcc, trusted_signers
     from ocmm_core.seals import KeyFolder
 
     grows = (
@@ -153,7 +148,7 @@ def artefact(
         if expansion is None or expansion_sigma is None
         else Expansion(expansion, expansion_sigma)
     )
-    dcc = read_dcc(read_bytes(file), trusted_laboratories(KeyFolder().folder))
+    dcc = read_dcc(read_bytes(file), trusted_signers(KeyFolder()))
     text = artefact_text(dcc, kind, due, quantity=quantity, expansion=grows)
     write_new(out, text.encode("utf-8"))
     # The reader of the product has the last word: what it refuses does not stay.

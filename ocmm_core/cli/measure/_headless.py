@@ -89,7 +89,7 @@ def run_job(
         console.print(say(warning), style="yellow", highlight=False)
     try:
         station.events.point_refused.connect(lambda refusal: _print_refusal(console, refusal))
-        station.faults.failed.connect(lambda error: _print_error(built, console, error))
+        station.faults.failed.connect(lambda error: _print_error(console, error))
         station.start()
         if station.stream is not None:
             host, port = station.stream.address
@@ -338,10 +338,9 @@ def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> Ocm
     )
 
 
-def _print_error(built: BuiltStation, console: Console, error: OcmmError) -> None:
-    # What ends the command is told at its end.
-    if built.station.faults.measuring is None:
-        console.print(Text.assemble((shown(say(error.what)), "red"), " ", shown(say(error.remedy))))
+def _print_error(console: Console, error: OcmmError) -> None:
+    # At once, although the error that ends the command is repeated at its end: closing takes time.
+    console.print(Text.assemble((shown(say(error.what)), "red"), " ", shown(say(error.remedy))))
 
 
 def _print_refusal(console: Console, refusal: Refusal) -> None:

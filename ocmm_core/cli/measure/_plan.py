@@ -41,11 +41,16 @@ OverwriteOption = Annotated[
 
 @plan_app.command()
 def check(plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")]) -> None:
-    """Check a plan and its release; list requirements left out, missing pictures and sizes."""
+    """Check a plan: contradictions, its release, requirements left out, pictures and sizes.
+
+    Code 1: the plan has errors, such as a nominal that its feature contradicts or limits that are
+    not yet set. It cannot be released or measured before they are corrected.
+    """
     from ocmm_core.cli.measure._account import print_requirements
     from ocmm_core.inspection.plan import load_plan, plan_release, requirement_count
 
     loaded = load_plan(plan)
+    errors = _print_findings(loaded)
     console = make_console()
     n_features, n_made = len(loaded.features), len(loaded.constructions)
     n_points = sum(feature.points for feature in loaded.features)
@@ -55,18 +60,36 @@ def check(plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")]) -
     constructions = say(f"{n_made:d} construction{'' if n_made == 1 else 's'}")
     characteristics = say(f"{n_wanted:d} characteristic{'' if n_wanted == 1 else 's'}")
     count = requirement_count(loaded)
-    words = say(f"{plan}: good. {features} with {points}, {constructions}, {characteristics}.")
-    if count is not None and not count.is_whole:
+    if errors:
+        words = say(f"{plan}: not valid, {errors} error{'' if errors == 1 else 's'}.")
+    elif count is not None and not count.is_whole:
         words = say(
             f"{plan}: partial. {features} with {points}, {constructions}, {characteristics}."
         )
-    console.print(words, highlight=False)
+    else:
+        words = say(f"{plan}: good. {features} with {points}, {constructions}, {characteristics}.")
+    console.print(words, highlight=False, markup=False)
     print_requirements(loaded, console)
     console.print(
         say(f"Plan release: {say(plan_release(plan).words)}."), highlight=False, markup=False
     )
     for warning in warnings_of(loaded, plan.parent):
         console.print(say(warning), style="yellow", highlight=False)
+    if errors:
+        raise typer.Exit(1)
+
+
+def _print_findings(plan: Plan) -> int:
+    """Print the contradictions of a plan, and return the number of errors."""
+    from ocmm_core.inspection.plan import plan_findings
+
+    found = plan_findings(plan)
+    for one in found:
+        make_console().print(
+            f"{'✖' if one.is_error else '▲'} {say(one.what)} {say(one.remedy)}",
+            style="red" if one.is_error else "yellow", highlight=False, markup=False,
+        )  # fmt: skip
+    return sum(one.is_error for one in found)
 
 
 @plan_app.command()
@@ -399,6 +422,7 @@ def _write(plan: Plan, output: Path, *, overwrite: bool, silent: bool = False) -
         told = f", {count} characteristic{'' if count == 1 else 's'}" if count else ""
         features = f"{len(plan.features)} feature{'' if len(plan.features) == 1 else 's'}"
         make_console().print(say(f"{output}: {features}{told}."), highlight=False)
+        _print_findings(plan)
 
 
 def _require_free(output: Path, *, overwrite: bool) -> None:

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
         UncalibratedOption,
     )
     from ocmm_core.cli.terminal._pictures import encoder_for
-    from ocmm_core.cli.terminal._shown import print_in_any_encoding, shown
+    from ocmm_core.cli.terminal._shown import shown
     from ocmm_core.cli.terminal._speech import heads, language, lead, say, say_later, say_word, told
     from ocmm_core.cli.terminal._svg import histogram, label, nice_limit, page, points_in_space
     from ocmm_core.cli.terminal._svg_maps import bending, tip_map
@@ -79,7 +79,7 @@ else:
             "StreamOption StreamTokenOption TemperatureSigmaOption TipOption UncalibratedOption"
         ),
         _pictures="encoder_for",
-        _shown="print_in_any_encoding shown",
+        _shown="shown",
         _speech="heads language lead say say_later say_word told",
         _svg="histogram label nice_limit page points_in_space",
         _svg_maps="bending tip_map",
@@ -137,7 +137,6 @@ __all__ = [
     "nice_limit",
     "page",
     "points_in_space",
-    "print_in_any_encoding",
     "print_table_account",
     "progress_line",
     "say",

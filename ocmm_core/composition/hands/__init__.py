@@ -1,11 +1,11 @@
-"""Hands at the instrument: who shows frames to a guided procedure, on a thread of its own.
+"""Virtual hands: threads that show frames to guided procedures.
 
-In: a source of frames, made when it is wanted, and a procedure that says what it wants. Out: frames
-for whoever watches, until everything is shown or nobody watches any more.
+In: a source of frames, opened on demand, and a procedure that requests touches.
+Out: frames for a watcher, until everything is shown or the watcher leaves.
 
-Read `_hand` (how every hand starts, stops and fails), then `_test_hand` (acceptance tests: at the
-virtual rig and from a recording) and `_practice_hand` (wizards that are practised).
-It must not know rigs, scenes or stations: the composition gives it what to show.
+Start with `_hand` (start, stop and failure), then `_test_hand` (acceptance tests, virtual and
+recorded) and `_practice_hand` (practised wizards). It must not import rigs, scenes or stations: the
+composition passes what to show.
 """
 
 from __future__ import annotations

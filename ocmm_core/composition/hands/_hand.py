@@ -1,4 +1,4 @@
-"""A hand at the instrument: a thread that shows frames while somebody watches."""
+"""Base of hands: a thread that shows frames while a watcher is attached."""
 
 from __future__ import annotations
 
@@ -8,32 +8,30 @@ from collections.abc import Callable
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.errors import OcmmError
-from ocmm_core.failure import contained
+from ocmm_core.failure import REOPEN, contained
 
 Watcher = Callable[[FrameBlock], None]
 
 BLOCK = 80
-"""So many frames are shown at once: 10 ms at 8 kHz."""
+"""Frames shown at once: 10 ms at 8 kHz."""
 IDLE_S = 0.002
-"""How often a hand looks whether what it shows was taken."""
+"""Poll interval for whether a shown touch was recorded."""
 
 
 class Hand(ABC):
-    """Who touches where it is wanted, on a thread of its own, and waits until that counts.
+    """A thread that makes requested touches and waits until each counts.
 
-    Called with who watches it shows frames; called with None it stops. What a kind of hand shows is
-    in `_show`, and when something is wanted at all in `_wanted`.
+    Call it with a watcher to show frames, with None to stop. Subclasses implement `_show` and
+    `_wanted`.
 
     Parameters
     ----------
     failed
-        Told why no frames come any more.
-    thread
-        Name of the thread.
+        Called with the reason when frames end.
     safe
-        What is not lost where it fails, as for `contained`.
+        What a failure does not lose, as for `contained`.
     idle_s
-        How often it looks whether something is wanted, s.
+        Poll interval for requested touches, s.
     """
 
     def __init__(
@@ -45,7 +43,7 @@ class Hand(ABC):
         self._thread: threading.Thread | None = None
 
     def __call__(self, watcher: Watcher | None) -> None:
-        """Begin to show frames, or stop and wait until that is so."""
+        """Start showing frames, or stop and wait for the thread."""
         if self._thread is not None:
             self._stop.set()
             self._thread.join()
@@ -58,21 +56,21 @@ class Hand(ABC):
             self._thread.start()
 
     def close(self) -> None:
-        """End what the frames come from; where there is nothing, nothing happens."""
+        """Close the source of the frames, if open."""
         return
 
     @property
     @abstractmethod
     def named(self) -> str:
-        """Return what shows the frames, as the beginning of a sentence."""
+        """Return the hand's name as the start of a sentence."""
 
     @abstractmethod
     def _wanted(self) -> bool:
-        """Return whether something is wanted of the hand now."""
+        """Return whether a touch is requested now."""
 
     @abstractmethod
     def _show(self, watcher: Watcher) -> None:
-        """Show frames until what is wanted was shown, or nothing is wanted any more."""
+        """Show frames until the requested touch was shown or is withdrawn."""
 
     def _run(self, watcher: Watcher) -> None:
         try:
@@ -80,6 +78,6 @@ class Hand(ABC):
                 if self._wanted():
                     self._show(watcher)
         except Exception as error:
-            self._failed(contained(error, self.named, self._safe))
+            self._failed(contained(error, self.named, self._safe, remedy=REOPEN))
         finally:
             self.close()

@@ -1,4 +1,4 @@
-"""The hand of somebody who practises a guided procedure at the virtual rig."""
+"""Hand for practising a guided procedure at the virtual rig."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _WAIT_S = 0.05
 
 
 class ShownRig(Protocol):
-    """A virtual rig with what it shows, from its first frame to its last."""
+    """A virtual rig with a finite sequence of frames."""
 
     @property
     def n_frames(self) -> int:
@@ -26,20 +26,16 @@ class ShownRig(Protocol):
         """Return the time from frame to frame, ns."""
 
     def frames(self, first: int, count: int) -> FrameBlock:
-        """Return some of them."""
+        """Return `count` frames from `first`."""
 
 
 class PracticeHand(Hand):
-    """The hand at the virtual rig: it does what the step asks for, and waits where that counts.
+    """Hand at the virtual rig: performs the current step and waits until it counts.
 
     Parameters
     ----------
     make
-        Returns a rig that shows what the step lacks; None where there is nothing to show.
-    speed
-        Times real time; zero is as fast as it is looked at.
-    failed
-        Told why no frames come any more.
+        Returns a rig that shows the rest of the step; None if nothing is left to show.
     """
 
     def __init__(
@@ -57,7 +53,7 @@ class PracticeHand(Hand):
 
     @property
     def named(self) -> str:
-        """Return what shows the frames, as the beginning of a sentence."""
+        """Return the hand's name as the start of a sentence."""
         return "The virtual hand"
 
     def _wanted(self) -> bool:
@@ -69,7 +65,6 @@ class PracticeHand(Hand):
         return is_open and base.step.name == step and not base.step.gate.open
 
     def _show(self, watcher: Watcher) -> None:
-        """Show what the step lacks, from its beginning, until it is complete or is left."""
         step = self._procedure.base.step.name
         rig = self._make()
         if rig is None:
@@ -80,7 +75,7 @@ class PracticeHand(Hand):
                 return
             block = rig.frames(first, min(BLOCK, rig.n_frames - first))
             watcher(block)
-            # It stays where it is until somebody has taken it.
+            # Stay in place until the touch is recorded.
             while self._procedure.base.live.ready and self._is_wanted(step):
                 if self._stop.wait(IDLE_S):
                     return

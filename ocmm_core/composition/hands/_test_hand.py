@@ -1,4 +1,4 @@
-"""The hands of an acceptance test: at the virtual rig, and that of a recording."""
+"""Hands of an acceptance test, at the virtual rig and from a recording."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from ocmm_core.errors import CalibrationError, OcmmError
 
 
 class Starting(Protocol):
-    """What is started before frames come."""
+    """Start of an acquisition."""
 
     def start(self) -> object:
         """Let frames come."""
 
 
 class Source(Protocol):
-    """Where frames come from: a feed of the composition.
+    """Source of frames: a feed of the composition.
 
-    A live one comes whether somebody reads it or not.
+    Live sources deliver whether read or not.
     """
 
     @property
@@ -32,28 +32,24 @@ class Source(Protocol):
 
     @property
     def acquisition(self) -> Starting:
-        """Return what is started."""
+        """Return the acquisition."""
 
     @property
     def live(self) -> bool:
-        """Return whether they come by themselves."""
+        """Return whether frames arrive in real time."""
 
     def end(self) -> object:
         """End it."""
 
 
 class TestHand(Hand):
-    """A hand that touches what an acceptance test still wants.
+    """A hand that makes the remaining touches of an acceptance test.
 
     Parameters
     ----------
     make
-        Opens the source of the frames, and says how many of them there are to show; infinite where
-        the source ends by itself.
-    procedure
-        Says what is still wanted, and whether a touch waits to be taken.
-    failed
-        Told why no frames come any more.
+        Opens the frame source and returns it with the number of frames to show; infinite if the
+        source ends on its own.
     """
 
     __test__ = False
@@ -70,10 +66,9 @@ class TestHand(Hand):
         )  # fmt: skip
         self._make, self._procedure = make, procedure
         self.shown_s = 0.0
-        """Time of the instrument that was shown, s."""
 
     def _play(self, source: Source, watcher: Watcher, frames: float) -> bool:
-        """Show so many frames of a source that was started, and return whether it is over."""
+        """Show frames of a started source; return whether it ended."""
         plan, seen = len(self._procedure.view.test.positions), 0
         while not self._stop.is_set() and seen < frames and self._wanted():
             stopped = read_status(source.ring).state is AcquisitionState.STOPPED
@@ -86,7 +81,7 @@ class TestHand(Hand):
             seen += len(block)
             self.shown_s += len(block) / _rate_hz(block)
             watcher(block)
-            # The wire waits for nobody.
+            # Live sources do not wait.
             while not source.live and self._procedure.ready and not self._stop.wait(IDLE_S):
                 pass
             if len(self._procedure.view.test.positions) != plan:
@@ -99,18 +94,17 @@ class TestHand(Hand):
 
 
 class VirtualHand(TestHand):
-    """The hand at the virtual rig: it goes where the test wants a point.
+    """Hand at the virtual rig: moves to the requested points.
 
-    Its source is made anew whenever something is wanted: it shows what is missing then.
+    Its source is remade per request, with the touches missing then.
     """
 
     @property
     def named(self) -> str:
-        """Return what shows the frames, as the beginning of a sentence."""
+        """Return the hand's name as the start of a sentence."""
         return "The virtual rig"
 
     def _show(self, watcher: Watcher) -> None:
-        """Show what is still wanted from its beginning."""
         source, frames = self._make()
         try:
             source.acquisition.start()
@@ -120,10 +114,10 @@ class VirtualHand(TestHand):
 
 
 class RecordedHand(TestHand):
-    """A recording as the hand of a test: replayed once, and on from where it stands.
+    """Hand that replays a recording once and continues from its position.
 
-    A touch is shown once. What a test refused does not come again, and a retest gets the frames
-    that come after those of the first run: nothing is measured twice with the same frames.
+    Each touch is shown once. Refused touches do not return; a retest uses the frames after the
+    first run, so no frame is measured twice.
     """
 
     _source: Source | None = None
@@ -131,7 +125,7 @@ class RecordedHand(TestHand):
 
     @property
     def named(self) -> str:
-        """Return what shows the frames, as the beginning of a sentence."""
+        """Return the hand's name as the start of a sentence."""
         return "The recording"
 
     def close(self) -> None:
@@ -141,7 +135,6 @@ class RecordedHand(TestHand):
             self._source = None
 
     def _show(self, watcher: Watcher) -> None:
-        """Show what comes next in the recording."""
         if self._source is None:
             self._source, self._frames = self._make()
             self._source.acquisition.start()

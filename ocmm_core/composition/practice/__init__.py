@@ -1,10 +1,10 @@
-"""Every guided procedure with a virtual hand: in folders of its own, and valid for nothing.
+"""Practice of guided procedures with a virtual hand, in separate folders.
 
-In: what a station was built from, and a procedure that somebody practises. Out: frames of a hand
-that does what the step asks for.
+In: the request that the station was built from, and the practised procedure.
+Out: frames of a hand that performs the current step; the results are never valid.
 
-Read `_practice` (folders, frames of the hand, one entry per procedure).
-It must not know a window or a command.
+See `_practice` for the folders, the frames and one entry per procedure.
+It must not import a window or command.
 """
 
 from __future__ import annotations

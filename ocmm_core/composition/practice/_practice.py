@@ -1,6 +1,6 @@
-"""Guided procedures practised with a virtual hand, in folders of their own; valid for nothing.
+"""Practice of guided procedures with a virtual hand, in separate folders.
 
-What the virtual hand does in a step of a guided procedure: what that step still lacks.
+The virtual hand performs what remains of the current step.
 """
 
 from __future__ import annotations
@@ -62,13 +62,7 @@ Scenes = tuple[Scene, ...]
 
 
 def scenes_of_step(site: VirtualSite, rig: Rig, procedure: Any) -> Scenes:
-    """Return what a procedure wants to see in the step it is in; empty where it wants nothing.
-
-    Parameters
-    ----------
-    procedure
-        One of those that the table knows.
-    """
+    """Return the scenes that complete the step of a `_SCENES` kind, or empty."""
     base = procedure.base
     if base.step.gate.open and base.step.wanted == 0:
         return ()
@@ -99,7 +93,7 @@ def _verification(site: VirtualSite, rig: Rig, procedure: VerificationProcedure)
 
 def _pivot(site: VirtualSite, _rig: Rig, procedure: PivotProcedure) -> Mapping[str, Scenes]:
     step, view = procedure.base.step.name, procedure.view
-    # A hand never sweeps the same way twice.
+    # Resumed sessions get other sweeps.
     begun = view.sweep.poses if view.sweep is not None else 0
     sweep = SweepProbe(
         cone=_FIRST_CONE, seconds=_SECONDS, seed=site.seed + 10 * begun, reach_deg=_REACH_DEG
@@ -138,21 +132,17 @@ _SIGMA_MM = 0.0017
 
 
 def practice_folder() -> Path:
-    """Return where what this user practises is kept, apart from everything that counts."""
+    """Return this user's practice folder, apart from valid records."""
     return platformdirs.user_data_path("ocmm") / "practice"
 
 
 class Practice:
-    """The folders and the hand of somebody who practises at a virtual rig.
+    """Folders and hand for practice at a virtual rig.
 
     Parameters
     ----------
-    request
-        What the station was built from.
-    folder
-        Of everything that is practised; None for that of this user.
     speed
-        Of the hand, times real time; zero is as fast as it is looked at.
+        Speed of the hand as a multiple of real time; zero is as fast as frames are processed.
     """
 
     def __init__(
@@ -164,7 +154,7 @@ class Practice:
 
     @staticmethod
     def is_possible(request: StationRequest) -> bool:
-        """Return whether a virtual rig is measured with, which can be shown what a step wants."""
+        """Return whether the source is a virtual rig that plays scenes."""
         source = source_of(request.source).spec
         return origin_of(request.source) is Origin.VIRTUAL and source.scenes is not None
 
@@ -180,16 +170,13 @@ class Practice:
 
     @property
     def points(self) -> Path:
-        """Return the list of reference points that the virtual machine visits."""
+        """Return the list of reference points of the virtual machine."""
         return self.folder / "reference_points.csv"
 
     def prepare(self, now: datetime) -> None:
-        """Put something in force to begin with, where nothing is yet, and write the list.
+        """Activate initial records if none exist, and write the point list.
 
-        Raises
-        ------
-        OcmmError
-            The folder cannot be written, or what is in it was changed.
+        Raises OcmmError if the folder is not writable or its files were altered.
         """
         rig = load_rig(self._request.rig)
         self.folder.mkdir(parents=True, exist_ok=True)
@@ -201,7 +188,7 @@ class Practice:
             _put_probe(probe, self._request.probe, rig, now)
 
     def hand(self, procedure: Any, failed: Callable[[OcmmError], None]) -> PracticeHand:
-        """Return the hand that does what the steps of a procedure ask for."""
+        """Return the hand that performs the steps of a procedure."""
         store = CalibrationStore(self.cameras)
         record, design = store.active(), load_rig(self._request.rig)
         rig = design if record is None else rig_in_force(record, design)
@@ -214,10 +201,10 @@ class Practice:
 
 
 def _list_of(rig: Rig) -> str:
-    """Return a list of reference points through the whole volume, as a machine has it."""
+    """Return a list of reference points through the whole volume, as from a machine."""
     low, high = rig.volume_world
     cells = (np.array(list(np.ndindex(*_GRID))) + 0.5) / np.array(_GRID)
-    # Drawn a little off the grid, so that no two lie behind each other for every camera.
+    # Off the grid, so that no two points lie behind each other for a camera.
     cells = cells + np.random.default_rng(1).uniform(-0.4, 0.4, cells.shape) / np.array(_GRID)
     places = low + cells * (high - low)
     rows = [f"P{n:03d};{x:.4f};{y:.4f};{z:.4f}" for n, (x, y, z) in enumerate(places.tolist())]
@@ -226,7 +213,7 @@ def _list_of(rig: Rig) -> str:
 
 
 def _put_cameras(store: CalibrationStore, rig: Rig, now: datetime) -> None:
-    """Put in force what the document says of the cameras, verified."""
+    """Activate the cameras of the document as verified."""
     (x0, y0, z0), (x1, y1, z1) = rig.volume_world.tolist()
     first = made_camera_record()
     sensors = rig.sensors or (0,) * len(rig.cameras)
@@ -248,7 +235,7 @@ def _put_cameras(store: CalibrationStore, rig: Rig, now: datetime) -> None:
 
 
 def _put_probe(store: ProbeStore, document: Path, rig: Rig, now: datetime) -> None:
-    """Put in force what the document says of the probe, qualified."""
+    """Activate the probe of the document as qualified."""
     body = load_probe(document)
     x, y, z = body.tip_probe.tolist()
     record = made_probe_record(

@@ -44,11 +44,11 @@ from ocmm_core.export.report import (
     ReportedResult,
     Table,
     Units,
-    check_file_stem,
     last_moment,
     same_number,
 )
 from ocmm_core.inspection.evaluation import held_below
+from ocmm_core.names import file_stem
 from ocmm_core.tolerances.decisions import Verdict
 
 _VALID, _DOUBTFUL, _MISSING = 0, 255, 256
@@ -116,7 +116,7 @@ def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
 def _name(jobs: Sequence[ReportData]) -> str:
     if len(jobs) == 1:
         return f"{jobs[0].stem}.dfq"
-    plan = check_file_stem(jobs[0].plan.name)
+    plan = file_stem(jobs[0].plan.name)
     told = "".join(f"_{state.replace(' ', '_')}" for state in states(jobs))
     return f"{plan}_{len(jobs)}_parts{told}.dfq"
 

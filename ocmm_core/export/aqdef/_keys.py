@@ -110,7 +110,8 @@ def fitted(key: str, text: str) -> str:
             )
         return text
     plain = _written(text)
-    if len(plain) <= asked.length:
+    lost = asked.tells_apart and plain != one_line(text)
+    if len(plain) <= asked.length and not lost:
         return plain
     if asked.tells_apart:
         tail = _TAIL + hashlib.sha256(text.encode()).hexdigest()[:_DIGITS]

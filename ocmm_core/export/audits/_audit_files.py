@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -116,7 +117,9 @@ def _of_certificate(path: Path) -> Audit:
     xml = path.with_name(path.name.removesuffix(SEAL_SUFFIX))
     found = check_dcc_seal(xml, KeyFolder())
     row = AuditRow(found.dcc.end, found.dcc.laboratory, f"{found.dcc.number} {found.dcc.title}")
-    return _judged(xml, AuditedKind.CERTIFICATE, found.state, row)
+    audit = _judged(xml, AuditedKind.CERTIFICATE, found.state, row)
+    why = found.dcc.signature.why
+    return replace(audit, faults=(*audit.faults, f"{found.words}")) if why else audit
 
 
 def _of_chain(path: Path) -> Audit:

@@ -1,7 +1,7 @@
 """Papers about the machine itself: verifications, calibrations of cameras, qualified tips.
 
 In: sealed records, also of acceptance tests, or the certificate of an artefact from elsewhere.
-Out: a Digital Calibration Certificate (DCC 3.1.2) with a detached signature, an artefact document.
+Out: a signed Digital Calibration Certificate (DCC 3.2.1), an artefact document.
 
 Read `_content` (all that such a paper says) and `_facts` (its head, and the list of clauses),
 `_from_records`, `_from_calibration` and `_from_acceptance` (what the records know), `_dcc` (the
@@ -47,14 +47,16 @@ if TYPE_CHECKING:
         CERTIFICATE_ENDING,
         SEAL_SUFFIX,
         check_dcc_seal,
+        signed_certificates,
         write_certificate,
         write_certificates,
     )
     from ocmm_core.export.certificate._xml_signature import (
+        TrustedSigners,
         XmlSignature,
         XmlSignatureWord,
         trust_laboratory,
-        trusted_laboratories,
+        trusted_signers,
     )
 else:
     __getattr__ = door(
@@ -70,9 +72,12 @@ else:
         _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",
         _reader="Dcc DccQuantity read_dcc",
         _seal=(
-            "CERTIFICATE_ENDING SEAL_SUFFIX check_dcc_seal write_certificate write_certificates"
+            "CERTIFICATE_ENDING SEAL_SUFFIX check_dcc_seal signed_certificates write_certificate "
+            "write_certificates"
         ),
-        _xml_signature="XmlSignature XmlSignatureWord trust_laboratory trusted_laboratories",
+        _xml_signature=(
+            "TrustedSigners XmlSignature XmlSignatureWord trust_laboratory trusted_signers"
+        ),
     )
 
 __all__ = [
@@ -87,6 +92,7 @@ __all__ = [
     "Dcc",
     "DccQuantity",
     "Expansion",
+    "TrustedSigners",
     "XmlSignature",
     "XmlSignatureWord",
     "air_said",
@@ -104,8 +110,9 @@ __all__ = [
     "open_certificate_clauses",
     "read_dcc",
     "rule_said",
+    "signed_certificates",
     "trust_laboratory",
-    "trusted_laboratories",
+    "trusted_signers",
     "write_certificate",
     "write_certificates",
 ]

@@ -17,10 +17,8 @@ from ocmm_core.errors import InputError
 from ocmm_core.export.certificate._content import K
 from ocmm_core.export.certificate._reader import Dcc, DccQuantity
 from ocmm_core.export.certificate._xml_signature import XmlSignatureWord
+from ocmm_core.units import MeasureUnit, find_unit, scaled
 
-_MM_PER = {
-    "\\metre": 1e3, "\\milli\\metre": 1.0, "\\micro\\metre": 1e-3, "\\nano\\metre": 1e-6,
-}  # fmt: skip
 _CLASSES = {
     "other": (
         r"roundness|rundheit|circularit|sphericit|\bform\b|formabw|cylindric|zylind|flatness|"
@@ -93,8 +91,7 @@ def artefact_text(
             f"Certificate {dcc.number} states no thermal expansion.",
             "Give it with its standard uncertainty (--expansion, --expansion-sigma), 1/K.",
         )
-    scale = factor * _MM_PER[length.unit]
-    value, expanded = scale * length.value, scale * _at_k2(length)
+    value, expanded = _in_mm(length, factor)
     name, marks = _item(dcc)
     size = (
         f"diameter = {value!r}" if kind == "sphere" else f"nests = [0.0, {value!r}]"
@@ -130,8 +127,7 @@ def artefact_fields(
     expansion where it is not stated. Parameters and errors as in `artefact_text`.
     """
     (length, factor), grows = _the_length(dcc, kind, quantity), _expansion(dcc)
-    scale = factor * _MM_PER[length.unit]
-    value = scale * length.value
+    value, expanded = _in_mm(length, factor)
     name, marks = _item(dcc)
     fields = {
         "kind": kind, "name": name or kind, "serial": marks[0] if marks else "",
@@ -140,7 +136,7 @@ def artefact_fields(
         "source": f"DCC {dcc.number}" + (", radius doubled" if factor == 2.0 else "")
         + f", XML signature {dcc.signature.word.value}",
         "sizes": repr(value) if kind == "sphere" else f"0.0 {value!r}",
-        "expanded": repr(scale * _at_k2(length)),
+        "expanded": repr(expanded),
     }  # fmt: skip
     if grows is not None:
         fields |= {"expansion": repr(grows.value), "expansion_sigma": repr(grows.sigma)}
@@ -158,7 +154,7 @@ def _the_length(dcc: Dcc, kind: Literal["bar", "sphere"], asked: str) -> tuple[D
     lengths = [
         one
         for one in dcc.quantities
-        if one.unit in _MM_PER and one.k and one.expanded is not None and one.value > 0.0
+        if _unit_of(one) is not None and one.k and one.expanded is not None and one.value > 0.0
         and asked.casefold() in one.name.casefold()
     ]  # fmt: skip
     classes = [_class_of(one) for one in lengths]
@@ -183,6 +179,18 @@ def _the_length(dcc: Dcc, kind: Literal["bar", "sphere"], asked: str) -> tuple[D
         f"uncertainty{f'; it has: {names}' if names else ''}.",
         "Name one by a part of its name (--quantity), or type the document.",
     )
+
+
+def _unit_of(quantity: DccQuantity) -> MeasureUnit | None:
+    """Return the unit of a length in the notation of D-SI (a backslash before each word)."""
+    return find_unit(quantity.unit, "length") if quantity.unit.startswith("\\") else None
+
+
+def _in_mm(quantity: DccQuantity, factor: float) -> tuple[float, float]:
+    """Return ``factor`` times a length and its expanded uncertainty (k = 2), mm."""
+    unit = _unit_of(quantity)
+    scale = factor * (1.0 if unit is None else unit.factor)
+    return scaled(quantity.value, scale), scaled(_at_k2(quantity), scale)
 
 
 def _class_of(quantity: DccQuantity) -> str:

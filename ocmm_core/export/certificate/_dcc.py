@@ -1,4 +1,4 @@
-"""A paper about the machine as a Digital Calibration Certificate (PTB DCC 3.1.2 with D-SI 2.1.0).
+"""A paper about the machine as a Digital Calibration Certificate (PTB DCC 3.2.1 with D-SI 2.1.0).
 
 Numbers are written with all their digits (`repr`), so that whoever reads them has the same ones.
 Every error has its U, k and coverage probability, its limit, and how it stands to it in the words
@@ -29,7 +29,7 @@ from ocmm_core.export.certificate._facts import certificate_facts, conformity_wo
 from ocmm_core.export.report import NOT_STATED, one_line
 
 DCC, SI = "https://ptb.de/dcc", "https://ptb.de/si"
-VERSION = "3.1.2"
+VERSION = "3.2.1"
 _NO_COUNTRY = "ZZ"
 _COVERAGE = "0.95"
 _MM = "\\milli\\metre"
@@ -37,7 +37,13 @@ _SHA256 = "SHA-256"
 
 
 def dcc_bytes(paper: Certificate) -> bytes:
-    """Return a paper as a DCC.
+    """Return a certificate as a DCC without signature; errors as `dcc_tree`."""
+    content: bytes = etree.tostring(dcc_tree(paper), xml_declaration=True, encoding="UTF-8")
+    return content
+
+
+def dcc_tree(paper: Certificate) -> etree._Element:
+    """Return a certificate as a DCC without signature.
 
     Raises
     ------
@@ -57,8 +63,8 @@ def dcc_bytes(paper: Certificate) -> bytes:
         _values(_add(results, "measurementResult"), paper, paper.values, status)
     if not (paper.runs or paper.values or paper.values_before):
         raise InternalError("certificate.empty", f"{paper.number} states nothing.", "Report this.")
-    content: bytes = etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
-    return content
+    etree.indent(root)
+    return root
 
 
 def _administrative(parent: etree._Element, paper: Certificate) -> None:
@@ -281,5 +287,5 @@ def _language(node: etree._Element) -> None:
 
 
 def _plain(text: str) -> str:
-    """Return a text as XML holds it."""
-    return one_line(text)
+    """Return a text as the schema allows it: on one line, and not empty."""
+    return one_line(text) or NOT_STATED

@@ -9,21 +9,21 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
-from cryptography import x509
 from lxml import etree
 
 from ocmm_core.errors import InputError
 from ocmm_core.export.certificate._dcc import DCC, SI
-from ocmm_core.export.certificate._xml_signature import XmlSignature, xml_signature
+from ocmm_core.export.certificate._xml_signature import TrustedSigners, XmlSignature, xml_signature
 
 LARGEST = 20_000_000
 _DEEPEST = 64
 _MOST = 20_000
 _VERSIONS = ("3.",)
 _LONGEST_NAME = 400
+_NO_ELEMENTS = (etree.Comment, etree.ProcessingInstruction)
 _UNCERTAINTY = (("uncertainty", "valueExpandedMU"), ("coverageFactor",))
 """Elements of expanded uncertainty and k in D-SI 1 and 2.1, and in D-SI 2.2 and later."""
 
@@ -73,18 +73,18 @@ class Dcc:
     """Names of quantities that are no real numbers or lists of them."""
     sha256: str
     signature: XmlSignature
-    """State of the XML signature in it."""
+    """State of the XML signature in it; what it covers is all that is read if it is valid."""
     canonical: bytes
-    """Canonical form (C14N) of the whole document, which is what is signed."""
+    """Canonical form (C14N) of the whole document, which a detached signature covers."""
 
 
-def read_dcc(content: bytes, trusted: Sequence[x509.Certificate] = ()) -> Dcc:
+def read_dcc(content: bytes, trusted: TrustedSigners | None = None) -> Dcc:
     """Return the content of a certificate.
 
     Parameters
     ----------
     trusted
-        Certificates of the laboratories whose XML signatures are trusted.
+        Signers whose XML signatures are trusted; None are none.
 
     Raises
     ------
@@ -92,7 +92,8 @@ def read_dcc(content: bytes, trusted: Sequence[x509.Certificate] = ()) -> Dcc:
         It is no DCC of version 3, too large or too deep, has a document type, or holds a number
         that is none.
     """
-    root = _root(content)
+    document = _root(content)
+    signature, root = xml_signature(document, content, trusted or TrustedSigners())
     core = f"{{{DCC}}}administrativeData/{{{DCC}}}coreData/{{{DCC}}}"
     found: list[DccQuantity] = []
     left_out: list[str] = []
@@ -114,8 +115,8 @@ def read_dcc(content: bytes, trusted: Sequence[x509.Certificate] = ()) -> Dcc:
         quantities=tuple(found),
         left_out=tuple(left_out),
         sha256=hashlib.sha256(content).hexdigest(),
-        signature=xml_signature(root, content, trusted),
-        canonical=_canonical(root),
+        signature=signature,
+        canonical=_canonical(document),
     )
 
 
@@ -147,9 +148,21 @@ def _root(content: bytes) -> etree._Element:
     for node in root.iter():
         if node.tag is etree.Entity:
             raise _refused("it has an entity")
+        if node.tag in _NO_ELEMENTS and _in_text(node):
+            raise _refused("a comment divides a text, which may be read as two")
         if sum(1 for _ in node.iterancestors()) > _DEEPEST:
             raise _refused(f"it is nested more than {_DEEPEST} levels deep")
     return root
+
+
+def _in_text(node: etree._Element) -> bool:
+    """Return whether a comment or instruction is inside a text."""
+    parent = node.getparent()
+    return (
+        parent is not None
+        and bool("".join(parent.itertext()).strip())
+        and not len([one for one in parent if one.tag not in _NO_ELEMENTS])
+    )
 
 
 def _read_quantities(

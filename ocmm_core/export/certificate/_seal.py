@@ -1,8 +1,12 @@
-"""The signature of a certificate: detached, by the key of this station, over the canonical form."""
+"""Certificates written and read with their signatures.
+
+This station signs inside the document (`_xml_signature`). Before 2026-11-28 it signed the canonical
+form in a file of its own (`SEAL_SUFFIX`), which is still read.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,18 +16,35 @@ from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export import write_together
 from ocmm_core.export.certificate._content import Certificate
-from ocmm_core.export.certificate._dcc import dcc_bytes
+from ocmm_core.export.certificate._dcc import dcc_tree
 from ocmm_core.export.certificate._reader import LARGEST, Dcc, read_dcc
-from ocmm_core.export.certificate._xml_signature import XmlSignatureWord, trusted_laboratories
-from ocmm_core.seals import KeyFolder, SealState, SealWord, Signature, Signed, judge_signature, sign
+from ocmm_core.export.certificate._xml_signature import (
+    TrustedSigners,
+    XmlSignatureWord,
+    trusted_signers,
+    xml_signed,
+)
+from ocmm_core.seals import (
+    THIS_STATION,
+    KeyFolder,
+    SealState,
+    SealWord,
+    Signature,
+    Signed,
+    document_key,
+    judge_signature,
+    public_text,
+)
 
 SCHEMA = "ocmm.certificate-seal/1"
 CERTIFICATE_ENDING: str = ".dcc.xml"
 SEAL_SUFFIX: str = ".sig.json"
+Pages = Callable[[Mapping[str, bytes]], bytes]
+"""Draws the pages of a certificate with these files inside."""
 
 
 class CertificateSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The content of the file beside a certificate: its number and the signature on it."""
+    """The content of a detached signature: number of the certificate, and signature."""
 
     schema: str
     number: str
@@ -32,10 +53,11 @@ class CertificateSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 
 @dataclass(frozen=True, slots=True)
 class DccFound:
-    """A certificate that was read, and what is to be said of its signature."""
+    """A certificate and the state of its signatures."""
 
     dcc: Dcc
     state: SealState
+    """State of the signature of a station, in the document or detached."""
 
     @property
     def sound(self) -> bool:
@@ -57,8 +79,8 @@ class DccFound:
         return f"{self.state.word.value}: for information only."
 
 
-def write_certificate(paper: Certificate, folder: Path) -> tuple[Path, Path]:
-    """Write the DCC of a paper and its signature, both or none; return their paths.
+def write_certificate(paper: Certificate, folder: Path) -> Path:
+    """Write the signed DCC of a certificate and return its path.
 
     Raises
     ------
@@ -66,41 +88,42 @@ def write_certificate(paper: Certificate, folder: Path) -> tuple[Path, Path]:
         A number is not finite, what was read back differs, or the folder or the key of this
         station cannot be used.
     """
-    files = _signed(paper, folder)
-    write_together(files)
-    path, beside = files
-    return path, beside
+    name, content = _signed(paper)
+    write_together({folder / name: content})
+    return folder / name
 
 
-def write_certificates(papers: Sequence[tuple[Certificate, bytes]], folder: Path) -> tuple[
-    Path, ...
-]:  # fmt: skip
-    """Write the pages, the DCC and its signature of every paper, all files or none.
-
-    Parameters
-    ----------
-    papers
-        Each with its pages as PDF.
-
-    Returns
-    -------
-    Paths of the files, paper by paper, the pages first.
+def write_certificates(
+    papers: Sequence[tuple[Certificate, Pages]], folder: Path
+) -> tuple[Path, ...]:
+    """Write what `signed_certificates` returns, all files or none, and return their paths.
 
     Raises
     ------
     StorageError
         As `write_certificate`; nothing is written then.
     """
-    files: dict[Path, bytes] = {}
-    for paper, pages in papers:
-        files[folder / f"{paper.number}.pdf"] = pages
-        files |= _signed(paper, folder)
+    files = signed_certificates(papers, folder)
     write_together(files)
     return tuple(files)
 
 
+def signed_certificates(
+    papers: Sequence[tuple[Certificate, Pages]], folder: Path
+) -> dict[Path, bytes]:
+    """Return pages and signed DCC of every certificate; the pages contain the DCC.
+
+    Errors as `write_certificate`, and those of ``papers``.
+    """
+    files: dict[Path, bytes] = {}
+    for paper, pages in papers:
+        name, content = _signed(paper)
+        files |= {folder / f"{paper.number}.pdf": pages({name: content}), folder / name: content}
+    return files
+
+
 def check_dcc_seal(path: Path, keys: KeyFolder) -> DccFound:
-    """Return a certificate at ``path`` with what is to be said of the signature beside it.
+    """Return a certificate with the state of its signatures.
 
     Raises
     ------
@@ -109,7 +132,7 @@ def check_dcc_seal(path: Path, keys: KeyFolder) -> DccFound:
     StorageError
         The ring of known keys cannot be read.
     """
-    dcc = read_dcc(read_bytes(path, LARGEST), trusted_laboratories(keys.folder))
+    dcc = read_dcc(read_bytes(path, LARGEST), trusted_signers(keys))
     beside = path.with_name(path.name + SEAL_SUFFIX)
     signature = None
     if beside.exists():
@@ -120,23 +143,18 @@ def check_dcc_seal(path: Path, keys: KeyFolder) -> DccFound:
         if seal.schema != SCHEMA:
             raise _no_seal(beside, f"its schema is {seal.schema!r}")
         signature = seal.signature
-    return DccFound(dcc, judge_signature(keys, Signed.CERTIFICATE, dcc.canonical, signature))
+    detached = judge_signature(keys, Signed.CERTIFICATE, dcc.canonical, signature)
+    inside = dcc.signature.station
+    return DccFound(dcc, detached if inside is None or signature is not None else inside)
 
 
-def _signed(paper: Certificate, folder: Path) -> dict[Path, bytes]:
-    """Return the DCC, read back, and its signature, by their paths."""
-    content = dcc_bytes(paper)
-    read = read_dcc(content)
+def _signed(paper: Certificate) -> tuple[str, bytes]:
+    """Return name and content of the signed DCC, read back."""
+    key = KeyFolder().station_key()
+    content = xml_signed(dcc_tree(paper), document_key(key, paper.number))
+    read = read_dcc(content, TrustedSigners(stations={public_text(key.public): THIS_STATION}))
     _require_same(paper, read)
-    seal = CertificateSeal(
-        schema=SCHEMA,
-        number=paper.number,
-        signature=sign(KeyFolder().station_key(), Signed.CERTIFICATE, read.canonical),
-    )
-    path = folder / f"{paper.number}{CERTIFICATE_ENDING}"
-    beside = path.with_name(path.name + SEAL_SUFFIX)
-    signed = msgspec.json.format(msgspec.json.encode(seal), indent=1) + b"\n"
-    return {path: content, beside: signed}
+    return f"{paper.number}{CERTIFICATE_ENDING}", content
 
 
 def _require_same(paper: Certificate, read: Dcc) -> None:
@@ -150,10 +168,11 @@ def _require_same(paper: Certificate, read: Dcc) -> None:
     stated = (*paper.values_before, *paper.values)
     unc += [value.expanded for value in stated if value.expanded is not None]
     told = [quantity.value for quantity in read.quantities]
-    if told != wanted or [one.expanded for one in read.quantities if one.k is not None] != unc:
+    same = told == wanted and [one.expanded for one in read.quantities if one.k is not None] == unc
+    if not same or read.signature.word is not XmlSignatureWord.VALID:
         raise StorageError(
             "certificate.differs",
-            f"The certificate {paper.number} was read back and its numbers differ.",
+            f"The certificate {paper.number} was read back, and its numbers or signature differ.",
             "Nothing was written. Send the record to the maintainers of this program.",
         )
 

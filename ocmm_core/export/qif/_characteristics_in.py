@@ -150,6 +150,10 @@ def _datum(references: References, datum: Node) -> str:
     return references.feature_of_nominal(ids[0]) if len(ids) == 1 else ""
 
 
+_DECIMALS = 12
+"""Of a difference in mm: 35.2 less 35 is 0.2."""
+
+
 def _limits(
     spec: KindSpec, definition: Node, drawn: Node, feature: NominalFeature
 ) -> dict[str, Any]:
@@ -168,7 +172,7 @@ def _limits(
         raise NotTakenError("whether its tolerance is limits or deviations is not stated")
     told: dict[str, Any] = {"nominal": target, "upper": high, "lower": low}
     if as_limits in ("true", "1"):
-        told |= {"upper": high - target, "lower": low - target}
+        told |= {"upper": round(high - target, _DECIMALS), "lower": round(low - target, _DECIMALS)}
     axis = drawn.text("Direction")
     if axis and axis not in _AXES:
         raise NotTakenError(f"its direction {axis[:20]} is not taken")

@@ -14,7 +14,8 @@ from lxml import etree
 
 from ocmm_core.export.qif._check import NAMESPACE
 from ocmm_core.export.qif._units import DocumentUnits, NotTakenError, number, units_of
-from ocmm_core.inspection.plan import NAME_PATTERN
+from ocmm_core.names import name_fault, normal_name, usable_name
+from ocmm_core.units import scaled
 
 Q = f"{{{NAMESPACE}}}"
 
@@ -142,7 +143,7 @@ class Node:
         if node is None:
             return None
         scale = self._units.length(node.attribute("linearUnit"), is_pmi=self._is_pmi)
-        return scale * number(node.content())
+        return scaled(number(node.content()), scale)
 
     def angle(self, name: str) -> float | None:
         """Return an angle, degrees, or None."""
@@ -150,7 +151,7 @@ class Node:
         if node is None:
             return None
         scale = self._units.angle(node.attribute("angularUnit"), is_pmi=self._is_pmi)
-        return scale * number(node.content())
+        return scaled(number(node.content()), scale)
 
     def point(self, path: str) -> tuple[float, float, float] | None:
         """Return a point, mm, or None."""
@@ -159,7 +160,7 @@ class Node:
             return None
         scale = self._units.length(node.attribute("linearUnit"), is_pmi=self._is_pmi)
         x, y, z = _three(node)
-        return scale * x, scale * y, scale * z
+        return scaled(x, scale), scaled(y, scale), scaled(z, scale)
 
     def direction(self, path: str) -> tuple[float, float, float] | None:
         """Return a unit vector, or None."""
@@ -249,12 +250,9 @@ class References:
         text = item.findtext(f"{Q}{element}") or item.findtext(f"{Q}Name")
         if not text and nominal is not None:
             text = nominal.findtext(f"{Q}Name")
-        plain = " ".join((text or "").split())
-        if not NAME_PATTERN.fullmatch(plain):
-            kept = "".join(
-                sign if sign.isascii() and (sign.isalnum() or sign in " _.-") else "_"
-                for sign in plain
-            )[:40].strip(" .-")
+        plain = normal_name(" ".join((text or "").split()))
+        if name_fault(plain):
+            kept = usable_name(plain, 40)
             plain = f"{kept or local_name(item)}_{item.get('id', '0')}"[:60]
         return self.unique(plain, element, f"_{item.get('id', '0')}")
 

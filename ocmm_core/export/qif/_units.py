@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from lxml import etree
 
-from ocmm_core.units import Dimension, agreed_unit, find_unit
+from ocmm_core.units import Dimension, agreed_unit, find_unit, scaled
 
 _ROUNDED = 1e-6
 """Relative: a factor is written with at least seven digits."""
@@ -114,7 +114,7 @@ def _scale_of(unit: etree._Element, name: str, prefix: str, dimension: Dimension
         return agreed_unit(name, factor, dimension, "FileUnits").factor
     if factor is None:
         raise NotTakenError(f"unit {name[:30]!r} is not known and has no factor")
-    return factor * (1000.0 if dimension == "length" else math.degrees(1.0))
+    return scaled(factor, 1000.0 if dimension == "length" else math.degrees(1.0))
 
 
 def number(text: str) -> float:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from ocmm_core.export.report._names import clean_text, spreadsheet_text
 from ocmm_core.export.report._profile import Profile, TableProfile
 from ocmm_core.export.report._tables import Cell, Number, Table
+from ocmm_core.names import ascii_name, name_fault
 
 _INSTEAD = {",": ";", ";": ",", "\t": " "}
 """Signs that stand in text for the delimiter."""
@@ -70,7 +71,8 @@ def told(text: str, profile: Profile) -> str:
     plain = clean_text(text).replace(profile.separator, _INSTEAD[profile.separator])
     plain = plain.replace('"', "'")
     if profile.encoding == "ascii":
-        plain = plain.encode("ascii", "replace").decode("ascii")
+        known = not name_fault(plain)
+        plain = ascii_name(plain) if known else plain.encode("ascii", "replace").decode("ascii")
     return spreadsheet_text(plain)
 
 

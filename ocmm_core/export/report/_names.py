@@ -11,13 +11,7 @@ from collections.abc import Iterable
 from datetime import UTC, datetime
 
 from ocmm_core.errors import StorageError
-from ocmm_core.inspection.plan import NAME_PATTERN
-
-_DEVICES = frozenset(
-    {"CON", "PRN", "AUX", "NUL", "CLOCK$"}
-    | {f"{port}{number}" for port in ("COM", "LPT") for number in range(10)}
-)
-"""Names that are no files on Windows, whatever follows after a dot."""
+from ocmm_core.names import file_stem, label_fault, name_fault
 
 _LONGEST = 250
 _NO_TEXT = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
@@ -54,38 +48,29 @@ def _moment_of(text: str) -> datetime:
 
 
 def check_name(kind: str, name: str) -> str:
-    """Return a name that every file can take; raise StorageError for any other.
+    """Return a name that reports can contain; raise StorageError for any other.
 
     Parameters
     ----------
     kind
         Of what, for the message: ``"feature"``, ``"plan"`` ...
     """
-    if not NAME_PATTERN.fullmatch(name):
+    if fault := label_fault(name) if kind == "plan" else name_fault(name):
         raise StorageError(
             "export.name",
-            f"The {kind} name {name!r} cannot be used in a report.",
-            "Use 1 to 60 letters from A to Z, digits, spaces, '_', '.' or '-', beginning with a "
-            "letter, a digit or '_'.",
+            f"The {kind} name {name!r} cannot be used in a report: it {fault}.",
+            "Correct the name in the plan, and measure by that plan.",
         )
     return name
 
 
 def check_file_stem(name: str) -> str:
     """Return the name of a job that files can be called after; raise StorageError otherwise."""
-    if not NAME_PATTERN.fullmatch(name):
-        raise StorageError(
-            "export.name",
-            f"The job name {name!r} cannot be used in a report.",
-            "Copy the job file to a name of 1 to 60 letters from A to Z, digits, spaces, '_', "
-            "'.' or '-', starting with a letter, a digit or '_', and report the copy.",
-        )
-    if name.split(".")[0].strip().upper() in _DEVICES or name.rstrip(". ") != name:
+    if file_stem(name) != name.replace(" ", "_") or name != name.strip():
         raise StorageError(
             "export.name",
             f"The job name {name!r} is not a valid file name on every system.",
-            "Copy the job file to a name that is not a device name and does not end with a dot "
-            "or a space, and report the copy.",
+            f"Copy the job file to another name, such as {file_stem(name)}, and report the copy.",
         )
     return name
 

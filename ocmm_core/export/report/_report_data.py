@@ -20,6 +20,7 @@ from ocmm_core.inspection.causes import Explanation, explanations
 from ocmm_core.inspection.evaluation import FeatureView, JobView, job_states
 from ocmm_core.inspection.plan import Plan, release_in_job
 from ocmm_core.measuring import Climate, MeasuredPoint
+from ocmm_core.named_file import FileIdentity
 from ocmm_core.seals import NO_RELEASE, ReleaseState
 from ocmm_core.storage import JobHead, JobSeal
 from ocmm_core.tolerances.decisions import CharacteristicResult, PartVerdict, rule_id, rule_words
@@ -139,6 +140,8 @@ class ReportData:
     """How far the job goes, and who signed it; None if unknown."""
     release: ReleaseState = NO_RELEASE
     """Of the plan, as copied into the job when it was started."""
+    identity: FileIdentity | None = None
+    """The job file that was read; None for a job that is measured."""
     paper: Paper = field(default_factory=plain_paper)
     """Whose paper it is, and what no job file knows; set with ``dataclasses.replace``."""
 
@@ -250,6 +253,7 @@ def report_data(
     explained: tuple[Explanation, ...] = (),
     seal: JobSeal | None = None,
     release: ReleaseState = NO_RELEASE,
+    identity: FileIdentity | None = None,
 ) -> ReportData:
     """Return what is reported about a job as it stands; parameters as in `ReportData`."""
     frame = T_part_from_world or RigidTransform.identity()
@@ -288,6 +292,7 @@ def report_data(
         explanations=explained,
         seal=seal,
         release=release,
+        identity=identity,
     )
 
 
@@ -329,6 +334,7 @@ def report_of_job(job: ReopenedJob) -> ReportData:
         taken_back=job.taken_back,
         seal=job.seal,
         release=release_in_job(job.head, job.events),
+        identity=job.identity,
         explained=explanations(
             job.plan, job.view, job.points, job.sensitivities, job.rig, job.body, job.options
         ),

@@ -1,12 +1,12 @@
-"""Least squares by orthogonal distance, one module a shape; `_registry` names them all.
+"""Least-squares fits by orthogonal distance, one module a shape, with a registry.
 
 In: points (n, 3), mm. Out: a `Fit`: geometry vector, residuals, Jacobian by all points.
 
 Read `_line` and `_plane` (closed form), `_ball` with `_circle` and `_sphere`, then `_cylinder`,
-`_cone` and `_torus` (cold: nothing is known of the axis), `_flat` with `_ellipse` and `_slot`.
-`_oriented` and `_oriented_search` fit with a direction that is given; `_distances` says how
-residuals move with the points.
-It must not know nominals or tolerances: no fit is helped by what a plan hopes for.
+`_cone` and `_torus` (cold start without an axis), `_flat` with `_ellipse` and `_slot`. `_oriented`
+and `_oriented_search` fit with a given direction; `_distances` has derivatives of residuals;
+`_registry` lists all. The package is independent of nominals and tolerances, so that the plan
+cannot influence a fit.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""The fit that circle and sphere share: a ball in d dimensions, by orthogonal distance.
+"""Common fit of circle and sphere: a ball in d dimensions, by orthogonal distance.
 
-Start: the algebraic fit of Taubin (IEEE PAMI 13, 1991) in the centred form of N. Chernov,
-Circular and Linear Regression, 2010, section 5.9, which is unbiased enough for short arcs. Points
-that scatter about a ball as widely as they are spread along it have other minima, and the one that
-Taubin leads to need not be the best; there centres all around the points are tried as well.
+Start: the algebraic fit of Taubin (IEEE PAMI 13, 1991) in the centred form of N. Chernov, Circular
+and Linear Regression, 2010, section 5.9, with a bias small enough for short arcs. If the scatter of
+the points is as large as their extent there are several minima, and Taubin's need not be the best;
+centres all around the points are then tried as well.
 """
 
 from __future__ import annotations
@@ -30,23 +30,23 @@ from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.geometry import Float
 
 LARGEST_RADIUS = 1e4
-"""Radius against the size of the points beyond which they lie on a line or a plane."""
+"""Radius, relative to the size of the points, beyond which they are on a line or a plane."""
 
 WORST_CONDITION = 1e9
-"""Condition number beyond which the points determine nothing."""
+"""Condition number beyond which the ball is undetermined."""
 
 NEAREST_OTHER = 0.2
-"""Least root mean squared residual of a second minimum against the size of the points. The
-nearest of 1,000 sets lay at 0.31 (`benchmarks/hard_balls.py`); a first one that no such second one
-can rival is believed."""
+"""Least root mean squared residual of a second minimum, relative to the size of the points. The
+nearest of 1,000 sets was at 0.31 (`benchmarks/hard_balls.py`); smaller first ones are accepted.
+"""
 DISTANCES = np.array([0.15, 0.4, 1.0, 2.5, 8.0, 40.0])
-"""Of further trial centres from the middle of the points, against their size."""
+"""Distances of further trial centres from the middle of the points, relative to their size."""
 TURNS = 24
 """Directions of these in a plane."""
 SAMPLE = 60
-"""Points on which these descend."""
+"""Points used for their descent."""
 SAME = 1e-5
-"""Relative difference of centres below which two minima are one."""
+"""Relative difference of centres below which two minima are the same."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,12 +101,9 @@ def taubin_centre(eigenvector: Float, mean_square: Float) -> tuple[Float, Float]
 
 
 def fit_balls(shape: Shape, points: Float) -> list[Ball]:
-    """Return the ball that fits centred and scaled ``points`` (n, d) best, and its rivals.
+    """Return the best-fit ball of centred and scaled ``points`` (n, d), and its rivals.
 
-    Raises
-    ------
-    FitError
-        The points do not determine it, or the iteration does not converge.
+    Raises FitError if undetermined by the points, or without convergence.
     """
     n, d = points.shape
     flat = degenerate(
@@ -135,7 +132,7 @@ def fit_balls(shape: Shape, points: Float) -> list[Ball]:
 
 
 def _ball(points: Float, solution: Solution, flat: FitError) -> Ball:
-    """Return the ball of a solution; raise ``flat`` where the points do not determine it."""
+    """Return the ball of a solution; raise ``flat`` if undetermined."""
     d = points.shape[1]
     residuals, jacobian, _ = derivatives(DISC if d == 2 else BALL, points, solution.parameters)
     gain, shifts, condition = gains(jacobian)
@@ -146,9 +143,9 @@ def _ball(points: Float, solution: Solution, flat: FitError) -> Ball:
 
 
 def _minima(points: Float, first: Solution) -> list[Solution]:
-    """Return ``first`` and the other minima that centres all around ``points`` lead to, best first.
+    """Return ``first`` and the minima reached from centres around ``points``, best first.
 
-    All but flat ones: of those the first tells.
+    Flat ones are omitted, as ``first`` represents them.
     """
     d = points.shape[1]
     kind = DISC if d == 2 else BALL
@@ -186,7 +183,7 @@ def _known(solution: Solution, others: list[Solution], d: int) -> bool:
 
 
 def not_converged(shape: Shape) -> FitError:
-    """Return the error for an iteration that found no minimum."""
+    """Return the error for an iteration without convergence."""
     return FitError(
         "fit.not_converged",
         f"No {shape.value.lower()} fits the points: the iteration did not converge.",

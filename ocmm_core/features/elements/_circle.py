@@ -1,7 +1,7 @@
-"""A circle in space: a plane first, then the circle in it, or both as one problem.
+"""Circle in space: plane first, then the circle in it, or both as one problem.
 
-The two steps are those of NIST and of ISO. As one problem (the convention of PTB) the squared
-distances of the points from the circle in space are least, those square to its plane included.
+The two steps are the convention of NIST and ISO. As one problem (PTB), the squared distances of the
+points from the circle in space are minimised, including those square to its plane.
 """
 
 from __future__ import annotations
@@ -49,10 +49,10 @@ def fit_circle_projected(points: Points3, plane_normal: Float) -> tuple[Fit, Flo
 
 
 def fit_circle_free(points: Points3, direction_hint: Float | None = None) -> Fit:
-    """Return the circle in space nearest to ``points`` (n, 3), mm, plane and circle at once.
+    """Return the circle in space nearest to ``points`` (n, 3), mm, in one problem.
 
-    Residuals are the distances from the circle in space, square to its plane included; positive
-    where a point lies outside of the cylinder through the circle, negative inside.
+    Residuals are the distances from the circle in space, including those square to its plane;
+    positive for a point outside the cylinder through the circle.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def fit_circle_free(points: Points3, direction_hint: Float | None = None) -> Fit
 
 
 def _free(two_steps: Fit, points: Points3) -> Fit:
-    """Return the circle in space to which one that was found plane first leads."""
+    """Return the circle in space reached from a two-step one."""
     centroid, about, size = centred(Shape.CIRCLE, points)
     n = len(points)
     centre = (two_steps.point - centroid) / size

@@ -1,4 +1,4 @@
-"""A cone by orthogonal distance, cold: nothing is known of its axis."""
+"""Cone by orthogonal distance, cold start without an axis."""
 
 from __future__ import annotations
 
@@ -38,28 +38,28 @@ from ocmm_core.geometry import Float, Points3
 
 RANKING_POINTS = 60
 RIDGE = 1e-12
-"""Against the diagonal of the normal equations of a start, so that none is singular."""
+"""Relative to the diagonal of the normal equations of a start, to avoid singular ones."""
 ANGLES = np.arange(-87.5, 90.0, 5.0)
 """deg between the surface and trial axes."""
 FARTHEST = 100.0
-"""Radius of a bend against the size of the points beyond which it does not show."""
+"""Radius of a bend, relative to the size of the points, beyond which it is not visible."""
 FLATTEST = np.deg2rad(89.9)
-"""Half angle beyond which a cone is a plane."""
+"""Half angle from which a cone counts as a plane."""
 NEAR_HINT = np.deg2rad(2.0)
-"""Difference from the expected half angle that a cone through few points may show."""
+"""Allowed difference from the expected half angle of a cone through few points."""
 
 
 def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
     """Return the cone of ``points`` (n, 3), mm; residuals are positive outside.
 
-    Its direction points to where the radius grows.
+    Its direction points to growing radius.
 
     Parameters
     ----------
     points
         (n, 3), mm.
     half_angle_hint
-        rad: may decide between rivals, as there are many through six points.
+        rad: may decide between rivals, of which many pass through six points.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
 
 
 def _fit(best: Float, *, centroid: Float, about: Float, size: float, flat: FitError) -> Fit:
-    """Return the fit of parameters (8,); raise ``flat`` where the points do not determine it."""
+    """Return the fit of parameters (8,); raise ``flat`` if undetermined."""
     if best[6] < 0.0:
         best[3:7] *= -1.0
     residuals, jacobian, _ = derivatives(CONE, about, best)
@@ -125,10 +125,10 @@ def _families(points: Float) -> tuple[Family, ...]:
 
 
 def _by_curvature(points: Float) -> Float:
-    """Return start parameters (m, 8): cones of the curvatures of the patch, and quadrics' axes.
+    """Return start parameters (m, 8): cones from patch curvatures, and quadrics' axes.
 
-    A cone bends in one direction only. Its axis lies in the plane of the other one and the normal,
-    the half angle off the surface, and passes through the centre of the bend.
+    A cone bends in one direction only. Its axis is in the plane of the other one and the normal, at
+    the half angle from the surface, and passes through the centre of the bend.
     """
     patch = curved_patch(points)
     bend = int(np.argmax(np.abs(patch.curvatures)))
@@ -139,7 +139,7 @@ def _by_curvature(points: Float) -> Float:
     axes = np.cos(angles)[:, None] * along + np.sin(angles)[:, None] * patch.normal
     first = _starts(points, np.concatenate([axes, quadric_axes(points)]))
     centre = patch.foot + patch.normal / curvature
-    # The axis passes at the centre of the bend; seen from there the points open to one side.
+    # The axis passes through the centre of the bend; seen from there the points open to one side.
     feet = centre - (axes @ centre)[:, None] * axes
     sample = sampled(points, RANKING_POINTS)
     arms = sample - feet[:, None, :]
@@ -149,7 +149,7 @@ def _by_curvature(points: Float) -> Float:
 
 
 def _flanks(feet: Float, axes: Float, t: Float, rho: Float) -> Float:
-    """Return starts (m, 8): around each axis the straight flank nearest to heights and distances.
+    """Return starts (m, 8): around each axis the straight flank nearest to the points.
 
     ``feet`` and ``axes`` are (m, 3), heights ``t`` and distances ``rho`` (m, n).
     """
@@ -162,11 +162,11 @@ def _flanks(feet: Float, axes: Float, t: Float, rho: Float) -> Float:
 
 
 def _starts(points: Float, axes: Float) -> Float:
-    """Return start parameters (m, 8): for every trial axis two cones.
+    """Return start parameters (m, 8): two cones for every trial axis.
 
     On a cone x^2 + y^2 - 2 a x - 2 b y is a polynomial of second order in the height: the centre
-    (a, b) follows from linear equations. The other centre is that of Taubin's circle, which serves
-    narrow cones and short arcs.
+    (a, b) follows from linear equations. The other centre is that of Taubin's circle, for narrow
+    cones and short arcs.
     """
     sample = sampled(points, RANKING_POINTS)
     frames = np.stack(across_axes(axes), axis=1)
@@ -201,7 +201,7 @@ def _by_points(p: Float, points: Float, inverse: Float) -> Float:
     by_shift = np.zeros((GEOMETRY_SIZE, n))
     by_shift[0:3] = basis.T @ inverse[0:2]
     by_shift[3:6] = basis.T @ inverse[2:4]
-    # A turn of the axis moves the foot of a centroid that is not on it, to another radius.
+    # A rotation of the axis moves the foot of a centroid off the axis, to another radius.
     along = -p[0:3] @ by_shift[3:6]
     by_shift[0:3] += np.outer(axis, along)
     by_shift[8] = inverse[4]

@@ -1,4 +1,4 @@
-"""A cylinder by orthogonal distance, cold: nothing is known of its axis.
+"""Cylinder by orthogonal distance, cold start without an axis.
 
 Every trial axis starts with Taubin's circle through the points projected along it; see `search`.
 """
@@ -42,9 +42,9 @@ from ocmm_core.features.shapes import GEOMETRY_SIZE, Fit, Shape, element, make_f
 from ocmm_core.geometry import Float, Points3
 
 RANKING_POINTS = 120
-"""Points by which a trial axis gets its circle."""
+"""Points used for the circle of a trial axis."""
 BETWEEN, LEANS = 12, (-10.0, -3.0, 0.0, 3.0, 10.0)
-"""Axes along the patch of the points, and degrees by which they lean out of it."""
+"""Axes along the patch of the points, and degrees of tilt out of it."""
 
 
 def fit_cylinder(
@@ -59,7 +59,7 @@ def fit_cylinder(
     direction_hint
         (3,): orients the axis.
     radius_hint
-        mm: may decide between rivals, as there are up to six through five points.
+        mm: may decide between rivals, of which up to six pass through five points.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def _fit(
     best: Float, *, centroid: Float, about: Float, size: float, direction_hint: Float | None,
     flat: FitError,
 ) -> Fit:  # fmt: skip
-    """Return the fit of parameters (8,); raise ``flat`` where the points do not determine it."""
+    """Return the fit of parameters (8,); raise ``flat`` if undetermined."""
     best[3:6] = oriented(best[3:6], direction_hint)
     residuals, jacobian, _ = derivatives(CYLINDER, about, best)
     inverse, condition = sensitivity(jacobian)
@@ -120,7 +120,7 @@ def _families(points: Float) -> tuple[Family, ...]:
 
 
 def _bent_axes(points: Float) -> Float:
-    """Return the directions of curvature of the patch and ways between and beside them, (m, 3)."""
+    """Return curvature directions of the patch, and directions between and next to them, (m, 3)."""
     patch = curved_patch(points)
     turns = np.arange(BETWEEN) * np.pi / BETWEEN
     leans = np.deg2rad(LEANS)[:, None, None]
@@ -133,7 +133,7 @@ def _bent_axes(points: Float) -> Float:
 def starts(points: Float, axes: Float) -> Float:
     """Return start parameters (m, 8), one for every trial axis."""
     sample = sampled(points, RANKING_POINTS)
-    # The sample has its own centroid; the feet are taken back to that of all points.
+    # The sample has its own centroid; move the feet back to that of all points.
     middle = sample.mean(axis=0)
     sample = sample - middle
     frames = np.stack(across_axes(axes), axis=1)
@@ -154,7 +154,7 @@ def _by_points(parameters: Float, points: Float, inverse: Float, jacobian: Float
     by_shift[0:3] = basis.T @ inverse[0:2]
     by_shift[3:6] = basis.T @ inverse[2:4]
     by_shift[6] = inverse[4]
-    # A turn of the axis moves the foot of a centroid that is not on it.
+    # A rotation of the axis moves the foot of a centroid off the axis.
     by_shift[0:3] += np.outer(axis, -parameters[0:3] @ by_shift[3:6])
     radial = -jacobian[:, 0:2] @ basis
     by_points = by_shift[:, :, None] * radial

@@ -1,7 +1,7 @@
-"""Signed distances of points from an element of each shape, and how they move with it.
+"""Signed distances of points from an element of each shape, and their derivatives.
 
-What is called slopes here writes d(distance) / d(geometry) but for the point, whose part all shapes
-share, and returns the normals. `_registry` says which function belongs to which shape.
+Functions named slopes write d(distance) / d(geometry) except for the point, whose part is common to
+all shapes, and return the normals. `_registry` assigns functions to shapes.
 """
 
 from __future__ import annotations
@@ -13,30 +13,30 @@ from ocmm_core.features.shapes import ACROSS, DIRECTION, HALF_ANGLE, RADIUS, SEC
 from ocmm_core.geometry import Float, Points3
 
 ON_CIRCLE = 1e-12
-"""Distance from a circle in space, against its radius, that is none."""
+"""Distance from a circle in space, relative to its radius, that counts as zero."""
 _NEWTON_STEPS = 30
 _SMALL = 1e-12
 
 
 def point_jacobian(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write nothing but return the directions away from a point."""
+    """Return the directions away from a point; writes nothing."""
     return _outward(arms, np.zeros(len(arms)), fit.direction)[1]
 
 
 def sphere_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write how distances from a sphere answer to its radius; return the normals."""
+    """Write derivatives of distances from a sphere by its radius; return the normals."""
     by_geometry[:, RADIUS] = -1.0
     return point_jacobian(fit, arms, by_geometry)
 
 
 def plane_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write how distances from a plane answer to its normal; return the normals."""
+    """Write derivatives of distances from a plane by its normal; return the normals."""
     by_geometry[:, DIRECTION] = arms
     return np.tile(fit.direction, (len(arms), 1))
 
 
 def line_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write how distances from a line answer to its direction; return the normals.
+    """Write derivatives of distances from a line by its direction; return the normals.
 
     The side of a line in space comes from the residuals; one in a plane is an outline without
     width.
@@ -51,7 +51,7 @@ def line_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
 
 
 def cylinder_jacobian(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write how distances from a cylinder answer to its axis and radius; return the normals."""
+    """Write derivatives of distances from a cylinder by axis and radius; return the normals."""
     along = arms @ fit.direction
     normals: Points3 = _outward(arms, along, fit.direction)[1]
     by_geometry[:, DIRECTION] = -along[:, None] * normals
@@ -60,7 +60,7 @@ def cylinder_jacobian(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
 
 
 def circle_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write how distances from a circle, in its plane or in space, move; return the normals."""
+    """Write derivatives of distances from a circle, planar or in space; return the normals."""
     if fit.free:
         return _from_ring(fit, arms, by_geometry)
     return cylinder_jacobian(fit, arms, by_geometry)
@@ -70,12 +70,12 @@ def _outward(arms: Float, along: Float, axis: Float) -> tuple[Float, Float]:
     """Return distances (n,) from an axis and unit vectors (n, 3) away from it."""
     across = arms - np.outer(along, axis)
     distances = np.linalg.norm(across, axis=1)
-    # On the axis itself the distance has no derivative; zero leaves such a point out.
+    # On the axis itself the distance has no derivative; zero excludes such a point.
     return distances, across / np.maximum(distances, 1e-12)[:, None]
 
 
 def cone_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write how distances from a cone answer to its axis and sizes; return the normals."""
+    """Write derivatives of distances from a cone by axis and sizes; return the normals."""
     cosine, sine = np.cos(fit.half_angle), np.sin(fit.half_angle)
     along = arms @ fit.direction
     rho, outward = _outward(arms, along, fit.direction)
@@ -87,7 +87,7 @@ def cone_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
 
 
 def torus_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write how distances from a torus answer to its axis and sizes; return the normals."""
+    """Write derivatives of distances from a torus by axis and sizes; return the normals."""
     along = arms @ fit.direction
     rho, outward = _outward(arms, along, fit.direction)
     beyond = rho - fit.radius
@@ -105,7 +105,7 @@ def _from_ring(fit: Fit, arms: Float, by_geometry: Float) -> Float:
     rho, outward = _outward(arms, along, fit.direction)
     beyond = rho - fit.radius
     away = np.copysign(np.hypot(beyond, along), beyond)
-    # On the circle itself the distance has no derivative; the one in the plane stands for it.
+    # On the circle itself the distance has no derivative; use the one in the plane.
     on = np.abs(away) < ON_CIRCLE * fit.radius
     away = np.where(on, 1.0, away)
     radial, lift = np.where(on, 1.0, beyond / away), np.where(on, 0.0, along / away)
@@ -116,24 +116,24 @@ def _from_ring(fit: Fit, arms: Float, by_geometry: Float) -> Float:
 
 
 def ellipse_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write how distances from an ellipse in its plane move; return the normals."""
+    """Write derivatives of distances from an ellipse in its plane; return the normals."""
     return _from_outline(ELLIPSE, fit, arms, by_geometry)
 
 
 def round_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write how distances from a slot with round ends move; return the normals."""
+    """Write derivatives of distances from a slot with round ends; return the normals."""
     return _from_outline(ROUND_ENDS, fit, arms, by_geometry)
 
 
 def square_jacobian(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write how distances from a rectangle in its plane move; return the normals."""
+    """Write derivatives of distances from a rectangle in its plane; return the normals."""
     return _from_outline(SQUARE_ENDS, fit, arms, by_geometry)
 
 
 def _from_outline(kind: int, fit: Fit, arms: Float, by_geometry: Float) -> Points3:
     beside = np.cross(fit.direction, fit.across)
     flat = np.stack([arms @ fit.across, arms @ beside], axis=1)
-    # An ellipse through the centres of a ball is fitted at a distance; its normals are the same.
+    # An ellipse through ball centres is fitted at a distance; its normals are the same.
     p = np.array([0.0, 0.0, 0.0, fit.radius, fit.second, 0.0, 0.0, 0.0])
     _, jacobian, _ = derivatives(kind, flat, p)
     x, y = -jacobian[:, 0:1], -jacobian[:, 1:2]
@@ -211,10 +211,9 @@ def signed_rectangle(geometry: Float, arms: Float) -> tuple[Float, Points3]:
 def signed_ellipse(geometry: Float, arms: Float) -> tuple[Float, Points3]:
     """Return distances from an ellipse, seen along its normal, and its normals.
 
-    Newton's steps on the angle of the foot, in one quadrant.
-
-    The cosine of the angle between arm and tangent has one zero in the quadrant of a point that
-    lies nearer to the curve than its centres of curvature do, as probed points do.
+    Newton's steps on the angle of the foot, in one quadrant. The cosine of the angle between arm
+    and tangent has one zero in the quadrant of a point nearer to the curve than its centres of
+    curvature, as probed points are.
     """
     basis, flat, (a, b) = _in_plane(geometry, arms)
     x, y = np.abs(flat).T

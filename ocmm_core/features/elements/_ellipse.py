@@ -1,11 +1,9 @@
-"""An ellipse by orthogonal distance, in a plane.
+"""Ellipse by orthogonal distance, in a plane.
 
-Starts of an ellipse, in families that owe nothing to each other.
-
-The constrained conic of R. Halir and J. Flusser (Numerically stable direct least squares fitting of
-ellipses, 1998), which always is an ellipse, and the unconstrained one where it is one; ellipses
-that osculate the bend of the points at any of their places, which short arcs need; and frames about
-the points at any turn.
+Independent families of starts: the constrained conic of R. Halir and J. Flusser (Numerically stable
+direct least squares fitting of ellipses, 1998), which always is an ellipse, and the unconstrained
+one if it is an ellipse; ellipses that osculate the bend of the points, needed for short arcs; and
+frames about the points at any turn.
 """
 
 from __future__ import annotations
@@ -43,17 +41,17 @@ from ocmm_core.geometry import Float, Points3
 
 SAMPLE = 60
 SLENDER = np.array([0.03, 0.1, 0.2, 0.35, 0.55, 0.75, 0.92])
-"""Short axis against the long one."""
+"""Ratio of short to long axis."""
 ANOMALIES = 24
-"""Places on an ellipse that osculates."""
+"""Osculating places on an ellipse."""
 TURNS, SCALES = 12, (0.5, 0.8, 1.1, 1.6)
-"""Trial turns over half a circle, and half sizes against the root mean squared extent."""
+"""Trial turns over half a circle, and half sizes relative to the root mean squared extent."""
 STRAIGHT = 1e3
-"""Radius of a bend against the size of the points beyond which it does not show."""
+"""Radius of a bend, relative to the size of the points, beyond which it is not visible."""
 
 
 def families(points: Float, offset: float) -> tuple[Family, ...]:
-    """Return the families of starts for centred and scaled points (n, 2), the quickest first."""
+    """Return the families of starts for centred and scaled points (n, 2), quickest first."""
     return (
         partial(conic_starts, points, offset),
         partial(_osculating, points, offset),
@@ -62,13 +60,13 @@ def families(points: Float, offset: float) -> tuple[Family, ...]:
 
 
 def conic_starts(points: Float, offset: float) -> Float:
-    """Return start parameters (m, 8): those conics that are ellipses, and the principal axes."""
+    """Return start parameters (m, 8): conics that are ellipses, and principal axes."""
     sample = sampled(points, SAMPLE)
     found, starts = np.empty((2, 6)), np.zeros((2, 8))
     try:
         conics(sample, found)
     except np.linalg.LinAlgError:
-        # They lie on a straight line, which is told later.
+        # Collinear points, reported later.
         starts = starts[:0]
     pairs = zip(found, starts, strict=False)
     starts = starts[[of_conic(conic, offset, start) for conic, start in pairs]]
@@ -80,13 +78,13 @@ def conic_starts(points: Float, offset: float) -> Float:
 
 
 def _osculating(points: Float, offset: float) -> Float:
-    """Return start parameters (m, 8) of ellipses with the bend of the points at their middle."""
+    """Return start parameters (m, 8) of ellipses that osculate the points at their middle."""
     sample = sampled(points, SAMPLE)
     middle = sample.mean(axis=0)
     moments, mean_square = taubin_moments(sample - middle)
     centre, radius = taubin_centre(np.linalg.eigh(moments)[1][:, 0], mean_square)
     reach = float(np.linalg.norm(centre))
-    # From the middle of the points to the centre of their bend; of a whole circle any way does.
+    # From the middle of the points to the centre of their bend; arbitrary for a whole circle.
     inward = centre / reach if reach > 0.0 else np.array([1.0, 0.0])
     place = middle + centre - min(float(radius), STRAIGHT) * inward
     if radius > STRAIGHT:
@@ -97,7 +95,7 @@ def _osculating(points: Float, offset: float) -> Float:
     k = SLENDER[:, None]
     long = bend * k / (s**2 + k**2 * c**2) ** 1.5
     short = k * long
-    # The inner normal there, and the turn that brings it to that of the points.
+    # The inner normal there, and the rotation to that of the points.
     turn = np.arctan2(inward[1], inward[0]) - np.arctan2(-s * np.ones_like(k), -k * c)
     x, y = long * c, short * s
     starts = np.zeros((len(SLENDER), ANOMALIES, 8))
@@ -124,11 +122,11 @@ def _framed(points: Float, offset: float) -> Float:
 
 
 NEAR = 0.02
-"""Root mean squared residual against the short axis, and"""
+"""Root mean squared residual, relative to the short axis, and"""
 WIDEST_GAP = np.deg2rad(120.0)
-"""Eccentric anomaly without a point, below which no other ellipse is as near."""
+"""eccentric anomaly without a point, below which no other ellipse is as close."""
 ROUNDEST = 1e-7
-"""Relative difference of the axes below which an ellipse has no long one."""
+"""Relative difference of the axes below which an ellipse counts as round."""
 
 
 def fit_ellipse(points: Points3, direction_hint: Float | None = None, offset: float = 0.0) -> Fit:
@@ -143,8 +141,8 @@ def fit_ellipse(points: Points3, direction_hint: Float | None = None, offset: fl
     direction_hint
         (3,): orients the normal.
     offset
-        mm: the points lie this far outside the ellipse. Centres of a ball that touched an ellipse
-        do not lie on one.
+        mm: distance of the points outside the ellipse. Centres of a ball that touched an ellipse
+        are not on an ellipse.
 
     Raises
     ------
@@ -199,7 +197,7 @@ def _possible(p: Float) -> bool:
 
 
 def _surrounded(points: Float, found: Solution) -> bool:
-    """Return whether ``points`` lie near an ellipse and all around it: then near no other."""
+    """Return whether ``points`` are close to an ellipse and all around it, hence to no other."""
     p = found.parameters
     if found.cost > len(points) * (NEAR * min(p[3:5])) ** 2:
         return False
@@ -213,7 +211,7 @@ def _surrounded(points: Float, found: Solution) -> bool:
 def outlines(
     kind: int, points: Float, possible: Sequence[Solution], flat: FitError
 ) -> list[Outline]:
-    """Return the outlines of solutions; raise ``flat`` where the points leave one of them open."""
+    """Return the outlines of solutions; raise ``flat`` if one is undetermined."""
     found = []
     for solution in possible:
         p = solution.parameters.copy()

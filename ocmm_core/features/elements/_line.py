@@ -20,15 +20,15 @@ from ocmm_core.features.shapes import DIRECTION, GEOMETRY_SIZE, POINT, Fit, Shap
 from ocmm_core.geometry import Float, Points3
 
 ROUNDEST = 0.5
-"""Second extent against the first beyond which a cloud of points has no direction."""
+"""Ratio of second to first extent beyond which points have no direction."""
 
 
 def fit_line(points: Points3, direction_hint: Float | None = None) -> Fit:
     """Return the orthogonal-distance line through ``points`` (n, 3), mm.
 
-    A distance from a line in space has no side; residuals take theirs from the direction in
-    which the points scatter most across the line. `Fit.form` is the diameter of the thinnest
-    cylinder along the line about the points, which no smallest zone exceeds.
+    A line in space has no sides; residuals are signed along the direction of most scatter across
+    the line. `Fit.form` is the diameter of the thinnest cylinder along the line about the points,
+    an upper bound of the smallest zone.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def fit_line(points: Points3, direction_hint: Float | None = None) -> Fit:
     along, residuals = np.empty((n, 1)), np.empty(n)
     line_distances(about, axes, along[:, 0], residuals)
 
-    # A point moves the direction by its part across the line, whichever way that points.
+    # A point moves the direction by its component across the line.
     turning, constant = np.zeros((GEOMETRY_SIZE, 1, 3)), np.zeros((GEOMETRY_SIZE, 3))
     turning[DIRECTION, 0] = axes[1:].T @ axes[1:] / (size * extents[0] ** 2)
     constant[POINT].flat[::4] = 1.0 / n

@@ -1,9 +1,9 @@
-"""Elements whose direction is given, or may only turn about a given axis.
+"""Elements with a given direction, or one that turns about a given axis.
 
-A secondary datum is associated with its points under the orientation that the primary one leaves
-(ISO 5459): a face square to another one only turns about that one's normal. The tilt that the
-points show otherwise stays in the residuals, which then are no longer small; planes and lines are
-therefore solved with all their curvature, also in their derivatives.
+A secondary datum is associated with its points under the orientation left by the primary one (ISO
+5459): a face square to another one only turns about that one's normal. The remaining tilt of the
+points stays in the residuals, which are then not small; planes and lines are therefore solved with
+full curvature, also in their derivatives.
 """
 
 from __future__ import annotations
@@ -34,53 +34,53 @@ from ocmm_core.features.shapes import (
 from ocmm_core.geometry import Float, Points3, rotation_from_vector
 
 _SETTLED = 1e-12
-"""Turn, rad, after which a direction is found."""
+"""Rotation, rad, at convergence."""
 
 
 @dataclass(frozen=True, slots=True)
 class Turned:
-    """A direction that was free to turn about an axis."""
+    """A direction optimised by rotation about an axis."""
 
     direction: Float
     """(3,), unit."""
     by_points: Float
     """(3, 3 n): d(direction) / d(points)."""
     by_turn: Float
-    """(3, 3): d(direction) / d(small turn of the axis and all directions, rad)."""
+    """(3, 3): d(direction) / d(small rotation of the axis and all directions, rad)."""
 
 
 def fixed_direction(direction: Float, count: int) -> Turned:
-    """Return a direction that no point moves."""
+    """Return a direction independent of the points."""
     return Turned(direction, np.zeros((3, 3 * count)), small_turning(direction))
 
 
 def turned_direction(
     shape: Shape, points: Points3, start: Float, about: Float, *, along: bool = False
 ) -> Turned:
-    """Return the direction in which points scatter least, or most, as it turns about an axis.
+    """Return the direction of least, or most, scatter of points as it turns about an axis.
 
     Parameters
     ----------
     shape
-        That errors speak of.
+        For error messages.
     points
         (n, 3), mm.
     start
-        (3,), unit: turned about ``about`` (3,), unit, it is every permitted direction.
+        (3,), unit: rotated about ``about`` (3,), unit, it gives all permitted directions.
     along
         The direction is that of a line, not the normal of a plane.
 
     Raises
     ------
     FitError
-        The points do not tell.
+        The points do not determine it.
     """
     _, about_middle, size = centred(shape, points)
     direction = start
     for _ in range(STEPS):
         y, across = about_middle @ direction, np.cross(about, direction)
         v = about_middle @ across
-        # The second derivative of a direction that turns is the way back to the axis.
+        # The second derivative of a rotating direction points back to the axis.
         bent = about_middle @ np.cross(about, across)
         slope, curvature = float(y @ v), float(v @ v + y @ bent)
         if (-curvature if along else curvature) <= len(y) / WORST_CONDITION:
@@ -99,7 +99,7 @@ def turned_direction(
     v = about_middle @ across
     curvature = float(v @ v + y @ (about_middle @ np.cross(about, across)))
     by_points = -(np.outer(v, direction) + np.outer(y, across)).ravel() / (size * curvature)
-    # The whole family turned by a little: its slope changes by what the two factors turn.
+    # A small rotation of the whole family: its slope changes via both factors.
     by_family = v @ np.cross(direction, about_middle) + y @ np.cross(across, about_middle)
     by_turn = small_turning(direction) - np.outer(across, by_family) / curvature
     return Turned(direction, np.outer(across, by_points), by_turn)
@@ -108,26 +108,26 @@ def turned_direction(
 def fit_oriented(
     start: Fit, points: Points3, direction: Float, about: Float | None
 ) -> tuple[Fit, Float]:
-    """Return the element of points with a direction that is given or may turn about an axis.
+    """Return the element of points with a direction that is fixed or turns about an axis.
 
     Parameters
     ----------
     start
-        Element of the same points without that constraint: its shape and criterion are kept.
-        Plane, line, circle, cylinder, cone or torus.
+        Unconstrained element of the same points, with shape and criterion to keep. Plane, line,
+        circle, cylinder, cone or torus.
     points
         (n, 3), mm.
     direction
-        (3,), unit: the direction, or one of those permitted, near that of ``start``.
+        (3,), unit: the direction, or a permitted one near that of ``start``.
     about
-        (3,), unit: axis about which it may turn; None where it is fixed.
+        (3,), unit: axis of free rotation; None if fixed.
 
     Returns
     -------
     fit
-        Its jacobian takes the constraint as given.
+        Its jacobian treats the constraint as constant.
     by_turn
-        (12, 3): d(geometry) / d(small turn of the constraint, rad).
+        (12, 3): d(geometry) / d(small rotation of the constraint, rad).
 
     Raises
     ------
@@ -140,10 +140,10 @@ def fit_oriented(
     ):
         return _flat_or_straight(start, points, direction, about)
     if start.shape is Shape.CIRCLE and about is not None:
-        # The plane of a circle comes first, whatever the criterion in it.
+        # The plane of a circle comes first, for any criterion in it.
         turned = turned_direction(start.shape, points, direction, about)
         fit, by_turn = fit_oriented(start, points, turned.direction, None)
-        # What moves the direction moves the circle as if the constraint had turned.
+        # Motion of the direction acts on the circle like a rotation of the constraint.
         turning = np.cross(turned.direction, turned.by_points, axis=0)
         jacobian = fit.jacobian + by_turn @ turning
         carried = by_turn @ np.cross(turned.direction, turned.by_turn, axis=0)

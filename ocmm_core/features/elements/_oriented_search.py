@@ -1,4 +1,4 @@
-"""The search for an element whose direction is given, or may only turn about an axis."""
+"""Search for an element with a given direction, or one that turns about an axis."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ from ocmm_core.features.shapes import (
 from ocmm_core.geometry import Float, Int, Points3, perpendicular_pair, rotation_from_vector, skew
 
 STEPS = 60
-"""Most steps of any search."""
+"""Largest number of steps of any search."""
 _SETTLED = 1e-12
-"""Step, in units of the size of the points, after which the element is found..."""
+"""Step at convergence, in units of the size of the points."""
 _PROGRAM_SETTLED = 1e-6
-"""... and after which the same points hold it, so that their equations..."""
+"""Step of the linear program after which its contacts are final, so that their equations..."""
 _POLISHED = 3
 """... are solved this many times."""
 _TRUST = 0.1
-"""Greatest step of the first linear program, in the same units: beyond it distances bend."""
+"""Largest step of the first linear program, in the same units: beyond it distances curve."""
 _NARROWED = 0.25
-"""What is left of it after a step that led nowhere."""
+"""Factor of its reduction after a failed step."""
 _SHARE = 1e-9
-"""Multiplier of a point below which it does not hold the element."""
+"""Multiplier of a point below which it is no contact."""
 
 
 class OrientedSearch:
-    """Sizes, places and, where it may turn, direction of an element, about the points' centroid."""
+    """Sizes, position and, if free, direction of an element, about the points' centroid."""
 
     def __init__(self, start: Fit, points: Points3, direction: Float, about: Float | None) -> None:
         if not ELEMENTS[start.shape].may_be_turned:
@@ -63,13 +63,13 @@ class OrientedSearch:
         self._geometry = self._at_foot(geometry)
 
     def found(self) -> tuple[Fit, Float]:
-        """Return the element and how it turns with the constraint."""
+        """Return the element and its derivative by rotation of the constraint."""
         if self._start.criterion is Criterion.LEAST_SQUARES:
             self._descend()
             return self._finished(())
         contacts = self._held_by()
         for _ in range(_POLISHED):
-            # A program knows its solution to some 1e-7 only; its contacts know it fully.
+            # A program gives its solution to some 1e-7; its contacts determine it fully.
             residuals, slopes, _ = self._distances()
             basis = self._basis()
             rows, design = self._held(contacts, slopes @ basis)
@@ -78,7 +78,7 @@ class OrientedSearch:
         return self._finished(contacts)
 
     def _descend(self) -> None:
-        """Find the element of least squares."""
+        """Find the least-squares element."""
         for _ in range(STEPS):
             residuals, slopes, _ = self._distances()
             basis = self._basis()
@@ -98,17 +98,17 @@ class OrientedSearch:
             step, _ = self._program(residuals, slopes @ basis, trust)
             self._move(basis, step)
             if float(np.abs(step).max()) < _PROGRAM_SETTLED * self._size:
-                # A short reach may have ended the step; what holds the element shows without it.
+                # A short reach may have ended the step; the contacts show without it.
                 return self._program(residuals, slopes @ basis, _TRUST * self._size)[1]
             if self._cost(self._distances()[0]) > self._cost(residuals):
-                # Distances bend within such a step.
+                # Distances curve within such a step.
                 self._geometry, trust = before, _NARROWED * min(trust, float(np.abs(step).max()))
             else:
                 trust = min(trust / _NARROWED, _TRUST * self._size)
         raise unsettled(self._start.shape)
 
     def _reach(self) -> None:
-        """Give an inscribed or circumscribed element the radius that its place allows."""
+        """Set the radius of an inscribed or circumscribed element to fit its position."""
         if self._start.criterion is Criterion.MINIMUM_ZONE:
             return
         residuals = self._distances()[0]
@@ -117,7 +117,7 @@ class OrientedSearch:
         self._geometry[RADIUS] += residuals.min() if inscribed else residuals.max()
 
     def _cost(self, residuals: Float) -> float:
-        """Return what the criterion makes smallest, whatever the radius is now."""
+        """Return the quantity minimised by the criterion, for any radius."""
         match self._start.criterion:
             case Criterion.INSCRIBED:
                 return -float(residuals.min() + self._geometry[RADIUS])
@@ -126,7 +126,7 @@ class OrientedSearch:
         return float(np.abs(residuals).max())
 
     def _held(self, contacts: tuple[int, ...], slopes: Float) -> tuple[Int, Float]:
-        """Return the rows of the points that count, and how their equations answer."""
+        """Return the rows of the relevant points, and the response of their equations."""
         n = len(slopes)
         if not contacts:
             return np.arange(n), slopes
@@ -146,13 +146,13 @@ class OrientedSearch:
         return values + slopes[:, sizes] @ self._geometry[sizes], slopes, normals
 
     def _basis(self) -> Float:
-        """Return what of the geometry is free, (12, k)."""
+        """Return the free directions of the geometry, (12, k)."""
         direction = self._geometry[DIRECTION]
         moves: list[tuple[slice | int, Float | float]] = []
         spec = self._start.shape.spec
         if spec.located != "along":
             moves += [(POINT, across) for across in perpendicular_pair(direction)]
-        # The radius comes third, as `_program` takes it.
+        # The radius is third, as expected by `_program`.
         moves += [(size.place, 1.0) for size in spec.sizes if size.place == RADIUS]
         if spec.located == "along" or self._has_own_centre:
             moves.append((POINT, direction))
@@ -176,7 +176,7 @@ class OrientedSearch:
         self._geometry = self._at_foot(geometry)
 
     def _at_foot(self, geometry: Float) -> Float:
-        """Return the geometry with its point where the centroid is dropped on the element."""
+        """Return the geometry with its point at the foot of the centroid on the element."""
         point, direction = geometry[POINT], geometry[DIRECTION]
         along = float(point @ direction)
         if self._has_own_centre:
@@ -191,7 +191,7 @@ class OrientedSearch:
     def _program(
         self, residuals: Float, slopes: Float, trust: float
     ) -> tuple[Float, tuple[int, ...]]:
-        """Return the step of a linear program, and the points that hold its solution."""
+        """Return the step of a linear program, and its contacts."""
         n, k = slopes.shape
         criterion = self._start.criterion
         bounds: list[tuple[float | None, float | None]] = [(-trust, trust)] * k
@@ -263,17 +263,17 @@ class OrientedSearch:
 
 
 def _solved(design: Float, residuals: Float) -> Float:
-    """Return the step that takes residuals away, or makes them smallest."""
+    """Return the step that cancels or minimises residuals."""
     return np.asarray(-np.linalg.lstsq(design, residuals)[0], dtype=np.float64)
 
 
 def small_turning(direction: Float) -> Float:
-    """Return d(direction) / d(small turn, rad), (3, 3)."""
+    """Return d(direction) / d(small rotation, rad), (3, 3)."""
     return -skew(direction)
 
 
 def unsettled(shape: Shape) -> FitError:
-    """Return the error where no element was found."""
+    """Return the error for an element that was not found."""
     return FitError(
         "fit.oriented_unsettled",
         f"No {shape.value.lower()} with the direction given by the datums was found.",

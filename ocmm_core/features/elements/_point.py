@@ -10,12 +10,9 @@ from ocmm_core.geometry import Points3
 
 
 def fit_point(points: Points3) -> Fit:
-    """Return the mean of ``points`` (n, 3), mm; residuals are distances from it, never negative.
+    """Return the mean of ``points`` (n, 3), mm; residuals are distances, nonnegative.
 
-    Raises
-    ------
-    FitError
-        There is no point, or it is not finite.
+    Raises FitError without points, or for non-finite ones.
     """
     points = checked_points(Shape.POINT, points)
     n = len(points)

@@ -1,7 +1,7 @@
-"""The registry of elements: what computes with a shape, one entry each.
+"""Registry of elements: computation for each shape.
 
-`features.shapes` holds what is known of a shape without computing; here stands how it is fitted to
-points and how far points are from it. What asks for a shape that has no entry raises KeyError.
+`features.shapes` has the properties of shapes; this module their fits and distances. A shape
+without an entry raises KeyError.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ from ocmm_core.geometry import Float, Points3
 
 
 class Known(NamedTuple):
-    """What is known before a fit. A named tuple, as one is made for every fit."""
+    """Prior information for a fit. A named tuple, as one is made for every fit."""
 
     direction: Float | None = None
-    """(3,): the direction of the result points along it."""
+    """(3,): the result points along it."""
     radius: float | None = None
     second: float | None = None
     half_angle: float | None = None
@@ -49,12 +49,11 @@ class Known(NamedTuple):
     free: bool = False
     """Circle only: in space as one problem."""
     offset: float = 0.0
-    """mm: distance that the element keeps from its points, where its shape has ``kept`` for ball.
-    """
+    """mm: distance of the element from its points, for shapes with ball ``kept``."""
 
     @property
     def sizes(self) -> tuple[float, float] | None:
-        """Return both sizes, or None where one is not known."""
+        """Return both sizes, or None if one is missing."""
         if self.radius is None or self.second is None:
             return None
         return self.radius, self.second
@@ -68,22 +67,24 @@ Signed: TypeAlias = Callable[[Float, Float], tuple[Float, Points3]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ElementSpec:
-    """How one shape is computed."""
+    """Computation for one shape."""
 
     fit: Callable[[Points3, Known], Fit]
-    """By least squares, from points (n, 3), mm."""
+    """Least squares, from points (n, 3), mm."""
     projected: Callable[[Points3, Float, Known], tuple[Fit, Float]] | None
     """The same in a plane of given normal (3,), with the derivatives (12, 3) by the normal; None
-    for what has no plane."""
+    for shapes without a plane.
+    """
     jacobian: Slopes
-    """How signed distances move, see `distance_derivatives`."""
+    """Derivatives of signed distances, see `distance_derivatives`."""
     signed: Signed
     """Signed distances from a nominal, see `nominal_distances`."""
     kernel: int | None
-    """Kind of the compiled solver that follows a minimum as points move; None where there is none,
-    and the element is fitted again."""
+    """Kind of the compiled solver that tracks a minimum as points move; None: the element is
+    refitted.
+    """
     may_be_turned: bool
-    """`fit_oriented` finds it with a direction that is given."""
+    """`fit_oriented` supports a given direction."""
 
 
 def _slot(shape: Shape, jacobian: Slopes, signed: Signed, kernel: int) -> ElementSpec:
@@ -179,18 +180,17 @@ ELEMENTS = {
         may_be_turned=True,
     ),
 }
-"""The entries."""
 
 
 def distance_derivatives(fit: Fit, points: Points3) -> tuple[Float, Float]:
-    """Return how the signed distance of every point from the element moves, to first order.
+    """Return the first-order derivatives of the signed distances of points.
 
     Parameters
     ----------
     fit
         Any fit.
     points
-        (n, 3), mm; the points that were fitted, as the side of a line comes from their residuals.
+        (n, 3), mm; the fitted points, as the side of a line comes from their residuals.
 
     Returns
     -------
@@ -206,21 +206,20 @@ def distance_derivatives(fit: Fit, points: Points3) -> tuple[Float, Float]:
 
 
 def surface_normals(fit: Fit, points: Points3) -> Points3:
-    """Return the normals (n, 3) of the surface that an element stands for, towards the outside.
+    """Return the outward normals (n, 3) of the surface represented by an element.
 
-    A circle is the rim of a bore or pin, whose normals lie in its plane, also where the distances
-    of a circle in space do not.
+    A circle is the rim of a bore or pin, with normals in its plane, unlike the distances of a
+    circle in space.
     """
     return distance_derivatives(replace(fit, free=False), points)[1]
 
 
 def nominal_distances(shape: Shape, geometry: Float, points: Points3) -> tuple[Float, Points3]:
-    """Return the signed distance of every point from an element, and the normal of it there.
+    """Return the signed distance of every point from an element, and its normal there.
 
-    Circle, ellipse, slots and rectangle are seen along their normal: a line in their plane is
-    meant, at whatever height it was probed. Corners of a rectangle are none: each point belongs to
-    the side that it is nearest to. Points and lines are taken as planes: ``geometry`` must hold the
-    normal of their face as its direction.
+    Circle, ellipse, slots and rectangle are seen along their normal: a line in their plane, at any
+    height. A rectangle has no corners: each point belongs to its nearest side. Points and lines
+    count as planes: ``geometry`` must have the normal of their face as direction.
 
     Parameters
     ----------
@@ -232,7 +231,7 @@ def nominal_distances(shape: Shape, geometry: Float, points: Points3) -> tuple[F
     Returns
     -------
     distances
-        (n,), mm: positive outside of what is round, and where the normal of a plane points to.
+        (n,), mm: positive outside of round shapes, and on the normal's side of a plane.
     normals
         (n, 3), unit: towards growing distance.
     """

@@ -1,7 +1,7 @@
 """Slots and rectangles by orthogonal distance, in a plane.
 
-Which side or end a point belongs to follows from the point: its distance is that from the whole
-outline. The outline is tried at many turns, each framed by the points, before it is refined.
+The distance of a point is that from the whole outline, so its side or end follows. The outline is
+tried at many turns, each framed by the points, before refinement.
 """
 
 from __future__ import annotations
@@ -39,13 +39,14 @@ from ocmm_core.geometry import Float, Points3
 TURNS = 60
 """Trial turns over half a circle."""
 SIDES, EXTENDED = 4, 2.0
-"""How far one side is put beyond the points, against half the length."""
+"""Extension of one side beyond the points, relative to half the length."""
 TOUCHED = 0.02
-"""Of the size: no surface that is touched scatters more. With one point to spare, residuals that
-happen to be small would let outlines pass that miss the points by a tenth of the size; where the
-sizes are those of the plan, that is not asked for."""
+"""Relative to the size: no touched surface scatters more. With one redundant point, accidentally
+small residuals would accept outlines that miss the points by a tenth of the size; not applied if
+the sizes are those of the plan.
+"""
 TRIMMED = (0.0, 0.1, 0.25)
-"""Shares of the points that may lie beyond each side of a frame: noise widens it."""
+"""Shares of points beyond each side of a frame: noise widens it."""
 
 
 def fit_slot(
@@ -67,7 +68,7 @@ def fit_slot(
     direction_hint
         (3,): orients the normal.
     sizes_hint
-        mm, half length and half width: may decide between rivals, as there are through few points.
+        mm, half length and half width: may decide between rivals, which exist for few points.
 
     Raises
     ------
@@ -132,9 +133,9 @@ def _open(p: Float) -> bool:
 
 
 def _framed(points: Float, turns: int, trimmed: Sequence[float]) -> Float:
-    """Return start parameters (m, 8): frames around the points at so many turns of half a circle.
+    """Return start parameters (m, 8): frames around the points at turns of half a circle.
 
-    Of every frame a share ``trimmed`` of the points may lie beyond each side.
+    A share ``trimmed`` of the points may be beyond each side of a frame.
     """
     turn = np.arange(turns) * np.pi / turns
     along = np.stack([np.cos(turn), np.sin(turn)], axis=1)
@@ -155,10 +156,10 @@ def _framed(points: Float, turns: int, trimmed: Sequence[float]) -> Float:
 
 
 def _unbounded(kind: int, points: Float, best: Solution, noise: float) -> bool:
-    """Return whether the points fit as well where one side is nowhere near them.
+    """Return whether the points fit equally well with one side far away.
 
-    A slot through points around one end may show a length only because noise bends that end.
-    ``noise`` is the largest root mean square that is believed of an open outline.
+    For points around one end of a slot, noise may pretend a length. ``noise`` is the largest
+    credible root mean square of an open outline.
     """
     n, numbers = len(points), STEP_SIZE[kind]
     for end in best_ends(kind, points, _extended(best.parameters), SIDES):
@@ -170,7 +171,7 @@ def _unbounded(kind: int, points: Float, best: Solution, noise: float) -> bool:
 
 
 def _extended(p: Float) -> Float:
-    """Return parameters (4, 8) of outlines that reach far beyond ``p`` (8,) on one side."""
+    """Return parameters (4, 8) of outlines that extend far beyond ``p`` (8,) on one side."""
     found = np.tile(p, (SIDES, 1))
     for row, (place, side) in enumerate(((3, 1.0), (3, -1.0), (4, 1.0), (4, -1.0))):
         turn = p[2] if place == 3 else p[2] + 0.5 * np.pi

@@ -1,12 +1,10 @@
-"""A torus by orthogonal distance, cold: without a known axis.
+"""Torus by orthogonal distance, cold start without an axis.
 
-Starts of a torus, in families that owe nothing to each other.
-
-Where points surround the axis, Taubin's circle seen along a trial axis gives the centre. A short
-piece of a torus is a bent tube: its tube comes from the curvatures of the patch, or from the
-cylinders nearest to the points, and the axis is tried all around it, near by for thick tubes and
-far off for thin ones. The circle in the half plane of distance from the axis and height gives the
-rest (`axis_kernel.tubes`).
+Independent families of starts: for points that surround the axis, Taubin's circle seen along a
+trial axis gives the centre. A short piece of a torus is a bent tube: its tube comes from the
+curvatures of the patch, or from the nearest cylinders, and the axis is tried all around it, close
+for thick tubes and far for thin ones. The circle in the half plane of distance from the axis and
+height gives the rest (`axis_kernel.tubes`).
 """
 
 from __future__ import annotations
@@ -65,21 +63,22 @@ from ocmm_core.geometry import Float, Points3
 
 RANKING_POINTS = 60
 BENT = np.array([0.7, 2.0, 6.0])
-"""Distances of trial centres against the size of the points."""
+"""Distances of trial centres, relative to the size of the points."""
 WAYS = 8
 """Directions around a trial axis."""
 REACH = np.array([1.03, 1.25, 1.7, 2.6, 5.0, 12.0, 40.0])
-"""Distances of the axis from a tube against its radius: a ring is never thinner than its tube."""
+"""Distances of the axis from a tube, relative to its radius: a ring is never thinner than its tube.
+"""
 TURNS = 16
 """Directions of the axis around a tube."""
 CYLINDERS = 5
-"""Nearest ones that are bent."""
+"""Nearest ones to be bent."""
 THICKEST = 100.0
-"""Radius of a tube against the size of the points beyond which it shows no bend."""
+"""Radius of a tube, relative to the size of the points, beyond which no bend shows."""
 
 
 def families(points: Float) -> tuple[Family, ...]:
-    """Return the families of starts for centred and scaled points (n, 3), the quickest first."""
+    """Return the families of starts for centred and scaled points (n, 3), quickest first."""
     return (
         lambda: ring_starts(points, few_axes(points)),
         partial(_by_curvature, points),
@@ -125,7 +124,7 @@ def _by_cylinders(points: Float) -> Float:
 
 
 def _bent(points: Float, places: Float, ways: Float, radii: Float) -> Float:
-    """Return starts (m, 8) of tubes at ``places`` (k, 3) that run along ``ways`` (k, 3)."""
+    """Return starts (m, 8) of tubes at ``places`` (k, 3) along ``ways`` (k, 3)."""
     turns = np.arange(TURNS) * 2.0 * np.pi / TURNS
     first, second = across_axes(ways)
     outward = np.cos(turns)[:, None, None] * first + np.sin(turns)[:, None, None] * second
@@ -139,9 +138,11 @@ def _bent(points: Float, places: Float, ways: Float, radii: Float) -> Float:
 
 
 CERTAIN_POINTS, CERTAIN_KEPT = 30, 16
-"""Points from which on a torus may be certain from so many starts."""
+"""Number of points for a certain torus from this number of starts."""
 CERTAIN_RESIDUAL, CERTAIN_CONDITION = 0.01, 30.0
-"""Root mean squared residual against the radius of the tube, and condition number, below which."""
+"""Root mean squared residual relative to the radius of the tube, and condition number, for
+certainty.
+"""
 
 
 def fit_torus(
@@ -158,8 +159,8 @@ def fit_torus(
     direction_hint
         (3,): orients the axis.
     sizes_hint
-        mm, radii of the centre line and of the tube: may decide between rivals, as there are
-        through seven points.
+        mm, radii of the centre line and of the tube: may decide between rivals, which exist for
+        seven points.
 
     Raises
     ------
@@ -200,7 +201,7 @@ def _fit(
     best: Float, *, centroid: Float, about: Float, size: float, direction_hint: Float | None,
     flat: FitError,
 ) -> Fit:  # fmt: skip
-    """Return the fit of parameters (8,); raise ``flat`` where the points do not determine it."""
+    """Return the fit of parameters (8,); raise ``flat`` if undetermined."""
     best[3:6] = oriented(best[3:6], direction_hint)
     residuals, jacobian, _ = derivatives(TORUS, about, best)
     inverse, shifts, condition = gains(jacobian)
@@ -211,7 +212,7 @@ def _fit(
     gain[POINT] = -basis.T @ inverse[0:3]
     gain[DIRECTION] = -basis[0:2].T @ inverse[3:5] / size
     gain[RADIUS], gain[SECOND] = -inverse[5], -inverse[6]
-    # The distance falls by as much as the centre moves along the normal.
+    # The distance falls as the centre moves along the normal.
     normals = -jacobian[:, 0:3] @ basis
     by_points = np.zeros((GEOMETRY_SIZE, 3 * len(about)))
     spread(gain, shifts, normals, np.zeros((GEOMETRY_SIZE, 3)), by_points)
@@ -230,14 +231,14 @@ def _possible(parameters: Float) -> bool:
 
 
 def _closed(parameters: Float) -> bool:
-    """Return whether it is a torus, or one whose tube is thicker than its ring."""
+    """Return whether it is a torus, also with a tube thicker than its ring."""
     return 0.0 < float(parameters[7]) < LARGEST_RADIUS and float(parameters[6]) > 0.0
 
 
 def _certain(points: Float) -> Solution | None:
-    """Return the torus that few starts lead to, where no other can be as good, else None.
+    """Return the torus from few starts if no other can be as good, else None.
 
-    Many points that lie close to a torus and determine it well lie close to no other one.
+    Many points close to a well determined torus are close to no other one.
     """
     if len(points) < CERTAIN_POINTS:
         return None

@@ -1,12 +1,12 @@
 """Measured features: fits through ball centres, compensated for the ball as a whole.
 
-Every touch leaves the ball's centre one radius away from the surface, along the surface's own
-normal there. The ball centres of a sphere, cylinder or bore therefore lie on an element with the
-same centre or axis whose radius differs by that of the ball, and those of a plane on one shifted by
-it; a cone moves along its own normal, slots, rectangles and the tube of a torus grow on all sides.
-What lies one radius off an ellipse is no ellipse: its fit keeps the distance instead. Compensating
-the element, not every point along its approach, keeps the error of a slanting
-approach out of the result; the approach only says on which side the material is.
+The ball's centre is one radius from the surface, along the surface normal. Ball centres of a
+sphere, cylinder or bore are therefore on an element with the same centre or axis whose radius
+differs by that of the ball, and those of a plane on a shifted one; a cone moves along its normal,
+slots, rectangles and the tube of a torus grow on all sides. The parallel curve of an ellipse is no
+ellipse: its fit keeps the distance instead. Compensating the element, not every point along its
+approach, excludes the error of an oblique approach; the approach only determines the side of the
+material.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ SAME_RADIUS = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Touches:
-    """The touches of one feature: numbers, places in the job, ball centres, sides, one radius."""
+    """Touches of one feature: numbers, places in the job, ball centres, sides, one radius."""
 
     numbers: tuple[int, ...]
     places: tuple[int, ...]
@@ -50,24 +50,24 @@ class Touches:
 
 @dataclass(frozen=True, slots=True)
 class ResidualSlopes:
-    """How the residuals of n touches answer to the points: with the element, and each by itself."""
+    """Derivatives of n residuals by the points: via the element, and directly."""
 
     by_geometry: Float
     """(n, 12): d(residuals) / d(geometry of the fit of the ball centres)."""
     geometry: Rows
-    """(12,): how that geometry answers to the points."""
+    """(12,): derivatives of that geometry by the points."""
     places: Int
     normals: Float
     by_radius: float
-    """`places`, `normals`, `by_radius`: (n,) of the touches, (n, 3): by each touch alone, and what
-    the ball alone does to all."""
+    """`places`, `normals`, `by_radius`: (n,) of the touches, (n, 3): direct derivative by each
+    touch, and by the ball radius, common to all.
+    """
 
     def __len__(self) -> int:
         return len(self.normals)
 
     @property
     def rows(self) -> Rows:
-        """Return the whole derivative, n rows."""
         own = Rows.of_own_points(self.places, self.normals)
         return (self.by_geometry @ self.geometry + own).with_radius(self.by_radius)
 
@@ -77,20 +77,20 @@ class ActualFeature:
     """One feature of the part as measured."""
 
     nominal: NominalFeature
-    """What the plan says about it."""
     fit: Fit
     """Compensated geometry, world frame; its jacobian is by the feature's own points, its residuals
-    are those of the ball centres."""
+    are those of the ball centres.
+    """
     numbers: tuple[int, ...]
     jacobian: Rows
-    """(12,): d(geometry) / d(ball centres of the job, tip radius), of the points that it rests on.
-    """
+    """(12,): d(geometry) / d(ball centres of the job, tip radius), of the points involved."""
     by_residuals: Rows | ResidualSlopes
-    """How its residuals answer to the same."""
+    """Derivatives of its residuals by the same."""
     raw: Fit | None = None
     touches: Touches | None = None
-    """`raw`, `touches`: The fit of the ball centres before the ball was taken off, and these
-    touches. None for a feature that is constructed from others and has no points of its own."""
+    """`raw`, `touches`: Fit of the ball centres before compensation, and the touches. None for a
+    constructed feature without own points.
+    """
 
     @property
     def residual_jacobian(self) -> Rows:
@@ -104,22 +104,22 @@ def actual_features(
     points: Sequence[MeasuredPoint],
     places: Sequence[int] | None = None,
 ) -> dict[str, ActualFeature | FitError]:
-    """Return every feature by its name, or why there is none.
+    """Return all features by name, or the errors.
 
     Parameters
     ----------
     nominals
         Features of the plan.
     points
-        All N points of the job, or those that the features rest on.
+        All N points of the job, or those of the features.
     places
-        What rows of jacobians call the points; None for 0 to N - 1.
+        Indices of the points in rows of jacobians; None for 0 to N - 1.
     """
     found: dict[str, ActualFeature | FitError] = {}
     own: dict[str, list[tuple[int, MeasuredPoint]]] = {}
     for place, point in zip(places or range(len(points)), points, strict=True):
         own.setdefault(point.feature, []).append((place, point))
-    # Planes come first: circles may be projected along their normals.
+    # Planes first: circles may be projected along their normals.
     for nominal in sorted(nominals, key=lambda item: item.projection != ""):
         try:
             touches = _touches(nominal, own.get(nominal.name, ()))
@@ -163,7 +163,7 @@ def compensated(nominal: NominalFeature, touches: Touches, raw: Fit, by_all: Row
     by_geometry, normals = distance_derivatives(raw, touches.tips)
     kept = nominal.shape.spec.ball == "kept"
     if kept:
-        # Its fit holds the ball already: a greater one is like points that lie further inside.
+        # Its fit already includes the ball: a larger one is like points further inside.
         own = raw.jacobian.reshape(GEOMETRY_SIZE, -1, 3)
         by_all = by_all.with_radius(-sign * np.einsum("kna,na->k", own, normals))
     places = np.array(touches.places, dtype=np.int64)
@@ -180,7 +180,7 @@ def _sign(nominal: NominalFeature) -> float:
 
 
 def _fit(nominal: NominalFeature, touches: Touches) -> Fit:
-    """Return the fit of the ball centres, of a shape that keeps the ball that of the surface."""
+    """Return the fit of the ball centres; for shapes that keep the ball, of the surface."""
     offset = _sign(nominal) * touches.tip_radius
     spec = nominal.shape.spec
     half_length = 0.5 * (nominal.length if spec.has_across else nominal.diameter)
@@ -218,7 +218,7 @@ def fit_projected(
         )
     projected = ELEMENTS[nominal.shape].projected
     if projected is None:
-        # A plan that asks for it is refused (`shapes.shape_fault`).
+        # Plans that request it are refused (`shapes.shape_fault`).
         raise TypeError(nominal.shape)
     known = Known(
         radius=0.5 * nominal.length + offset, second=0.5 * nominal.width + offset, offset=offset
@@ -253,7 +253,7 @@ def _touches(nominal: NominalFeature, touched: Sequence[tuple[int, MeasuredPoint
 
 
 def _sense(nominal: NominalFeature, touches: Touches) -> Float | None:
-    """Return where the normal of a plane points to: away from the material, as the probe came."""
+    """Return the direction of a plane's normal: away from the material, towards the probe."""
     return touches.directions.mean(axis=0) if nominal.shape is Shape.PLANE else None
 
 

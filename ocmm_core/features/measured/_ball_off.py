@@ -1,4 +1,4 @@
-"""Taking the ball off an element of ball centres, and from which side it was touched."""
+"""Compensate an element of ball centres for the ball, and check the touched side."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ocmm_core.features.measured._actual import Touches
 
 ALONG = 0.1
-"""Part of the approach square to a line below which it does not say where the material is."""
+"""Part of the approach square to a line below which it does not show the side of the material."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,14 +30,14 @@ class Compensation:
 def compensation(
     nominal: NominalFeature, raw: Fit, touches: Touches, normals: Float, sign: float
 ) -> Compensation:
-    """Return what a fit of ball centres says about the surface.
+    """Return the surface element of a fit of ball centres.
 
     Parameters
     ----------
     normals
         (n, 3): of the element at the ball centres, towards greater distances.
     sign
-        1.0 where the probe stands outside the curve of the material, -1.0 inside.
+        1.0 for a probe outside the curve of the material, -1.0 inside.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def _beside_line(nominal: NominalFeature, raw: Fit, touches: Touches) -> tuple[F
 
 
 def _check_sides(nominal: NominalFeature, touches: Touches, approach: Float) -> None:
-    """Raise FitError if a point was not approached from where the probe must have stood."""
+    """Raise FitError if a point was approached from the wrong side."""
     wrong = np.flatnonzero(~(approach > 0.0))
     if not wrong.size:
         return

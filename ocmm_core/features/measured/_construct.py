@@ -1,6 +1,6 @@
-"""Features that are constructed from others: every kind, as a plan holds it.
+"""Constructions of features from others, as stored in a plan.
 
-``docs/alignment.md`` has a table of what each kind makes of which features.
+``docs/alignment.md`` has a table of all kinds with their inputs and results.
 """
 
 from __future__ import annotations
@@ -17,20 +17,16 @@ from ocmm_core.features.shapes import Shape
 class _Construction(
     msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind"
 ):
-    """What all kinds share."""
+    """Common part of all kinds."""
 
     name: str
     """Unique among all features of the plan, probed and constructed."""
     features: tuple[str, ...]
-    """Names of the features it is made from, probed or constructed, in any order of the plan."""
+    """Names of the input features, probed or constructed, in any order of the plan."""
 
 
 class Intersection(_Construction, frozen=True, kw_only=True, tag="intersection"):
-    """Where two or three features meet.
-
-    Two planes: a line. A plane and a line or axis: a point. Three planes: a point. Two lines or
-    axes: the point nearest to both.
-    """
+    """Intersection of two or three features."""
 
 
 class Projection(_Construction, frozen=True, kw_only=True, tag="projection"):
@@ -45,30 +41,29 @@ class Bisector(_Construction, frozen=True, kw_only=True, tag="bisector"):
     """The plane or line halfway between two planes or two lines or axes."""
 
     which: Literal["between", "across"] = "between"
-    """Of planes: ``"between"`` halves the material between two faces, as those of a tongue or the
-    space between those of a groove; ``"across"`` is the one square to it, and the middle of two
-    faces that look the same way. Of lines: ``"between"`` halves the smaller angle."""
+    """Of planes: ``"between"`` halves the material between two faces, as those of a tongue, or the
+    space between those of a groove; ``"across"`` is square to it, and the middle of two faces in
+    the same direction. Of lines: ``"between"`` halves the smaller angle.
+    """
 
 
 class Symmetry(_Construction, frozen=True, kw_only=True, tag="symmetry"):
-    """The plane in which pairs of points or centres mirror each other best, or two faces do.
-
-    The features are named in pairs; the normal points from the first of a pair to the second.
-    """
+    """The plane of best mirror symmetry between pairs of points or centres, or two faces."""
 
 
 class Offset(_Construction, frozen=True, kw_only=True, tag="offset"):
     """A feature moved by a distance.
 
-    A plane by itself along its normal; circle, sphere and cylinder by themselves grow by it in
-    radius; any feature together with a second one is moved along that one's direction.
+    A plane alone along its normal; circle, sphere and cylinder alone grow by it in radius; any
+    feature together with a second one is moved along that one's direction.
     """
 
     distance: float
-    """mm; negative the other way."""
+    """mm; negative for the opposite direction."""
     towards: str = ""
-    """Where the second feature is a line or axis, which has no sense: a feature at the side that
-    counts as positive, seen from the first."""
+    """For a line or axis as second feature, which has no sense: a feature at the positive side,
+    seen from the first.
+    """
 
 
 class FitThrough(_Construction, frozen=True, kw_only=True, tag="best fit"):
@@ -76,8 +71,9 @@ class FitThrough(_Construction, frozen=True, kw_only=True, tag="best fit"):
 
     shape: Shape
     through: Literal["centres", "points"] = "centres"
-    """``"centres"``: the points and centres of the features; ``"points"``: their touches, each
-    compensated along the normal of its own feature."""
+    """``"centres"``: points and centres of the features; ``"points"``: their touches, each
+    compensated along the normal of its own feature.
+    """
 
 
 class BoltCircle(_Construction, frozen=True, kw_only=True, tag="bolt circle"):
@@ -85,7 +81,7 @@ class BoltCircle(_Construction, frozen=True, kw_only=True, tag="bolt circle"):
 
 
 class ConeSection(_Construction, frozen=True, kw_only=True, tag="cone section"):
-    """The circle where a cone has a diameter, or its diameter at a distance from a plane."""
+    """The circle at a diameter of a cone, or at a distance from a plane."""
 
     diameter: float = 0.0
     """mm: of the gauge circle; then the cone is the only feature."""
@@ -119,7 +115,7 @@ Construction: TypeAlias = (
     | HiddenPoint
     | PartOf
 )
-"""All kinds; in a plan the field ``kind`` says which."""
+"""All kinds; the plan's field ``kind`` selects one."""
 
 
 def needed_features(construction: Construction) -> tuple[str, ...]:
@@ -129,13 +125,7 @@ def needed_features(construction: Construction) -> tuple[str, ...]:
 
 
 def in_order(constructions: Sequence[Construction]) -> list[Construction]:
-    """Return the constructions so that each comes after those it needs.
-
-    Raises
-    ------
-    InputError
-        Some need each other in a circle.
-    """
+    """Return the constructions in dependency order; raise InputError for a cycle."""
     waiting = {item.name: item for item in constructions}
     ordered: list[Construction] = []
     while waiting:
@@ -157,7 +147,7 @@ def in_order(constructions: Sequence[Construction]) -> list[Construction]:
 
 
 def probed_features(name: str, constructions: Sequence[Construction]) -> tuple[str, ...]:
-    """Return the names of the probed features that a feature, probed or constructed, rests on."""
+    """Return the names of the probed features behind a probed or constructed feature."""
     by_name = {item.name: item for item in constructions}
     found: dict[str, None] = {}
     waiting, seen = [name], {name}

@@ -1,4 +1,4 @@
-"""What a construction may be made of, and which shape comes out of it."""
+"""Permitted inputs of constructions, and the resulting shapes."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from ocmm_core.features.measured._construct import (
 from ocmm_core.features.shapes import MINIMUM_POINTS, Shape, shapes_where
 
 CENTRED = shapes_where(lambda spec: spec.centred)
-"""Shapes whose point is a centre and not any point of the element."""
+"""Shapes with a centre as point, not an arbitrary one."""
 
 LONG = shapes_where(lambda spec: spec.is_long)
-"""Shapes that are a line, or have an axis that is probed over a length."""
+"""Lines, and shapes with an axis probed over a length."""
 
 AXIAL = shapes_where(lambda spec: spec.is_axial)
 """Shapes with an axis or normal line."""
@@ -37,7 +37,7 @@ RADIAL = shapes_where(lambda spec: spec.is_radial)
 
 
 class _FaultError(Exception):
-    """A field of a construction, and what is wrong with it."""
+    """A faulty field of a construction."""
 
     def __init__(self, field: str, fault: str) -> None:
         super().__init__(field, fault)
@@ -48,13 +48,7 @@ class _FaultError(Exception):
 def construction_fault(
     probed: Mapping[str, Shape], constructions: Sequence[Construction]
 ) -> tuple[str, str] | None:
-    """Return the field and the fault of the first construction that cannot be made, else None.
-
-    Parameters
-    ----------
-    probed
-        Shapes of the probed features, by name.
-    """
+    """Return field and fault of the first impossible construction, else None."""
     names = [item.name for item in constructions]
     places = {name: index for index, name in enumerate(names)}
     for index, item in enumerate(constructions):
@@ -82,7 +76,7 @@ def construction_fault(
 def shapes_with(
     probed: Mapping[str, Shape], constructions: Sequence[Construction]
 ) -> dict[str, Shape]:
-    """Return the shapes of all features of a plan that was checked, by name."""
+    """Return the shapes of all features of a checked plan, by name."""
     shapes = dict(probed)
     for item in in_order(constructions):
         shapes[item.name] = _result(item, shapes, probed)
@@ -90,7 +84,7 @@ def shapes_with(
 
 
 def _result(item: Construction, known: Mapping[str, Shape], probed: Mapping[str, Shape]) -> Shape:
-    """Return the shape that comes out."""
+    """Return the resulting shape."""
     if len(set(item.features)) < len(item.features):
         raise _FaultError("features", "names one feature twice")
     shapes = [known[name] for name in item.features]

@@ -17,12 +17,12 @@ from ocmm_core.geometry import Float, Points3
 from ocmm_core.measuring import Rows
 
 _SHOWS = 0.05
-"""Part of the largest that the ordered triangle must have to say which side is up."""
+"""Relative size of the ordered triangle needed to define the sense."""
 
 
 @dataclass(frozen=True, slots=True)
 class Through:
-    """An element through points that themselves move with the points of the job."""
+    """An element through points that themselves depend on the points of the job."""
 
     fit: Fit
     jacobian: Rows
@@ -32,7 +32,7 @@ class Through:
 
     @classmethod
     def of(cls, fit: Fit, points: Points3, moves: Rows) -> Through:
-        """Return a fit to ``points`` (n, 3) that move by ``moves``, 3 n rows."""
+        """Return a fit to ``points`` (n, 3) with derivatives ``moves``, 3 n rows."""
         jacobian = fit.jacobian @ moves
         by_geometry, normals = distance_derivatives(fit, points)
         own = moves.reshaped(len(points), 3).along(normals)
@@ -42,8 +42,9 @@ class Through:
 def fit_through_centres(shape: Shape, centres: Points3) -> Fit:
     """Return the least-squares element through points (n, 3), mm.
 
-    A line runs from the first point to the last; a plane or circle faces where the points, in
-    their order, run anticlockwise. So their sense is that of the nominals, wherever the part lies.
+    A line points from the first point to the last; a plane or circle faces the side on which the
+    ordered points run anticlockwise. The sense then agrees with the nominals for any pose of the
+    part.
     """
     return unambiguous(fit_shape(shape, centres, direction_hint=_sense(shape, centres)))
 
@@ -51,14 +52,14 @@ def fit_through_centres(shape: Shape, centres: Points3) -> Fit:
 def fit_through_points(shape: Shape, features: Sequence[ActualFeature]) -> Through:
     """Return the least-squares element through the touched points of probed features.
 
-    Each ball centre is brought to the surface along the normal of its own feature there. That this
-    normal is uncertain moves the point along the surface only, which changes nothing in first
-    order where the features are parts of the element.
+    Each ball centre is compensated along the normal of its own feature. The uncertainty of this
+    normal moves the point tangentially only, without first-order effect if the features are parts
+    of the element.
 
     Raises
     ------
     FitError
-        A feature shows no normal, or the points do not determine the element.
+        A feature has no normal, or the points do not determine the element.
     """
     surface, moves = [], []
     for feature in features:
@@ -87,7 +88,7 @@ def _sense(shape: Shape, centres: Points3) -> Float | None:
         return along if float(np.linalg.norm(along)) > 0.0 else None
     if shape not in (Shape.PLANE, Shape.CIRCLE):
         return None
-    # The area in the order of the points; where it cancels, the first triangle that shows.
+    # The area in the order of the points; if it cancels, the first sufficiently large triangle.
     arms = centres - centres[0]
     areas = np.cross(arms[:, None], arms[None, :])
     area: Float = areas[np.arange(len(arms) - 1), np.arange(1, len(arms))].sum(axis=0)

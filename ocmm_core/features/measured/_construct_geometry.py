@@ -1,8 +1,7 @@
-"""The geometry of constructions in closed form: pure functions of geometry vectors.
+"""Geometry of constructions in closed form: pure functions of geometry vectors.
 
 All vectors are those of `features.shapes.element`, mm, in one frame. Directions need not be of unit
-length, so that each function may be differentiated. Every function moves with its elements when
-they are moved together.
+length, so that each function can be differentiated. Every function is equivariant to rigid motions.
 """
 
 from __future__ import annotations
@@ -16,24 +15,24 @@ from ocmm_core.features.shapes import DIRECTION, HALF_ANGLE, POINT, RADIUS, elem
 from ocmm_core.geometry import Float, unit
 
 LEAST_ANGLE_DEG = 1.0
-"""Below it an intersection lies 57 times as wrong as what it is made from, and worse."""
+"""Below it an intersection has 57 times the error of its elements, or more."""
 
 MOST_TILT_DEG = 10.0
-"""A circle that stands more oblique to a plane is an ellipse in it."""
+"""A more oblique circle is an ellipse in the plane."""
 
 SHORTEST_MM = 1.0
-"""Points nearer to each other give no direction."""
+"""Closer points give no direction."""
 
 _LEAST_SINE = float(np.sin(np.radians(LEAST_ANGLE_DEG)))
 _LEAST_GAP = 1e-2
-"""Part of the largest eigenvalue by which the plane of symmetry must stand out."""
+"""Least gap of the eigenvalue of the symmetry plane, relative to the largest."""
 
 _MOST_SKEW = 0.03
-"""Part of the squared distances of pairs that may remain when they are mirrored: 10 degrees."""
+"""Largest remaining part of the squared pair distances after mirroring: 10 degrees."""
 
 
 def line_of_planes(first: Float, second: Float) -> Float:
-    """Return the line in which two planes meet, at its point nearest to both their points."""
+    """Return the intersection line of two planes, at its point nearest to both their points."""
     normals = unit(np.stack([first[DIRECTION], second[DIRECTION]]))
     along = np.cross(*normals)
     _clear(float(np.linalg.norm(along)), "The planes are nearly parallel")
@@ -44,7 +43,7 @@ def line_of_planes(first: Float, second: Float) -> Float:
 
 
 def point_of_planes(first: Float, second: Float, third: Float) -> Float:
-    """Return the point in which three planes meet."""
+    """Return the intersection point of three planes."""
     planes = (first, second, third)
     normals = unit(np.stack([plane[DIRECTION] for plane in planes]))
     _clear(abs(float(np.linalg.det(normals))), "The planes nearly meet in one line or in none")
@@ -53,7 +52,7 @@ def point_of_planes(first: Float, second: Float, third: Float) -> Float:
 
 
 def point_on_plane(axis: Float, plane: Float) -> Float:
-    """Return the point in which a line or axis meets a plane."""
+    """Return the intersection point of a line or axis and a plane."""
     normal, along = unit(plane[DIRECTION]), unit(axis[DIRECTION])
     slope = float(normal @ along)
     _clear(abs(slope), "The line nearly lies along the plane")
@@ -61,7 +60,7 @@ def point_on_plane(axis: Float, plane: Float) -> Float:
 
 
 def point_of_lines(first: Float, second: Float) -> Float:
-    """Return the point nearest to two lines or axes: the middle of their shortest connection."""
+    """Return the midpoint of the shortest connection of two lines or axes."""
     a, b = unit(first[DIRECTION]), unit(second[DIRECTION])
     _clear(float(np.linalg.norm(np.cross(a, b))), "The lines are nearly parallel")
     between = second[POINT] - first[POINT]
@@ -84,7 +83,7 @@ def dropped_on_axis(point: Float, axis: Float) -> Float:
 
 
 def line_in_plane(axis: Float, plane: Float) -> Float:
-    """Return a line or axis seen along the normal of a plane, in the plane."""
+    """Return the projection of a line or axis onto a plane."""
     normal, along = unit(plane[DIRECTION]), unit(axis[DIRECTION])
     flat = along - (along @ normal) * normal
     _clear(float(np.linalg.norm(flat)), "The line is nearly normal to the plane")
@@ -92,7 +91,7 @@ def line_in_plane(axis: Float, plane: Float) -> Float:
 
 
 def circle_in_plane(circle: Float, plane: Float) -> Float:
-    """Return a circle seen along the normal of a plane, in the plane."""
+    """Return the projection of a circle onto a plane."""
     normal, axis = unit(plane[DIRECTION]), unit(circle[DIRECTION])
     cosine = float(normal @ axis)
     if abs(cosine) < np.cos(np.radians(MOST_TILT_DEG)):
@@ -112,9 +111,9 @@ def middle(first: Float, second: Float) -> Float:
 
 
 def halving_plane(first: Float, second: Float, *, between: bool) -> Float:
-    """Return a plane whose points are as far from one plane as from another.
+    """Return the plane of points equidistant from two planes.
 
-    Between two faces its normal is the difference of theirs, across it is the sum: faces look away
+    Between two faces its normal is the difference of theirs, across it is the sum: faces point away
     from the material.
     """
     sign = -1.0 if between else 1.0
@@ -122,7 +121,7 @@ def halving_plane(first: Float, second: Float, *, between: bool) -> Float:
     normal = one + sign * other
     length = float(np.linalg.norm(normal))
     other_way = "across" if between else "between"
-    # Where both planes are nearly square to it, it lies far off and turns with their noise.
+    # If both planes are nearly square to it, it is far away and turns with their noise.
     if length < 2.0 * _LEAST_SINE:
         raise FitError(
             "construction.no_bisector",
@@ -137,10 +136,9 @@ def halving_plane(first: Float, second: Float, *, between: bool) -> Float:
 
 
 def halving_line(first: Float, second: Float, *, between: bool) -> Float:
-    """Return the line halfway between two lines or axes, in the smaller angle or square to it.
+    """Return the bisector of two lines or axes, in the smaller angle or square to it.
 
-    Across the line both are met at the same distance from it (exact where they meet or are
-    parallel).
+    Points of the line are equidistant from both (exact for intersecting or parallel ones).
     """
     one, other = unit(first[DIRECTION]), unit(second[DIRECTION])
     cosine = float(one @ other)
@@ -169,7 +167,7 @@ def halving_line(first: Float, second: Float, *, between: bool) -> Float:
 
 
 def mirror_plane(pairs: Sequence[tuple[Float, Float]]) -> Float:
-    """Return the plane in which pairs of points mirror each other best (least squares).
+    """Return the plane of best mirror symmetry of point pairs (least squares).
 
     With middles m and differences d of the pairs, the squared distances between each second point
     and the mirrored first one add up to a constant and n' (4 S(m) - S(dd')) n, where S(m) is the
@@ -240,19 +238,19 @@ def beyond(first: Float, second: Float, distance: float) -> Float:
 
 
 def gauge_point(cone: Float, radius: float) -> Float:
-    """Return the point (3,), mm, on the axis of a cone where it has a radius, mm."""
+    """Return the point (3,), mm, on the axis of a cone at a radius, mm."""
     along = (radius - cone[RADIUS]) / np.tan(cone[HALF_ANGLE])
     point: Float = cone[POINT] + along * unit(cone[DIRECTION])
     return point
 
 
 def gauge_circle(cone: Float, diameter: float) -> Float:
-    """Return the circle in which a cone has a diameter."""
+    """Return the circle of a cone at a diameter."""
     return element(gauge_point(cone, 0.5 * diameter), unit(cone[DIRECTION]), 0.5 * diameter)
 
 
 def cone_at(cone: Float, plane: Float, distance: float) -> Float:
-    """Return the circle of a cone where its axis meets a plane that is moved by a distance."""
+    """Return the circle of a cone at the intersection of its axis with a shifted plane."""
     centre = point_on_plane(cone, shifted(plane, plane, distance, None))[POINT]
     way = unit(cone[DIRECTION])
     radius = float(cone[RADIUS] + np.tan(cone[HALF_ANGLE]) * (way @ (centre - cone[POINT])))

@@ -1,8 +1,7 @@
-"""Constructed features: geometry, and how it answers to every point of the job.
+"""Constructed features: geometry, with derivatives by all points of the job.
 
-The geometry of a construction is a function of the geometry of what it is made from. Its
-derivatives by that are chained with theirs by the points, so that points which several features
-share count once.
+The geometry of a construction is a function of the geometry of its features. Its derivatives are
+chained with theirs by the points, so that shared points count once.
 """
 
 from __future__ import annotations
@@ -58,8 +57,8 @@ _STEPS = np.full(GEOMETRY_SIZE, 1e-5)
 _STEPS[[0, 1, 2, RADIUS, SECOND]] = 1e-3
 """Steps of the central differences, mm, and for directions and angles rad.
 
-About a common middle no place is larger than some metres: rounding stays below 1e-8, and the third
-derivatives, at most 57 for the angles that are let through, below 1e-7.
+Relative to a common middle, coordinates are at most some metres: rounding stays below 1e-8, and the
+third derivatives, at most 57 for the permitted angles, below 1e-7.
 """
 
 
@@ -68,14 +67,14 @@ def constructed_features(
     actual: Mapping[str, ActualFeature | FitError],
     nominals: Mapping[str, Float],
 ) -> dict[str, ActualFeature | FitError]:
-    """Return every constructed feature by its name, or why there is none.
+    """Return all constructed features by name, or the errors.
 
     Parameters
     ----------
     constructions
-        Of a plan that was checked, in any order.
+        Of a checked plan, in any order.
     actual
-        The probed features as measured, or why they are not.
+        Measured probed features, or errors.
     nominals
         Geometry vectors (12,) of probed and constructed features, part frame, by name
         (`nominal_geometries`).
@@ -97,7 +96,7 @@ def nominal_geometries(
 ) -> dict[str, Float]:
     """Return the nominal geometry vectors (12,), part frame, of all features, by name.
 
-    A construction that has none, because its nominals are parallel or in one place, is missing.
+    Constructions without one (parallel or coincident nominals) are missing.
     """
     geometries = {item.name: nominal_geometry(item) for item in features}
     shapes = shapes_with({item.name: item.shape for item in features}, constructions)
@@ -108,7 +107,7 @@ def nominal_geometries(
         inputs = [geometries[name] for name in names]
         try:
             if isinstance(item, FitThrough) and item.through == "points":
-                # The places that are touched are not nominal; one feature of the shape tells.
+                # Touched places are not nominal; one feature of the shape determines the sense.
                 same = [
                     g
                     for name, g in geometries.items()
@@ -134,12 +133,12 @@ def construct(
     Parameters
     ----------
     shapes, geometries
-        Of what it needs, in the order of `needed_features`; vectors (12,), mm, one frame.
+        Of its features, in the order of `needed_features`; vectors (12,), mm, one frame.
 
     Raises
     ------
     FitError
-        What it is made from does not determine it.
+        Its features do not determine it.
     """
     first, second = geometries[0], geometries[min(1, len(geometries) - 1)]
     match construction:
@@ -195,9 +194,9 @@ def slopes(
 ) -> Float:
     """Return d(`construct`) / d(geometries), (12, 12 k), by central differences.
 
-    ``moving`` (12 k,) says which of the numbers answer to any point; the others are left at zero.
+    ``moving`` (12 k,) marks numbers that depend on points; the others stay zero.
     """
-    # Places are taken from their middle: rounding grows with them.
+    # Coordinates relative to their middle, to limit rounding.
     inputs = np.array(geometries)
     inputs[:, POINT] -= inputs[:, POINT].mean(axis=0)
     by_inputs = np.zeros((GEOMETRY_SIZE, inputs.size))
@@ -291,9 +290,9 @@ def _projection(shapes: Sequence[Shape], what: Float, onto: Float) -> Float:
 def _nominal(
     name: str, shape: Shape, geometry: Float, nominal: Float | None, inputs: Sequence[ActualFeature]
 ) -> NominalFeature:
-    """Return what the plan says about it: what follows from the nominals of its features.
+    """Return the nominal, derived from the nominals of its features.
 
-    Where nothing follows it is what was measured, in the world frame: it then only says the shape.
+    If undefined, the measured geometry in the world frame, which then only defines the shape.
     """
     said = geometry if nominal is None else nominal
     long = np.any(said[ACROSS])

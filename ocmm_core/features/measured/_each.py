@@ -1,7 +1,7 @@
-"""Views of many features that look up what somebody asks for, and nothing else.
+"""Lazy mappings over many features, so that dependencies are recorded per feature.
 
-Whoever keeps what was computed from features has to know of which. Copies of all of them into
-dictionaries would say: of all.
+Caches of results must track the features they use. Copying all features into dictionaries would
+make every result depend on all of them.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ V = TypeVar("V")
 
 
 class Each(Mapping[str, V], Generic[V]):
-    """One thing of every feature that is measured.
+    """Mapping of one property over all measured features.
 
     Parameters
     ----------
     actual
-        Features as measured, or why they are not.
+        Measured features, or errors.
     of
-        What is wanted of one.
+        Returns the property of a feature.
     """
 
     def __init__(
@@ -46,12 +46,12 @@ class Each(Mapping[str, V], Generic[V]):
 
 
 class Instead(Mapping[str, ActualFeature]):
-    """Features, some of them others than they were.
+    """Mapping view with some features replaced.
 
     Parameters
     ----------
     others
-        By names that ``actual`` has, too.
+        Replacements, by names present in ``actual``.
     actual
         All of them.
     """
@@ -72,10 +72,10 @@ class Instead(Mapping[str, ActualFeature]):
 
 
 def measured_of(actual: Mapping[str, ActualFeature | FitError]) -> Each[ActualFeature]:
-    """Return the features that are measured, by name."""
+    """Return the measured features by name."""
     return Each(actual, lambda feature: feature)
 
 
 def geometries_of(actual: Mapping[str, ActualFeature | FitError]) -> Each[Float]:
-    """Return the geometry vectors (12,), mm, of the features that are measured, by name."""
+    """Return the geometry vectors (12,), mm, of the measured features by name."""
     return Each(actual, lambda feature: feature.fit.geometry)

@@ -1,4 +1,4 @@
-"""One element of any shape, by any criterion, from points; all fits are started cold."""
+"""Fit of one element of any shape, by any criterion; all fits are cold started."""
 
 from __future__ import annotations
 
@@ -29,32 +29,29 @@ def fit_shape(
 
     Parameters
     ----------
-    shape
-        What to fit.
     points
-        (n, 3), mm, in any order, anywhere in space.
+        (n, 3), mm, in any order and place.
     direction_hint
-        (3,): the direction of the result points along it; without it the largest component is
-        positive. It never changes where the element lies. A cone has a direction of its own.
+        (3,): the result points along it; default: largest component positive. No effect on the
+        position of the element. A cone has a direction of its own.
     radius_hint, second_hint, half_angle_hint
         mm, mm, rad: may decide between rivals (`Fit.rival`); else not used.
     criterion
-        How the element is associated; every other one starts from least squares.
+        Association criterion; all others start from least squares.
     free
         Circle only: in space as one problem, not plane first.
     offset
-        mm, shapes whose ball is ``kept``: the points lie this far outside of the element.
+        mm, shapes whose ball is ``kept``: distance of the points outside of the element.
 
     Returns
     -------
-    The best element, and in `Fit.rival` another one that the points do not rule out. `unambiguous`
+    The best element, with another one in `Fit.rival` if the points do not exclude it. `unambiguous`
     refuses such a fit.
 
     Raises
     ------
     FitError
-        The points do not determine the shape, or the criterion is not offered for it; the
-        sentence says why.
+        The points do not determine the shape, or it does not support the criterion.
     """
     if criterion is not Criterion.LEAST_SQUARES:
         start = fit_shape(
@@ -67,7 +64,7 @@ def fit_shape(
 
 
 def associate(start: Fit, points: Points3, criterion: Criterion, offset: float = 0.0) -> Fit:
-    """Return the element of another criterion, from a least-squares fit and from its rival.
+    """Return the element of another criterion, from a least-squares fit and its rival.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Measured features associated with their points again, with a direction that others give them."""
+"""Measured features re-associated with their points under a constrained direction."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from ocmm_core.measuring import Rows
 
 @dataclass(frozen=True, slots=True)
 class Orientation:
-    """Which directions an element may have."""
+    """Permitted directions of an element."""
 
     direction: Float
-    """(3,), unit, world: the one, or one of them."""
+    """(3,), unit, world: the direction, or one of them."""
     about: Float | None
-    """(3,), unit, world: axis about which it may turn; None where it is fixed."""
+    """(3,), unit, world: axis of free rotation, or None."""
     by_coordinates: Rows
-    """(3,): how all of it turns, rad, with the points of the job."""
+    """(3,): rotation of all of it, rad, by the points of the job."""
 
 
 def can_be_oriented(feature: ActualFeature) -> bool:
-    """Return whether a feature has a direction, and points of its own to be associated with."""
+    """Return whether a feature has a direction and points of its own."""
     shape = feature.fit.shape
     if feature.touches is None or feature.raw is None or not shape.spec.has_direction:
         return False
@@ -34,9 +34,9 @@ def can_be_oriented(feature: ActualFeature) -> bool:
 
 
 def oriented_feature(feature: ActualFeature, orientation: Orientation) -> ActualFeature:
-    """Return a probed feature with a direction as it may have, nearest to its points.
+    """Return a probed feature with a permitted direction, nearest to its points.
 
-    Its criterion is kept; so is the way in which its direction runs.
+    Criterion and sense of the direction are kept.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def oriented_feature(feature: ActualFeature, orientation: Orientation) -> Actual
 def _outline(
     feature: ActualFeature, touches: Touches, raw: Fit, orientation: Orientation
 ) -> tuple[Fit, Float]:
-    """Return the outline in the plane that the orientation leaves nearest to its points."""
+    """Return the outline in the permitted plane nearest to its points."""
     direction, about = orientation.direction, orientation.about
     turned = (
         fixed_direction(direction, len(touches.tips))

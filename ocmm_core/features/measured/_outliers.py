@@ -1,6 +1,6 @@
-"""Which points of a fit lie far from the element that the others show.
+"""Outlier points of a fit, relative to the element of the others.
 
-They are flagged, never removed: a dent in the part looks the same as a touch beside it.
+They are flagged, never removed: a dent in the part looks the same as a misplaced touch.
 """
 
 from __future__ import annotations
@@ -15,45 +15,44 @@ FALSE_ALARM = 0.01
 """Probability that any point of a good set is flagged."""
 
 MOST = 5
-"""At most one point in so many is flagged."""
+"""At most one point in this number is flagged."""
 
 SMALLEST_SHARE = 1e-6
-"""Share of its own shift that a point must show in its residual to be judged."""
+"""Minimum share of a point's shift in its own residual (redundancy) for a test."""
 
 AGAINST_ALL = 1e-9
-"""Residuals against the size of the points below which they are rounding."""
+"""Residuals, relative to the size of the points, below which they are rounding."""
 
 
 def outliers(
     fit: Fit, points: Points3, covariances: Float | None = None, smallest: float = 0.0
 ) -> tuple[int, ...]:
-    """Return the rows of the points that do not belong to what the others show.
+    """Return the indices of outliers.
 
     Each residual is compared with the scatter of the others by Student's distribution (deleted
     residuals, R. D. Cook and S. Weisberg, Residuals and Influence in Regression, 1982, 2.2), with
-    Bonferroni's bound over all points. The worst point is taken out of scatter and leverage, then
-    the next, up to a fifth of them; all up to the last that is beyond its limit are flagged, so
-    that two of them do not hide each other (B. Rosner, Technometrics 25, 1983).
+    Bonferroni's bound over all points. The worst point is removed from scatter and leverage, then
+    the next, up to a fifth of them; all up to the last beyond its limit are flagged, so that two of
+    them do not mask each other (B. Rosner, Technometrics 25, 1983).
 
     Parameters
     ----------
     fit
         Least squares.
     points
-        (n, 3), mm, that were fitted. With fewer than two more than determine the element nothing
-        is flagged, as there is nothing to compare with.
+        (n, 3), mm, that were fitted. With less than two redundant points, nothing is flagged.
     covariances
-        (n, 3, 3), mm^2, of the points. A point must lie as far out also against what its own
-        covariance and that of the element explain, so that an uncertain one is no outlier.
+        (n, 3, 3), mm^2, of the points. An outlier must also exceed its own covariance and that of
+        the element, so that an uncertain point is not flagged.
     smallest
-        mm: nearer than this to the element of the others nothing is flagged.
+        mm: smaller distances from the element of the others are never flagged.
     """
     from scipy.special import ndtri, stdtrit
 
     n = len(points)
     by_geometry, normals = distance_derivatives(fit, points)
-    # How far every residual moves when a point is shifted along its normal: the identity less the
-    # leverage, whose columns are made when they are needed.
+    # Response of all residuals to normal shifts of points: identity less leverage, with columns
+    # computed on demand.
     blocks = np.einsum("kni,ni->kn", fit.jacobian.reshape(-1, n, 3), normals)
     own_shares = np.sum(normals**2, axis=1) + np.sum(by_geometry * blocks.T, axis=1)
     kept = np.arange(n)
@@ -87,7 +86,7 @@ def outliers(
         taken.append(row)
         if ratio[worst] > limit:
             flagged = len(taken)
-        # Without that point the others move: one step of the elimination of Gauss and Jordan.
+        # Removing that point updates the others: one step of Gauss-Jordan elimination.
         column = by_geometry @ blocks[:, row]
         column[row] += 1.0
         for other, pivot in columns:

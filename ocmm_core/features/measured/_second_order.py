@@ -1,9 +1,9 @@
-"""How far a fit moves beyond its first order where its points move: the test of propagation.
+"""Nonlinearity of a fit for moved points: a test of uncertainty propagation.
 
-The jacobian of a fit is a tangent. Where an element is hardly determined, as an ellipse by a short
+The jacobian of a fit is a tangent. If an element is poorly determined, as an ellipse by a short
 arc, the fit leaves its tangent within the errors of the points, and an uncertainty from the
-jacobian says nothing. Here the points are moved and the same minimum is followed by a few Newton
-steps from the element that is known, so that the test costs far less than the fit.
+jacobian is meaningless. Here the points are moved and the minimum is tracked by a few Newton steps
+from the present element, so that the test costs far less than the fit.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from ocmm_core.geometry import Float, Points3
 def solver_start(fit: Fit, centroid: Float, size: float) -> Float:
     """Return a sphere, cylinder, cone or torus as parameters (8,) of its solver.
 
-    They are about ``centroid`` (3,) and divided by ``size``, mm, as the solver's points are.
+    Relative to ``centroid`` (3,) and divided by ``size``, mm, as the solver's points.
     """
     start = np.zeros(8)
     start[0:3] = (fit.point - centroid) / size
@@ -51,7 +51,7 @@ def solver_start(fit: Fit, centroid: Float, size: float) -> Float:
 
 
 def beyond_first_order(fit: Fit, points: Points3, moves: Float, offset: float = 0.0) -> Float:
-    """Return by how much the geometry changes more than its jacobian says, (m, 12).
+    """Return the change of the geometry beyond that by its jacobian, (m, 12).
 
     Parameters
     ----------
@@ -62,14 +62,14 @@ def beyond_first_order(fit: Fit, points: Points3, moves: Float, offset: float = 
     moves
         (m, n, 3), mm: of the points in every case.
     offset
-        mm: distance that an ellipse keeps from its points (`features.actual`).
+        mm: distance of an ellipse from its points (`features.actual`).
 
     Returns
     -------
     Float
-        (m, 12), as `shapes.element`; NaN where the moved points have no such minimum nearby. Zero
-        for point, line and plane, which follow their points linearly but for the square of a small
-        turn. What moves the plane of an outline is not followed, for the same reason.
+        (m, 12), as `shapes.element`; NaN if the moved points have no such minimum nearby. Zero for
+        point, line and plane, which are linear in their points except for the square of a small
+        turn. Motion of an outline's plane is ignored for the same reason.
     """
     spec, kernel = fit.shape.spec, ELEMENTS[fit.shape].kernel
     if not spec.is_curved:
@@ -82,7 +82,7 @@ def beyond_first_order(fit: Fit, points: Points3, moves: Float, offset: float = 
 
 
 def _fitted_again(fit: Fit, points: Points3, moves: Float, offset: float) -> Float:
-    """Return the same of a shape that no compiled solver follows: by its whole fit, every time."""
+    """Return the same for a shape without a compiled solver: by complete fits."""
     known = Known(fit.direction, fit.radius, fit.second, fit.half_angle or None, fit.free, offset)
     linear = moves.reshape(len(moves), -1) @ fit.jacobian.T
     beyond = np.full((len(moves), GEOMETRY_SIZE), np.nan)
@@ -117,7 +117,7 @@ def _solid(kind: int, fit: Fit, points: Points3, moves: Float) -> Float:
         if kind == BALL:
             geometry[RADIUS] = size * p[3]
         else:
-            # The axis may come out in its other sense only where the fit is nowhere near.
+            # The axis can only reverse if the fit is far away.
             along = 0.0 if kind == TORUS else float((middle - p[0:3]) @ p[3:6])
             foot = p[0:3] + along * p[3:6]
             geometry[DIRECTION] = p[3:6]
@@ -133,7 +133,7 @@ def _solid(kind: int, fit: Fit, points: Points3, moves: Float) -> Float:
 
 
 def _flat(kind: int, fit: Fit, points: Points3, moves: Float, offset: float) -> Float:
-    """Return the same of an outline, its points moved within its plane."""
+    """Return the same for an outline, with points moved within its plane."""
     first = fit.across if fit.across.any() else _any_across(fit.direction)
     basis = np.stack([first, np.cross(fit.direction, first)])
     flat = (points - fit.point) @ basis.T

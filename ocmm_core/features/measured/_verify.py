@@ -1,8 +1,8 @@
-"""Fits against certified reference pairs: geometry is compared, never parameters.
+"""Compare fits with certified reference pairs, by geometry, never by parameters.
 
-A pair is a file ``NAME.ds`` with points and a file ``NAME.fit`` with certified numbers, as NIST
-gives them out. What a number means differs from institute to institute (`Convention`), and a point
-on an axis may lie anywhere on it.
+A pair is a file ``NAME.ds`` with points and a file ``NAME.fit`` with certified numbers, as
+published by NIST. The meaning of the numbers differs between institutes (`Convention`), and a point
+on an axis is arbitrary.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from ocmm_core.geometry import Float, Points3
 
 POSITION_LIMIT, SIZE_LIMIT = 1e-6, 1e-6
 DIRECTION_LIMIT, APEX_LIMIT = 1e-8, 1e-6
-"""mm, mm, rad, deg: what the product promises."""
+"""mm, mm, rad, deg: specification of the product."""
 
 
 class Convention(Enum):
-    """What the certified numbers mean.
+    """Meaning of the certified numbers.
 
     ``NIST``: diameters; a circle in space is fitted in the plane of its points; a cone's axis
-    points to where the radius grows, its size is the distance of the point of the axis from the
-    surface. ``PTB``: radii; the circle is one problem in space; a cone's axis points to where the
-    radius falls, its size is the radius square to the axis. Both: full apex angle in degrees.
-    ``ANY``: each number is read in the way that agrees, and the result says which one that was.
+    points to growing radius, its size is the distance of the axis point from the surface. ``PTB``:
+    radii; the circle is one problem in space; a cone's axis points to falling radius, its size is
+    the radius square to the axis. Both: full apex angle in degrees. ``ANY``: each number is read in
+    the way that agrees, and the result states which one.
     """
 
     NIST = "nist"
@@ -47,31 +47,31 @@ class Convention(Enum):
 
 @dataclass(frozen=True, slots=True)
 class PairResult:
-    """How far one fit lies from its certified result."""
+    """Deviation of one fit from its certified result."""
 
     name: str
     shape: Shape
-    """What was fitted."""
     points: int
-    """How many."""
+    """Number of points."""
     position: float | None = None
     size: float | None = None
     direction: float | None = None
     apex: float | None = None
-    """`position`, `size`, `direction`, `apex`: mm, mm, rad, deg; None where the shape has none, or
-    where only residuals can be compared because several elements pass through so few points."""
+    """`position`, `size`, `direction`, `apex`: mm, mm, rad, deg; None if the shape has none, or if
+    only residuals are comparable because several elements pass through so few points.
+    """
     residual: float | None = None
-    """mm: rms of the residuals where only they are compared, else None."""
+    """mm: rms of the residuals if only they are compared, else None."""
     failure: str = ""
     """Why there is no fit, or empty."""
     form: float | None = None
-    """mm: difference of the width of the zone, where the certified result has one."""
+    """mm: difference of the zone width, if certified."""
     reading: str = ""
-    """How the certified numbers were read where that is not the convention of NIST, or empty."""
+    """Reading of the certified numbers if not the convention of NIST, or empty."""
 
     @property
     def passed(self) -> bool:
-        """Return whether all that can be compared is within what the product promises."""
+        """Return whether all comparable quantities meet the specification."""
         compared = (
             (self.position, POSITION_LIMIT),
             (self.size, SIZE_LIMIT),
@@ -91,7 +91,7 @@ class SetReport:
 
     name: str
     results: tuple[PairResult, ...]
-    """Of its pairs, in the order of their names."""
+    """In the order of their names."""
 
     @property
     def passed(self) -> bool:
@@ -99,7 +99,7 @@ class SetReport:
         return all(result.passed for result in self.results)
 
     def worst(self, field: str) -> float | None:
-        """Return the greatest error of a field of `PairResult`, or None where no pair has one."""
+        """Return the greatest error of a field of `PairResult`, or None if no pair has one."""
         values = [getattr(result, field) for result in self.results]
         known = [value for value in values if value is not None]
         return max(known) if known else None
@@ -110,12 +110,12 @@ def verify_folder(
     convention: Convention = Convention.NIST,
     criterion: Criterion = Criterion.LEAST_SQUARES,
 ) -> tuple[SetReport, ...]:
-    """Return how the fits of the product compare with all pairs below ``folder``, cold started.
+    """Return the comparison of cold-started fits with all pairs below ``folder``.
 
     Raises
     ------
     InputError
-        There are no pairs, or one cannot be read; the sentence names the file.
+        There are no pairs, or one cannot be read; the message names the file.
     """
     root = Path(folder)
     sets: dict[str, list[PairResult]] = {}
@@ -131,15 +131,15 @@ def verify_pair(
     convention: Convention = Convention.NIST,
     criterion: Criterion = Criterion.LEAST_SQUARES,
 ) -> PairResult:
-    """Return how the fit of the points in ``file`` compares with the certified result beside it.
+    """Return the comparison of the fit of ``file`` with its certified result.
 
-    The certified result is in the unit of the points. Behind its numbers may stand the form: the
+    The certified result is in the unit of the points. After its numbers the form may follow: the
     width of the zone, or the diameter for a line in space.
 
     Raises
     ------
     InputError
-        One of the two files cannot be read, or what shape it is cannot be told.
+        A file cannot be read, or its shape is unknown.
     """
     shape = shape_of(file)
     held = read_points_file(file)
@@ -155,7 +155,7 @@ def verify_pair(
             continue
         if shape is Shape.CONE and len(points) == MINIMUM_POINTS[shape]:
             return PairResult(file.stem, shape, len(points), residual=fit.rms)
-        # The certified one may be the other element that the points do not rule out.
+        # The certified element may be the rival that the points do not exclude.
         for one in (fit, fit.rival):
             if one is None:
                 continue
@@ -170,7 +170,7 @@ def verify_pair(
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """How certified numbers are read: circles, sizes, and angle and axis of a cone."""
+    """Reading of certified numbers: circles, sizes, and angle and axis of a cone."""
 
     free: bool = False
     radius: bool = False
@@ -181,7 +181,7 @@ class _Reading:
 
     @property
     def words(self) -> str:
-        """Return what differs from the convention of NIST."""
+        """Return the differences from the convention of NIST."""
         words = (
             (self.free, "circle as one problem in space"),
             (self.radius, "radius"),
@@ -202,7 +202,7 @@ def _readings(shape: Shape, convention: Convention, criterion: Criterion) -> lis
         sized = shape.spec.is_radial
         return [_Reading(free=circle, radius=sized, square=cone, falling=cone)]
     if shape is Shape.CONE:
-        # The point on the axis tells to which side it opens; only its sense is read either way.
+        # The axis point determines the side of opening; only the sense is read either way.
         return [
             _Reading(False, False, square, falling, angle, radians)
             for radians in (False, True)

@@ -1,4 +1,4 @@
-"""Files of reference pairs: which belong together, what shape they are of, what they certify."""
+"""Files of reference pairs: pairing, shape, and certified numbers."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ocmm_core.documents import LARGEST_DOCUMENT
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
+from ocmm_core.side_files import read_guarded
 from ocmm_core.tables import NUMBER, NumberGrammar, decoded
 
 _FIELDS = re.compile(r"[\s;,]+")
@@ -18,7 +20,7 @@ _COMMENT = re.compile(r"(#|%|!|//|\*).*")
 POINTS_ENDING = ".ds"
 RESULT_ENDING = ".fit"
 FURTHER_ENDINGS = (".txt", ".csv", ".dat", ".asc", ".xyz", ".pts")
-"""Of points, where a result of the same name lies beside them."""
+"""Endings of point files with a result of the same name in the folder."""
 
 _WORDS = (
     ("cir", Shape.CIRCLE),
@@ -40,12 +42,9 @@ _NUMBERS = {
 
 
 def pairs_below(root: Path) -> list[Path]:
-    """Return the files of points of all pairs below the folder ``root``, by name and number.
+    """Return the point files of all pairs below the folder ``root``, by name and number.
 
-    Raises
-    ------
-    InputError
-        There is no such folder, or there are no pairs in it.
+    Raises InputError if there is no such folder, or no pair in it.
     """
     if not root.is_dir():
         raise InputError("verify.no_folder", f"{root}: is not a folder.", "Give an existing one.")
@@ -77,7 +76,7 @@ def _by_number(file: Path) -> tuple[str, list[tuple[int, str]]]:
 
 
 def result_beside(file: Path) -> Path:
-    """Return the file with the certified result of ``file``, whichever case its name is in."""
+    """Return the file with the certified result of ``file``, ignoring case."""
     for other in sorted(file.parent.iterdir()):
         if other.suffix.lower() == RESULT_ENDING and _stem(other) == _stem(file):
             return other
@@ -85,12 +84,9 @@ def result_beside(file: Path) -> Path:
 
 
 def shape_of(file: Path) -> Shape:
-    """Return the shape that the name of ``file``, or of its folder, begins with.
+    """Return the shape from the start of the name of ``file``, or of its folder.
 
-    Raises
-    ------
-    InputError
-        Neither does.
+    Raises InputError if neither has one.
     """
     names: Sequence[str] = (file.stem.lower(), file.parent.name.lower())
     for name in names:
@@ -105,23 +101,23 @@ def shape_of(file: Path) -> Shape:
 
 
 def lengths_of(shape: Shape) -> list[int]:
-    """Return which of the certified numbers of a shape are lengths."""
+    """Return the indices of the certified numbers of a shape that are lengths."""
     size = [] if shape in (Shape.LINE, Shape.PLANE) else [6 if shape is Shape.CONE else -1]
     return [0, 1, 2, *size]
 
 
 def certified_of(file: Path, shape: Shape) -> tuple[Float, float | None]:
-    """Return the certified numbers in ``file``, and the form where it stands behind them.
+    """Return the certified numbers in ``file``, and the form if it follows them.
 
-    One number a line or several; comments, and words such as "radius:", are passed over.
+    One or several numbers a line; comments, and words such as "radius:", are skipped.
 
     Raises
     ------
     InputError
-        It cannot be read, or has not as many numbers as the shape needs.
+        It cannot be read, or has the wrong count of numbers.
     """
     try:
-        lines = decoded(file.read_bytes()).splitlines()
+        lines = decoded(read_guarded(file, LARGEST_DOCUMENT)).splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(
             "verify.no_result",

@@ -1,13 +1,13 @@
-"""What every fit shares: starts, guarded Newton steps, rivals, and the compiled loops.
+"""Common part of the fits: starts, guarded Newton steps, rivals, compiled loops.
 
 In: points, centred and scaled, and a kind of distance. Out: the best minimum, and its rivals.
 
 Read `_common` (checked points, centring), `_axes` and `_curvature` (starts), `_solver` and
 `_newton_kernel` (guarded steps), `_search` (many starts, the best minimum), `_rivals` (elements
-between which the points cannot decide). `_lanes_kernel` takes many starts down side by side,
-`_places_kernel` tells which ends are one place. The distances are in `_axis_kernel`,
-`_flat_kernel`, `_ellipse_kernel`, `_tube_kernel` and `_point_kernel`.
-It must not know one shape's fit: that is `elements`.
+that the points cannot exclude). `_lanes_kernel` runs many starts in parallel, `_places_kernel`
+identifies equal ends. The distances are in `_axis_kernel`, `_flat_kernel`, `_ellipse_kernel`,
+`_tube_kernel` and `_point_kernel`. The package is independent of specific fits, which are in
+`elements`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Trial axes of a cold start, and what is square to them."""
+"""Trial axes of a cold start, and their perpendicular directions."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ from ocmm_core.geometry import Float
 TRIAL_AXES = 80
 """Over the hemisphere; more lie around the principal axes of the points."""
 MANY_AXES = 300
-"""The same where the quick search leaves a doubt."""
+"""The same if the quick search is inconclusive."""
 FEW_AXES = 24
-"""The same where the result can be certified and a full search follows if it is not."""
+"""The same if the result can be certified, with a full search as fallback."""
 NEAREST = 2
-"""Surfaces of second order that are tried."""
+"""Number of quadrics per weighting."""
 RIDGE = 1e-14
-"""Against the trace of a matrix, so that points on a simpler surface leave it invertible."""
+"""Relative to the trace of a matrix: keeps it invertible for points on a simpler surface."""
 RINGS = np.deg2rad([1.5, 4.0, 10.0])
-"""How far around; the patch of a long cylinder's narrow arc has a narrow basin there."""
+"""Angles around an axis; a narrow arc of a long cylinder has a narrow basin there."""
 
 
 def trial_axes(points: Float) -> Float:
-    """Return trial axes (m, 3): the principal ones, rings around them, and a hemisphere."""
+    """Return trial axes (m, 3): principal ones, rings around them, and a hemisphere."""
     principal = principal_axes(points - points.mean(axis=0))[1]
     rings = [_ring(principal, k, RINGS) for k in range(3)]
     return np.concatenate([principal, *rings, _hemisphere(TRIAL_AXES)])
 
 
 def many_axes(points: Float) -> Float:
-    """Return what `trial_axes` does with a finer hemisphere, and the axes of quadrics, (m, 3)."""
+    """Return `trial_axes` with a finer hemisphere, and the axes of quadrics, (m, 3)."""
     principal = principal_axes(points - points.mean(axis=0))[1]
     rings = [_ring(principal, k, RINGS) for k in range(3)]
     return np.concatenate([quadric_axes(points), principal, *rings, _hemisphere(MANY_AXES)])
@@ -49,11 +49,11 @@ def _ring(principal: Float, k: int, tilts: Float) -> Float:
 
 
 def quadric_axes(points: Float) -> Float:
-    """Return the principal axes (12, 3) of the surfaces of second order nearest to ``points``.
+    """Return the principal axes (12, 3) of the quadrics nearest to ``points``.
 
-    Cylinder and cone are such surfaces: where noise is small, one of these axes is theirs, also
-    where the points lie on a curve. Nearest in the sense of algebra, and as G. Taubin weighs it
-    (IEEE PAMI 13, 1991); the two nearest of each, as few points leave a choice.
+    Cylinder and cone are quadrics: at small noise one of these axes is theirs, even for points on a
+    curve. Nearest in the algebraic sense, and with the weight of G. Taubin (IEEE PAMI 13, 1991);
+    the two nearest of each, as few points leave a choice.
     """
     x, y, z = points.T
     one, zero = np.ones(len(points)), np.zeros(len(points))
@@ -85,8 +85,8 @@ def quadric_axes(points: Float) -> Float:
 def across_axes(axis: Float) -> tuple[Float, Float]:
     """Return two unit vectors (..., 3) square to ``axis`` (..., 3) and to each other.
 
-    The form of T. Duff and others, Building an orthonormal basis, revisited, JCGT 6 (2017):
-    without branches, thus for many axes at once, and quick for one.
+    The form of T. Duff and others, Building an orthonormal basis, revisited, JCGT 6 (2017): without
+    branches, hence vectorised over axes.
     """
     x, y, z = axis[..., 0], axis[..., 1], axis[..., 2]
     sign = np.copysign(1.0, z)

@@ -1,9 +1,9 @@
-"""The compiled loops of the fits about an axis: cone, torus, and the circle in space.
+"""Compiled loops of the fits about an axis: cone, torus, and the circle in space.
 
-All of them are made of two numbers of a point: its distance rho from the axis and its height t
-along it. A step shifts the axis along two directions across it (u1, u2) and, where the element has
-a place along it, along itself (ua); it turns the axis towards the two (t1, t2); then come the
-sizes. Parameters are eight numbers: a point of the axis, the axis, and two sizes.
+All are functions of a point's distance rho from the axis and height t along it. A step shifts the
+axis along two directions across it (u1, u2) and, for elements with a place along it, along itself
+(ua); it turns the axis towards the two (t1, t2); then follow the sizes. Parameters are eight
+numbers: a point of the axis, the axis, and two sizes.
 
 ============  ====================================  =============================================
 kind          step                                  distance
@@ -14,8 +14,8 @@ kind          step                                  distance
 ``RING``      u1 u2 ua t1 t2, R                     rho - R and t, both
 ============  ====================================  =============================================
 
-s is the distance of the point of the axis from the cone, which stays finite where the half angle
-goes to a right one, and the half angle passes through zero where a cone turns over.
+s is the distance of the axis point from the cone, which stays finite as the half angle approaches a
+right one; the half angle passes through zero if a cone turns over.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from ocmm_core.geometry import Float
 CYLINDER, CONE, TORUS, RING = 0, 1, 2, 3
 
 _NEAREST = 1e-12
-"""Distance from the axis below which a point has no side."""
+"""Distance from the axis below which a point has no direction."""
 
 
 @compiled()
 def across(x: float, y: float, z: float, e: Float) -> None:
-    """Put two unit vectors square to the axis into ``e`` (2, 3) (Duff and others, JCGT 6, 2017)."""
-    # sign + z lies between 1 and 2 in size, for every direction of the axis: nothing cancels.
+    """Write two unit vectors square to the axis to ``e`` (2, 3) (Duff and others, JCGT 6, 2017)."""
+    # sign + z| is between 1 and 2 for every axis direction: no cancellation.
     sign = np.copysign(1.0, z)
     a = -1.0 / (sign + z)
     b = x * y * a
@@ -44,15 +44,14 @@ def across(x: float, y: float, z: float, e: Float) -> None:
 
 @compiled()
 def move_axis(kind: int, p: Float, step: Float, moved: Float) -> None:
-    """Put the parameters after a step into ``moved`` (8,)."""
+    """Write the parameters after a step to ``moved`` (8,)."""
     e = np.empty((2, 3))
     across(p[3], p[4], p[5], e)
-    # A cylinder and a cone may slide along their axes: no step ua, and all later ones move up by
-    # one.
+    # Cylinder and cone may slide along their axes: no step ua, and all later ones move up by one.
     along = 0 if kind <= CONE else 1
     t1, t2 = step[2 + along], step[3 + along]
-    # The axis goes along a great circle, by |t| towards (t1, t2). Second derivatives below are
-    # those of this way and of no other.
+    # The axis moves on a great circle, by |t| towards (t1, t2). Second derivatives below hold for
+    # this path only.
     turn = np.hypot(t1, t2)
     c = np.cos(turn)
     # sin(x) / x is one to the last digit well before 1e-30.
@@ -65,19 +64,19 @@ def move_axis(kind: int, p: Float, step: Float, moved: Float) -> None:
         moved[3 + k] = c * p[3 + k] + s * (t1 * e[0, k] + t2 * e[1, k])
         length += moved[3 + k] * moved[3 + k]
     length = np.sqrt(length)
-    # Cosine and sine lose a digit now and then; the length is made one at every step.
+    # Cosine and sine lose digits over time; normalise at every step.
     for k in range(3):
         moved[3 + k] /= length
     moved[6] = p[6] + step[4 + along]
     moved[7] = p[7] + step[5 + along] if kind in (CONE, TORUS) else p[7]
     if not along:
-        # The point of the axis stays the foot of the origin; a cone is wider or narrower there.
+        # The axis point stays the foot of the origin; the size of a cone changes there.
         foot = moved[0] * moved[3] + moved[1] * moved[4] + moved[2] * moved[5]
         for k in range(3):
             moved[k] -= foot * moved[3 + k]
         if kind == CONE:
-            # The foot lies lower by `foot`, so that t grows by it: rho cos f - t sin f - s is the
-            # same for every point with s less foot sin f.
+            # The foot is lower by `foot`, so t grows by it: rho cos f - t sin f - s is unchanged
+            # for every point with s less foot sin f.
             moved[7] -= foot * np.sin(moved[6])
 
 
@@ -85,7 +84,7 @@ def move_axis(kind: int, p: Float, step: Float, moved: Float) -> None:
 def axis_terms(
     kind: int, points: Float, p: Float, residuals: Float, jacobian: Float, curvature: Float
 ) -> float:
-    """Fill the derivatives by a step and return the sum of squared residuals.
+    """Write the derivatives by a step and return the sum of squared residuals.
 
     Parameters
     ----------
@@ -96,10 +95,9 @@ def axis_terms(
     residuals
         (n,), for a ring (2 n,): all radial ones, then all heights.
     jacobian
-        As long as the residuals, (., k).
+        Rows as the residuals, (., k).
     curvature
-        (k, k): sum of every residual times its matrix of second derivatives; (0, 0) where nobody
-        needs it.
+        (k, k): sum of every residual times its matrix of second derivatives; (0, 0) to omit it.
     """
     n = len(points)
     e = np.empty((2, 3))
@@ -117,7 +115,7 @@ def axis_terms(
     by_t = np.zeros(k)
     for row in range(n):
         qx, qy, qz = points[row, 0] - p[0], points[row, 1] - p[1], points[row, 2] - p[2]
-        # Place of the point across the axis (x), and along it (t), mm over the size of the feature.
+        # Position across the axis (x), and along it (t), mm over the size of the feature.
         x[0] = qx * e[0, 0] + qy * e[0, 1] + qz * e[0, 2]
         x[1] = qx * e[1, 0] + qy * e[1, 1] + qz * e[1, 2]
         t = qx * p[3] + qy * p[4] + qz * p[5]
@@ -130,9 +128,9 @@ def axis_terms(
             by_rho[turn + i] = -normal[i] * t
             by_t[turn + i] = x[i]
         if along:
-            # A shift along the axis lowers every height by as much.
+            # A shift along the axis lowers every height equally.
             by_t[2] = -1.0
-        # How much the second derivatives of rho and of t count.
+        # Weights of the second derivatives of rho and of t.
         weight_rho = weight_t = 0.0
         if kind == CYLINDER:
             d = rho - p[6]
@@ -141,7 +139,7 @@ def axis_terms(
             for i in range(4):
                 jacobian[row, i] = by_rho[i]
             jacobian[row, 4] = -1.0
-            # The residual rho - R bends with rho alone.
+            # The residual rho - R has the curvature of rho alone.
             weight_rho = d
         elif kind == CONE:
             d = rho * cf - t * sf - p[7]
@@ -192,7 +190,8 @@ def axis_terms(
         for i in range(2 if bent else 0):
             for j in range(2):
                 same = 1.0 if i == j else 0.0
-                # Second derivatives of rho by two shifts: (1 - n n') / rho, the bend of a circle.
+                # Second derivatives of rho by two shifts: (1 - n n') / rho, the curvature of a
+                # circle.
                 flat = weight_rho * (same - normal[i] * normal[j]) / rho
                 if j >= i:
                     curvature[i, j] += flat
@@ -203,8 +202,8 @@ def axis_terms(
                         - weight_rho * rho * normal[i] * normal[j]
                         - weight_t * same * t
                     )
-                # By a shift and a turn: -n t of the turn bends with n, and x of the height falls by
-                # the shift.
+                # By a shift and a turn: -n t of the turn varies with n, and x of the height falls
+                # by the shift.
                 curvature[i, turn + j] += flat * t - weight_t * same
             if along:
                 # -n t of the turn, with a height that falls by the shift along the axis.
@@ -218,10 +217,10 @@ def axis_terms(
 
 @compiled()
 def tubes(points: Float, starts: Float) -> None:
-    """Give tori around the axes of ``starts`` (m, 8) a height and sizes, in place.
+    """Set height and sizes of tori around the axes of ``starts`` (m, 8), in place.
 
-    Distances from the axis and heights of the points (n, 3) lie on a circle, the section of the
-    tube, which follows from linear equations (its algebraic fit).
+    Distances from the axis and heights of the points (n, 3) are on a circle, the section of the
+    tube, from linear equations (its algebraic fit).
     """
     n = len(points)
     for row in range(len(starts)):
@@ -233,7 +232,7 @@ def tubes(points: Float, starts: Float) -> None:
             qx, qy, qz = points[i, 0] - p[0], points[i, 1] - p[1], points[i, 2] - p[2]
             t = qx * p[3] + qy * p[4] + qz * p[5]
             u = np.sqrt(max(qx * qx + qy * qy + qz * qz - t * t, 0.0))
-            # About the first point, for squares of large numbers would lose the digits of a small
+            # About the first point: squares of large numbers would lose the digits of a small
             # section.
             if i == 0:
                 u0, t0 = u, t
@@ -248,7 +247,7 @@ def tubes(points: Float, starts: Float) -> None:
             sz += z
             szu += z * u
             szt += z * t
-        # About the mean: of the circle z = 2 u0 u + 2 t0 t + const the constant drops out.
+        # About the mean: of the circle z = 2 u0 u + 2 t0 t + const the constant cancels.
         suu -= su * su / n
         sut -= su * st / n
         stt -= st * st / n
@@ -267,7 +266,7 @@ def tubes(points: Float, starts: Float) -> None:
 
 @compiled(reorder=True)
 def axis_costs(kind: int, points: Float, starts: Float, costs: Float) -> None:
-    """Put the sums of squared distances of the points (n, 3) at all starts into ``costs`` (m,)."""
+    """Write the sums of squared distances of the points (n, 3) at all starts to ``costs`` (m,)."""
     for row in range(len(starts)):
         p = starts[row]
         first, second = p[6], p[7]
@@ -276,7 +275,7 @@ def axis_costs(kind: int, points: Float, starts: Float, costs: Float) -> None:
         for i in range(len(points)):
             qx, qy, qz = points[i, 0] - p[0], points[i, 1] - p[1], points[i, 2] - p[2]
             t = qx * p[3] + qy * p[4] + qz * p[5]
-            # |q|^2 - t^2 by subtraction: on the axis rounding may leave it below zero.
+            # q|^2 - t^2 by subtraction: on the axis rounding may leave it below zero.
             square = max(qx * qx + qy * qy + qz * qz - t * t, 0.0)
             rho = np.sqrt(square)
             if kind == CYLINDER:

@@ -1,4 +1,4 @@
-"""What every fit shares: checked points, centring, orientation of directions."""
+"""Common part of the fits: checked points, centring, orientation of directions."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
 from ocmm_core.geometry import Float, Points3
 
 FLAT = 1e-6
-"""Extent against the greatest extent below which points count as flat, in a line or coincident."""
+"""Relative extent below which points count as flat, in a line or coincident."""
 
 SMALLEST_EXTENT = 1e-6
-"""mm: points closer together than this are one point."""
+"""mm: points closer together count as one point."""
 
 
 def checked_points(shape: Shape, points: Points3) -> Points3:
-    """Return ``points`` as float64 (n, 3) after the checks that all shapes share.
+    """Return ``points`` as float64 (n, 3) after the checks common to all shapes.
 
     Raises
     ------
     FitError
-        Wrong form, too few points, a masked coordinate, or one that is not a finite number.
+        Wrong form, too few points, a masked coordinate, or one that is not finite.
     """
     word = shape.value.lower()
     refuse_masked(word, points)
@@ -37,7 +37,7 @@ def checked_points(shape: Shape, points: Points3) -> Points3:
             "Give one row with x, y and z for every point.",
         )
     flat = array.ravel()
-    # One sum for all; only where it is not finite is it worth asking which point is not.
+    # One sum for all; the faulty point is only searched if it is not finite.
     if not isfinite(np.dot(flat, flat)) and not np.isfinite(array).all():
         bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
         raise FitError(
@@ -71,15 +71,10 @@ def refuse_masked(word: str, points: Points3 | Sequence[Float]) -> None:
 
 
 def centred(shape: Shape, points: Points3) -> tuple[Float, Float, float]:
-    """Return centroid (3,), points about it divided by their size (n, 3), and that size in mm.
+    """Return centroid (3,), scaled points about it (n, 3), and the scale in mm.
 
-    The size is the root mean squared distance from the centroid: the fits then work on numbers
-    near one, wherever in space and however large the feature is.
-
-    Raises
-    ------
-    FitError
-        The points coincide.
+    The scale is the root mean squared distance from the centroid: fits then work on numbers near
+    one, for features of any place and size. Raises FitError if the points coincide.
     """
     centroid, about = np.empty(points.shape[1]), np.empty_like(points)
     size = float(centre(points, centroid, about))
@@ -100,7 +95,7 @@ def principal_axes(about: Float) -> tuple[Float, Float]:
 
 
 def centred_solid(shape: Shape, points: Points3, flat: FitError) -> tuple[Float, Float, float]:
-    """Return what `centred` does; raise ``flat`` if the points lie in a plane or on a line."""
+    """Return the result of `centred`; raise ``flat`` for points in a plane or on a line."""
     centroid, about, size = centred(shape, points)
     extents, _ = principal_axes(about)
     if extents[2] < FLAT * extents[0]:
@@ -119,7 +114,7 @@ def oriented(direction: Float, hint: Float | None) -> Float:
 
 
 def degenerate(shape: Shape, why: str, remedy: str) -> FitError:
-    """Return the error for points that lie so that they do not determine ``shape``."""
+    """Return the error for points that do not determine ``shape``."""
     return FitError(
         "fit.degenerate", f"The points do not determine a {shape.value.lower()}: {why}.", remedy
     )

@@ -1,4 +1,4 @@
-"""The patch of second order nearest to points: starts that owe nothing to trial axes."""
+"""Second-order patch nearest to points: starts independent of trial axes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ocmm_core.features.search._common import principal_axes
 from ocmm_core.geometry import Float
 
 RANK = 1e-10
-"""Singular values against the greatest below which the points leave a term open; it is zero."""
+"""Relative singular value below which a term is undetermined and set to zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,9 +19,9 @@ class Patch:
 
     foot: Float
     normal: Float
-    """`foot`, `normal`: (3,) and (3,), unit: where the middle of the points is on it."""
+    """`foot`, `normal`: (3,) and (3,), unit: foot of the middle of the points, and normal there."""
     curvatures: Float
-    """(2,): principal ones, positive where it bends towards the normal."""
+    """(2,): principal curvatures, positive towards the normal."""
     directions: Float
     """(2, 3), unit: of these."""
 

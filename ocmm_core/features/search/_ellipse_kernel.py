@@ -1,8 +1,8 @@
-"""The compiled loops of the ellipse, over some points at a time so that several go at once.
+"""Compiled loops of the ellipse, over blocks of points for vectorisation.
 
 Parameters and step are those of `flat_kernel`. The second derivatives of the distance from an
-ellipse follow from those of half its square F, whose minimum over the eccentric anomaly E of the
-foot is taken: F'' - F'E F'E / FEE.
+ellipse follow from those of half its square F, minimised over the eccentric anomaly E of the foot:
+F'' - F'E F'E / FEE.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float
 
 BLOCK = 64
-"""Points at a time: their numbers stay in the fastest memory."""
+"""Points per block: their data stay in the fastest memory."""
 _COLUMNS = 18
 _X, _Y, _T, _C, _S, _D, _WEIGHT = 0, 1, 2, 3, 4, 5, 6
 _J, _A = 7, 12
 """Columns of a block: place, multiplier, foot, distance, weight; five of J; five by the anomaly."""
 _STEPS = 4
-"""Of Newton's for all points of a block; those few that need more take them on their own."""
+"""Newton steps for all points of a block; the few that need more are handled separately."""
 _NEAREST = 1e-12
 _SETTLED = 1e-9
-"""Relative step to a foot after which the next one would be as small as the square of this one."""
+"""Relative step to a foot after which the next one would be as small as its square."""
 
 
 @compiled()
@@ -30,23 +30,23 @@ def ellipse_foot(x: float, y: float, a: float, b: float) -> tuple[float, float]:
     """Return cosine and sine of the eccentric anomaly of the nearest point of an ellipse.
 
     Newton's iteration on a convex function (D. Eberly, Distance from a point to an ellipse, 2013),
-    which always ends at the nearest foot, counted from the end of the shorter axis so that nothing
-    cancels there.
+    which always converges to the nearest foot, counted from the end of the shorter axis to avoid
+    cancellation.
     """
-    # By symmetry the foot of a point in the first quadrant is found, the longer axis first; signs
-    # and order are put back at the end.
+    # By symmetry the point is moved to the first quadrant, the longer axis first; signs and order
+    # are restored at the end.
     if a >= b:
         long, short, along, beside = a, b, abs(x), abs(y)
     else:
         long, short, along, beside = b, a, abs(y), abs(x)
-    # On the long axis within the evolute the foot is off the axis, and 0 / 0 without this.
+    # On the long axis within the evolute the foot is off the axis; this prevents 0 / 0.
     beside = max(beside, 1e-18 * long)
     gap = long * long - short * short
     # The foot is (long^2 x / (t + gap), short^2 y / t), with t counted from the square of the
     # shorter axis. Cosine and sine are at most one, which bounds t from below.
     least = max(short * beside, long * along - gap)
     # On the ellipse itself t is the square of the short axis. From beyond the solution the first
-    # step leads back to its safe side, or further than that.
+    # step returns to its safe side, or further.
     t = max(least, short * short)
     for _ in range(80):
         by_long, by_short = 1.0 / (t + gap), 1.0 / t
@@ -67,7 +67,7 @@ def ellipse_foot(x: float, y: float, a: float, b: float) -> tuple[float, float]:
 
 @compiled()
 def _feet(m: int, a: float, b: float, block: Float) -> None:
-    """Put the feet of the first ``m`` points of a block into it; as `ellipse_foot` does for one."""
+    """Write the feet of the first ``m`` points of a block into it; see `ellipse_foot`."""
     swapped = a < b
     long, short = (b, a) if swapped else (a, b)
     gap = long * long - short * short
@@ -102,7 +102,7 @@ def _feet(m: int, a: float, b: float, block: Float) -> None:
 
 @compiled()
 def _columns(m: int, p: Float, block: Float) -> None:
-    """Fill the distances and their derivatives of the first ``m`` points of a block."""
+    """Write the distances and their derivatives of the first ``m`` points of a block."""
     a, b, offset = p[3], p[4], p[7]
     rolling = offset != 0.0
     for i in range(m):
@@ -113,21 +113,21 @@ def _columns(m: int, p: Float, block: Float) -> None:
         nx, ny = nx * scale, ny * scale
         distance = nx * (x - a * c) + ny * (y - b * s)
         residual = distance - offset
-        # Of a point on the ellipse; keeps the quotient below finite and its sign.
+        # For points on the ellipse; keeps the quotient below finite with its sign.
         nearest = 1e-9 if distance >= 0.0 else -1e-9
         nearest = distance if abs(distance) > 1e-9 else nearest
         block[_D, i] = residual
-        # D = root of 2 F bends by D'' = (F'' - D' D') / D, and counts times the residual D -
-        # offset: the factor (D - offset) / D, which is one without an offset.
+        # D = root of 2 F has D'' = (F'' - D' D') / D, multiplied by the residual D - offset: the
+        # factor (D - offset) / D, which is one without an offset.
         block[_WEIGHT, i] = residual / nearest if rolling else 1.0
         # By u and v the point moves by -1, by the turn by (y, -x), in the frame of the ellipse.
         block[_J, i], block[_J + 1, i], block[_J + 2, i] = -nx, -ny, nx * y - ny * x
         # The foot moves by (c, 0) with a and by (0, s) with b; along the normal the distance
-        # shrinks.
+        # decreases.
         block[_J + 3, i], block[_J + 4, i] = -nx * c, -ny * s
         # d(foot)/dE; its own derivative is minus the foot.
         foot_x, foot_y = -a * s, b * c
-        # FEE = |foot'|^2 - (p - foot) . foot'', with p - foot = distance n. It is zero in the
+        # FEE = |foot'|^2 - (p - foot) . foot'', with p - foot = distance n. It is zero at the
         # centre of curvature of the foot.
         bend = foot_x * foot_x + foot_y * foot_y + distance * (nx * a * c + ny * b * s)
         bend = bend if bend > _NEAREST else _NEAREST
@@ -147,7 +147,7 @@ def _sums(m: int, block: Float, curvature: Float) -> None:
     for i in range(m):
         x, y, c, s = block[_X, i], block[_Y, i], block[_C, i], block[_S, i]
         nx, ny, residual = -block[_J, i], -block[_J + 1, i], block[_D, i]
-        # What bends the place of the point itself: (x, y) turns to -(x, y) in second order.
+        # Second-order motion of the point itself: (x, y) turns to -(x, y).
         turn_turn -= residual * (nx * x + ny * y)
         x_turn += residual * ny
         y_turn -= residual * nx
@@ -187,7 +187,7 @@ def _sums(m: int, block: Float, curvature: Float) -> None:
 def ellipse_terms(
     points: Float, p: Float, residuals: Float, jacobian: Float, curvature: Float
 ) -> float:
-    """Fill the derivatives of an ellipse by a step; see `axis_kernel.axis_terms`."""
+    """Write the derivatives of an ellipse by a step; see `axis_kernel.axis_terms`."""
     n = len(points)
     turn_cos, turn_sin = np.cos(p[2]), np.sin(p[2])
     curvature[:] = 0.0
@@ -221,21 +221,21 @@ def ellipse_terms(
 
 @compiled()
 def of_conic(conic: Float, offset: float, start: Float) -> bool:
-    """Put the parameters of a conic (6,) into ``start`` (8,); False where it is no ellipse.
+    """Write the parameters of a conic (6,) to ``start`` (8,); False if not an ellipse.
 
-    The conic is a x^2 + b x y + c y^2 + d x + e y + f = 0, of the points, which lie ``offset``
-    outside the ellipse.
+    The conic of the points, ``offset`` outside the ellipse, is a x^2 + b x y + c y^2 + d x + e y +
+    f = 0.
     """
-    # A conic has no sign of its own; with this one an ellipse is positive outside.
+    # The sign of a conic is arbitrary; with this one an ellipse is positive outside.
     sign = 1.0 if conic[0] > 0.0 else -1.0
     a, h, c = sign * conic[0], 0.5 * sign * conic[1], sign * conic[2]
     d, e = 0.5 * sign * conic[3], 0.5 * sign * conic[4]
     determinant = a * c - h * h
     if not determinant > 0.0:
         return False
-    # The centre, where the gradient is zero; h, d and e are the halves of b, d and e above.
+    # The centre, at zero gradient; h, d and e are the halves of b, d and e above.
     x, y = (h * e - c * d) / determinant, (h * d - a * e) / determinant
-    # Minus the value at the centre; not positive where no real point lies on it.
+    # Minus the value at the centre; not positive if the conic has no real points.
     level = -(sign * conic[5] + d * x + e * y)
     if not level > 0.0:
         return False
@@ -244,9 +244,9 @@ def of_conic(conic: Float, offset: float, start: Float) -> bool:
     greatest = 0.5 * (a + c) + np.hypot(0.5 * (a - c), h)
     long, short = np.sqrt(level * greatest / determinant), np.sqrt(level / greatest)
     start[0], start[1], start[7] = x, y, offset
-    # The angle of the shorter axis, a quarter turn on.
+    # The angle of the shorter axis, plus a quarter turn.
     start[2] = 0.5 * np.arctan2(2.0 * h, a - c) + 0.5 * np.pi
-    # The centres of a ball of this radius lie about that far outside; 0.05 keeps a start with a
+    # The centres of a ball of this radius are about that far outside; 0.05 keeps a start from a
     # rough conic an ellipse.
     start[3], start[4] = max(long - offset, 0.05 * short), max(short - offset, 0.05 * short)
     return True
@@ -254,10 +254,10 @@ def of_conic(conic: Float, offset: float, start: Float) -> bool:
 
 @compiled()
 def conics(points: Float, found: Float) -> None:
-    """Put two conics (2, 6) through points (n, 2), in the form of `of_conic`, into ``found``.
+    """Write two conics (2, 6) through points (n, 2), in the form of `of_conic`, to ``found``.
 
-    First the constrained one of Halir and Flusser, which always is an ellipse, then that whose
-    coefficients have length one. Raises LinAlgError for points on a straight line.
+    First the constrained one of Halir and Flusser, which always is an ellipse, then the one with
+    unit coefficients. Raises LinAlgError for points on a straight line.
     """
     scatter = np.zeros((6, 6))
     one = np.empty(6)
@@ -268,8 +268,8 @@ def conics(points: Float, found: Float) -> None:
             for j in range(6):
                 scatter[i, j] += one[i] * one[j]
     mixed = np.ascontiguousarray(scatter[0:3, 3:6])
-    # The linear part follows from the quadratic one where the scatter is smallest (Halir and
-    # Flusser, 1998): l = -S3^-1 S2' q, and q'(S1 - S2 S3^-1 S2') q is left.
+    # The linear part follows from the quadratic one at minimal scatter (Halir and Flusser, 1998): l
+    # = -S3^-1 S2' q, and q'(S1 - S2 S3^-1 S2') q remains.
     to_linear = -np.linalg.solve(scatter[3:6, 3:6].copy(), mixed.T.copy())
     reduced = scatter[0:3, 0:3] + mixed @ to_linear
     # The inverse of the constraint 4 a c - b^2 = 1. Complex numbers, as rounding may need them.
@@ -280,7 +280,7 @@ def conics(points: Float, found: Float) -> None:
         )  # fmt: skip
     vectors = np.linalg.eig(system)[1].real
     best = 0
-    # Of the three eigenvectors only one fulfils 4 a c > b^2: the ellipse.
+    # Only one of the three eigenvectors has 4 a c > b^2: the ellipse.
     inside = 4.0 * vectors[0] * vectors[2] - vectors[1] ** 2
     for j in range(1, 3):
         if inside[j] > inside[best]:

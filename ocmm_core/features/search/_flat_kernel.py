@@ -1,4 +1,4 @@
-"""The compiled loops of the fits without an axis: balls, and outlines in a plane.
+"""Compiled loops of the fits without an axis: balls, and outlines in a plane.
 
 ==============  =========================  ====================================================
 kind            parameters                 step
@@ -10,8 +10,9 @@ kind            parameters                 step
 ``SQUARE_ENDS``  x y turn a b              the same
 ==============  =========================  ====================================================
 
-Distances are positive outside. That of an ellipse is less its offset, which is no parameter: a ball
-that rolls on an ellipse has its centre on a curve that is none. Its loops are in `_ellipse_kernel`.
+Distances are positive outside. That of an ellipse is reduced by its offset, which is no parameter:
+the centre of a ball rolling on an ellipse does not follow an ellipse. Its loops are in
+`_ellipse_kernel`.
 """
 
 from __future__ import annotations
@@ -28,14 +29,14 @@ _NEAREST = 1e-12
 
 @compiled()
 def move_flat(kind: int, p: Float, step: Float, moved: Float) -> None:
-    """Put the parameters after a step into ``moved`` (8,)."""
+    """Write the parameters after a step to ``moved`` (8,)."""
     for k in range(8):
         moved[k] = p[k]
     if kind <= BALL:
         for k in range(3 if kind == DISC else 4):
             moved[k] += step[k]
         return
-    # The step of the centre is along the axes of the outline: turned back into those of the plane.
+    # The step of the centre is along the axes of the outline: turn it back into those of the plane.
     c, s = np.cos(p[2]), np.sin(p[2])
     moved[0] += c * step[0] - s * step[1]
     moved[1] += s * step[0] + c * step[1]
@@ -47,16 +48,16 @@ def move_flat(kind: int, p: Float, step: Float, moved: Float) -> None:
 def ball_terms(
     d: int, points: Float, p: Float, residuals: Float, jacobian: Float, curvature: Float
 ) -> float:
-    """Fill the derivatives of a ball in ``d`` dimensions; see `axis_kernel.axis_terms`."""
+    """Write the derivatives of a ball in ``d`` dimensions; see `axis_kernel.axis_terms`."""
     # Second derivatives of a distance: (1 - n n') / distance, across the normal only; the two parts
-    # are summed apart. The radius is linear and adds none.
+    # are summed separately. The radius is linear and adds none.
     cost = total = xx = xy = xz = yy = yz = zz = 0.0
     radius, cx, cy, cz = p[d], p[0], p[1], p[2]
     for row in range(len(points)):
         x, y = points[row, 0] - cx, points[row, 1] - cy
         z = points[row, 2] - cz if d == 3 else 0.0
         distance = np.sqrt(x * x + y * y + z * z)
-        # In the centre no direction leads outwards; a normal of zero length does no harm.
+        # At the centre no direction is outwards; a normal of zero length is harmless.
         distance = distance if distance > _NEAREST else _NEAREST
         residual = distance - radius
         residuals[row] = residual
@@ -91,13 +92,13 @@ def ball_terms(
 def slot_terms(
     kind: int, points: Float, p: Float, residuals: Float, jacobian: Float, curvature: Float
 ) -> float:
-    """Fill the derivatives of a slot or rectangle by a step; see `axis_kernel.axis_terms`."""
+    """Write the derivatives of a slot or rectangle by a step; see `axis_kernel.axis_terms`."""
     turn_cos, turn_sin = np.cos(p[2]), np.sin(p[2])
     a, b = p[3], p[4]
     bent = curvature.size > 0
     curvature[:] = 0.0
-    # How the point moves against the nearest corner or end: by u, v, turn, a, b. Only these matter
-    # where the outline is round, or the point lies beyond a corner.
+    # Motion of the point relative to the nearest corner or end: by u, v, turn, a, b. Only used on
+    # round ends and beyond corners.
     g = np.zeros((5, 2))
     g[0, 0] = g[1, 1] = -1.0
     by_anomaly = np.empty(5)
@@ -106,15 +107,15 @@ def slot_terms(
         arm_x, arm_y = points[row, 0] - p[0], points[row, 1] - p[1]
         x = turn_cos * arm_x + turn_sin * arm_y
         y = turn_cos * arm_y - turn_sin * arm_x
-        # By symmetry one quadrant does: sides put the signs back.
+        # By symmetry one quadrant suffices: sides restore the signs.
         side_x, side_y = np.copysign(1.0, x), np.copysign(1.0, y)
         g[2, 0], g[2, 1] = y, -x
         g[3, 0] = g[3, 1] = g[4, 0] = g[4, 1] = 0.0
-        # Normal (nx, ny), distance, and how the distance changes with the two sizes.
+        # Normal (nx, ny), distance, and its derivatives by the two sizes.
         bend = 0.0
         if kind == ROUND_ENDS:
             # Beyond the straight part: a is half the overall length, b the radius of the ends, so
-            # that the centres of the ends lie at a - b.
+            # that the centres of the ends are at a - b.
             reach = abs(x) - (a - b)
             if reach <= 0.0:
                 nx, ny, distance, by_a, by_b = 0.0, side_y, abs(y) - b, 0.0, -1.0
@@ -150,15 +151,15 @@ def slot_terms(
         if not bent:
             continue
 
-        # Second derivatives of the place of the point in the frame of the outline.
-        # By two turns the point bends by -(x, y), by a turn and a shift by (0, 1) and (-1, 0).
+        # Second derivatives of the position of the point in the outline's frame: by two turns -(x,
+        # y), by a turn and a shift (0, 1) and (-1, 0).
         curvature[2, 2] -= distance * (nx * x + ny * y)
         curvature[0, 2] += distance * ny
         curvature[1, 2] -= distance * nx
         if bend > 0.0:
             for i in range(5):
-                # The move across the normal: about a centre at the distance 1 / bend, moves t
-                # across it add t t' bend.
+                # Motion across the normal: about a centre at the distance 1 / bend, moves t across
+                # it add t t' bend.
                 by_anomaly[i] = g[i, 1] * nx - g[i, 0] * ny
             for i in range(5):
                 for j in range(i, 5):

@@ -1,9 +1,9 @@
-"""The compiled descent of many starts about an axis at once: one start in every lane.
+"""Compiled descent of many starts about an axis in parallel: one start per lane.
 
-Cylinder, cone and torus through few points have many minima, and hundreds of starts look for them.
-All starts meet the same points with the same operations, so that they go side by side: every loop
-below runs over lanes, and a lane whose start has come to its end takes the next one. Parameters,
-steps and distances are those of `axis_kernel`, and so are the derivations.
+Cylinder, cone and torus through few points have many minima, searched by hundreds of starts. All
+starts use the same points and operations, so they run side by side: every loop below runs over
+lanes, and a finished lane takes the next start. Parameters, steps, distances and derivations are
+those of `axis_kernel`.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from ocmm_core.features.search._axis_kernel import CONE, CYLINDER, TORUS
 from ocmm_core.geometry import Float
 
 LANES = 32
-"""Starts side by side: their numbers stay in the fastest memory."""
+"""Starts in parallel: their data stay in the fastest memory."""
 ENOUGH = 1e-4
-"""Relative gain of a step below which a start has descended."""
+"""Relative gain of a step that ends a descent."""
 FIRST_DAMPING, MOST_DAMPING = 1e-3, 1e8
 
-# Rows of the block, each as long as there are lanes: parameters, those that are tried, two
-# directions across the axis, derivatives of a distance, the distance; gradient and normal matrix
-# (lower half) at the parameters and at those tried; factor, step; cost, cost tried, damping,
-# whether the equations had a solution, cosine and sine of a cone's angle.
+# Rows of the block, one element a lane: parameters, trial parameters, two directions across the
+# axis, derivatives of a distance, the distance; gradient and normal matrix (lower half) at the
+# parameters and at the trial; factor, step; cost, trial cost, damping, solvable flag, cosine and
+# sine of a cone's angle.
 _P, _Q, _E, _J, _R = 0, 8, 16, 22, 29
 _G, _N, _NEW_G, _NEW_N, _L, _S = 30, 37, 65, 72, 100, 128
 _COST, _NEW, _DAMPING, _SOLVED, _COS, _SIN, _ROWS = 135, 136, 137, 138, 139, 140, 141
@@ -33,7 +33,7 @@ _NEAREST, _UNMOVED = 1e-12, 1e-60
 
 @compiled()
 def _distances(kind: int, x: float, y: float, z: float, lanes: int, b: Float) -> None:
-    """Fill distance and derivatives of one point in every lane; see `axis_kernel.axis_terms`."""
+    """Write distance and derivatives of one point in every lane; see `axis_kernel.axis_terms`."""
     for w in range(min(lanes, LANES)):
         q = x - b[_Q * LANES + w], y - b[(_Q + 1) * LANES + w], z - b[(_Q + 2) * LANES + w]
         a = b[(_Q + 3) * LANES + w], b[(_Q + 4) * LANES + w], b[(_Q + 5) * LANES + w]
@@ -43,7 +43,7 @@ def _distances(kind: int, x: float, y: float, z: float, lanes: int, b: Float) ->
         v = q[0] * f[0] + q[1] * f[1] + q[2] * f[2]
         t = q[0] * a[0] + q[1] * a[1] + q[2] * a[2]
         rho = np.sqrt(u * u + v * v)
-        # What is not a number stays none.
+        # NaN stays NaN.
         rho = _NEAREST if rho < _NEAREST else rho
         nu, nv = u / rho, v / rho
         first, second = b[(_Q + 6) * LANES + w], b[(_Q + 7) * LANES + w]
@@ -76,7 +76,7 @@ def _distances(kind: int, x: float, y: float, z: float, lanes: int, b: Float) ->
 
 @compiled()
 def _evaluate(kind: int, k: int, points: Float, lanes: int, b: Float) -> None:
-    """Fill cost, gradient and normal matrix at the parameters that are tried."""
+    """Write cost, gradient and normal matrix at the trial parameters."""
     flat = b.reshape(-1)
     b[_NEW_G : _NEW_N + _MATRIX, :lanes] = 0.0
     for w in range(min(lanes, LANES)):
@@ -121,7 +121,7 @@ def _evaluate(kind: int, k: int, points: Float, lanes: int, b: Float) -> None:
 
 @compiled()
 def _solve(k: int, lanes: int, b: Float) -> None:
-    """Put minus the solution of the damped normal equations into the step of every lane."""
+    """Write minus the solution of the damped normal equations to the step of every lane."""
     for w in range(lanes):
         b[_SOLVED, w] = 1.0
     for i in range(k):
@@ -140,7 +140,7 @@ def _solve(k: int, lanes: int, b: Float) -> None:
                     b[total, w] -= b[first, w] * b[second, w]
             if i == j:
                 for w in range(lanes):
-                    # No Cholesky factor: rounding, or not a number.
+                    # No Cholesky factor: rounding, or NaN.
                     sound = b[total, w] > 0.0
                     b[_SOLVED, w] = b[_SOLVED, w] if sound else 0.0
                     # The inverse of the root, as it is only divided by.
@@ -171,10 +171,10 @@ def _solve(k: int, lanes: int, b: Float) -> None:
 
 @compiled()
 def _move(kind: int, lanes: int, b: Float) -> None:
-    """Put the parameters after the step of every lane into those that are tried."""
+    """Write the parameters after the step of every lane to the trial ones."""
     along = 0 if kind <= CONE else 1
     for w in range(min(lanes, LANES)):
-        # Directions across the axis once more: those in the block are of the last trial.
+        # Recompute directions across the axis: those in the block are of the last trial.
         ax, ay, az = b[(_P + 3) * LANES + w], b[(_P + 4) * LANES + w], b[(_P + 5) * LANES + w]
         sign = 1.0 if az >= 0.0 else -1.0
         a = -1.0 / (sign + az)
@@ -187,8 +187,8 @@ def _move(kind: int, lanes: int, b: Float) -> None:
         px = b[_P * LANES + w] + s1 * ex + s2 * fx + sa * ax
         py = b[(_P + 1) * LANES + w] + s1 * ey + s2 * fy + sa * ay
         pz = b[(_P + 2) * LANES + w] + s1 * ez + s2 * fz + sa * az
-        # By twice the angle whose tangent is |t| / 2: |t| itself to third order, never more than
-        # half a turn, and without a sine.
+        # By twice the angle with tangent |t| / 2: |t| itself to third order, at most half a turn,
+        # and without a sine.
         quarter = 0.25 * (t1 * t1 + t2 * t2)
         c, s = (1.0 - quarter) / (1.0 + quarter), 1.0 / (1.0 + quarter)
         nx = c * ax + s * (t1 * ex + t2 * fx)
@@ -196,7 +196,7 @@ def _move(kind: int, lanes: int, b: Float) -> None:
         nz = c * az + s * (t1 * ez + t2 * fz)
         scale = 1.0 / np.sqrt(nx * nx + ny * ny + nz * nz)
         nx, ny, nz = nx * scale, ny * scale, nz * scale
-        # The point of a cylinder's and a cone's axis stays the foot of the origin.
+        # The axis point of cylinder and cone stays the foot of the origin.
         foot = 0.0 if along else px * nx + py * ny + pz * nz
         b[_Q * LANES + w], b[(_Q + 1) * LANES + w] = px - foot * nx, py - foot * ny
         b[(_Q + 2) * LANES + w], b[(_Q + 3) * LANES + w] = pz - foot * nz, nx
@@ -214,7 +214,7 @@ def _move(kind: int, lanes: int, b: Float) -> None:
 
 @compiled()
 def _begin(start: Float, w: int, b: Float) -> None:
-    """Put a start into a lane; its first trial is the start itself, and always taken."""
+    """Load a start into a lane; its first trial is the start itself, always accepted."""
     for i in range(8):
         b[_Q + i, w] = start[i]
     b[_COST, w], b[_DAMPING, w] = np.inf, FIRST_DAMPING
@@ -222,7 +222,7 @@ def _begin(start: Float, w: int, b: Float) -> None:
 
 @compiled()
 def _accept(k: int, lanes: int, b: Float) -> None:
-    """Take what was tried where it is better."""
+    """Accept trials that are better."""
     for shift, first, last in (
         (_Q - _P, _P, _P + 8), (_NEW_G - _G, _G, _G + k), (_NEW_N - _N, _N, _N + k * (k + 1) // 2)
     ):  # fmt: skip
@@ -237,7 +237,7 @@ def _accept(k: int, lanes: int, b: Float) -> None:
 def descend_lanes(
     kind: int, k: int, points: Float, starts: Float, steps: int, costs: Float
 ) -> None:
-    """Take some damped Gauss-Newton steps from every start, in place.
+    """Apply some damped Gauss-Newton steps to every start, in place.
 
     Parameters
     ----------
@@ -250,7 +250,7 @@ def descend_lanes(
     starts
         (m, 8).
     steps
-        How many.
+        Number of steps.
     costs
         (m,), out: sum of squared residuals.
     """
@@ -267,8 +267,8 @@ def descend_lanes(
         for w in range(lanes):
             cost, new = b[_COST, w], b[_NEW, w]
             better, first = new < cost, cost == np.inf
-            # Only order and basin matter: a step that gains little ends the way, and a place from
-            # which no damping gains anything, too.
+            # Only order and basin matter: a step of little gain ends the descent, as does a place
+            # that no damping improves.
             if tries[w] == 0 or (first and not better) or (new > cost * (1.0 - ENOUGH) and better):
                 tries[w] = 0
             if not first:
@@ -282,7 +282,7 @@ def descend_lanes(
                 tries[w] -= 1
                 continue
             costs[which[w]] = b[_COST, w]
-            # A start that is not a number stays where it was.
+            # A start with NaN stays unchanged.
             for i in range(8 if np.isfinite(b[_COST, w]) else 0):
                 starts[which[w], i] = b[_P + i, w]
             if following < len(starts):
@@ -290,7 +290,7 @@ def descend_lanes(
                 _begin(starts[following], w, b)
                 following += 1
                 continue
-            # Nobody waits: the last lane comes here, and there is one less.
+            # No start is waiting: the last lane moves here, and there is one less.
             lanes -= 1
             which[w], tries[w] = which[lanes], tries[lanes]
             for row in range(_ROWS):

@@ -1,4 +1,4 @@
-"""The compiled iterations behind all fits: guarded Newton steps, and the descent of many starts."""
+"""Compiled iterations of all fits: guarded Newton steps, and descent of many starts."""
 
 from __future__ import annotations
 
@@ -33,29 +33,30 @@ STEP_SIZE = (5, 6, 7, 6, 3, 4, 5, 5, 5)
 
 MAX_STEPS = 100
 CONVERGED = 1e-13
-"""Length of a step, against that of the parameters, below which the iteration has converged."""
+"""Length of a step, relative to that of the parameters, at convergence."""
 STAGNATED = 1e-8
-"""The same where rounding keeps the steps from becoming shorter."""
+"""The same if rounding prevents shorter steps."""
 ROUNDING = 1e-15
-"""Of a residual, as the coordinates are scaled to one."""
+"""Of residuals, for coordinates scaled to one."""
 QUADRATIC = 1e-10
-"""The same for a step of Newton's without damping: the next one would be as short as its square."""
+"""Length of an undamped Newton step whose square is negligible."""
 NOISE_OF_COST = 1e-12
 """Relative increase of the cost that counts as rounding."""
 LEFT = 1e-9
-"""Relative gain of the cost that a whole step of Newton's may still promise in a minimum."""
-# In parts of the diagonal of J'J, as Marquardt has it.
+"""Relative gain of the cost that a full Newton step may still predict at a minimum."""
+# Relative to the diagonal of J'J, after Marquardt.
 NEWTON_DAMPING, LEAST_DAMPING = 1e-4, 1e-16
-"""The first, and the one below which there is none. Along a valley that is a million times as long
-as wide a damping of 1e-9 still takes a ten thousandth of the step."""
+"""Initial damping, and the value below which it is zero. In a valley with an aspect ratio of a
+million, a damping of 1e-9 still reduces the step by a ten thousandth.
+"""
 
 UNMOVED = 1e-60
-"""What keeps a number where it is on which no residual depends, as the length of half a slot."""
+"""Pivot that fixes an unknown without effect on residuals, such as the length of half a slot."""
 
 
 @compiled(axis_kernel, ellipse_kernel, flat_kernel)
 def move(kind: int, p: Float, step: Float, moved: Float) -> None:
-    """Put the parameters (8,) after a step (k,) into ``moved``."""
+    """Write the parameters (8,) after a step (k,) to ``moved``."""
     if kind <= RING:
         move_axis(kind, p, step, moved)
     else:
@@ -66,7 +67,7 @@ def move(kind: int, p: Float, step: Float, moved: Float) -> None:
 def terms(
     kind: int, points: Float, p: Float, residuals: Float, jacobian: Float, curvature: Float
 ) -> float:
-    """Fill the derivatives by a step and return the cost; see `axis_kernel.axis_terms`."""
+    """Write the derivatives by a step and return the cost; see `axis_kernel.axis_terms`."""
     if kind <= RING:
         return axis_terms(kind, points, p, residuals, jacobian, curvature)
     if kind in (DISC, BALL):
@@ -78,7 +79,7 @@ def terms(
 
 @compiled(reorder=True)
 def _normal(jacobian: Float, residuals: Float, normal: Float, gradient: Float) -> None:
-    """Put the lower half of J'J into ``normal`` (k, k) and J'r into ``gradient`` (k,)."""
+    """Write the lower half of J'J to ``normal`` (k, k) and J'r to ``gradient`` (k,)."""
     n, k = jacobian.shape
     for i in range(k):
         total = 0.0
@@ -97,34 +98,32 @@ def solve_step(
     normal: Float, curvature: Float, gradient: Float, damping: float, share: float, factor: Float,
     step: Float,
 ) -> bool:  # fmt: skip
-    """Put minus the solution of the damped equations into ``step``; False if not convex.
+    """Write minus the solution of the damped equations to ``step``; False if not convex.
 
-    ``share`` is how much of the curvature is added to the normal matrix. ``factor`` (k, k) is for
-    work and may be ``normal`` itself, which is destroyed then.
+    ``share`` is the fraction of the curvature added to the normal matrix. ``factor`` (k, k) is a
+    work array and may be ``normal`` itself, which is then destroyed.
     """
     k = len(gradient)
     for i in range(k):
         for j in range(i + 1):
             # J'J + share C, lower triangle. With r'r / 2 as the function, J'r is its gradient and
-            # J'J + C its matrix of second derivatives, so that share 1 is Newton and share 0
-            # Gauss-Newton.
+            # J'J + C its Hessian, so that share 1 is Newton and share 0 Gauss-Newton.
             total = normal[i, j] + share * curvature[i, j]
             if i == j:
                 # UNMOVED is far below any square of a coordinate near one, and changes no digit of
-                # a pivot that a residual depends on.
+                # a pivot that affects a residual.
                 total += damping * normal[i, i] + UNMOVED
             for m in range(j):
                 total -= factor[i, m] * factor[j, m]
             if i == j:
-                # No Cholesky factor: the surface is not convex here, or holds NaN.
+                # No Cholesky factor: not convex here, or NaN.
                 if not total > 0.0:
                     return False
                 factor[i, i] = np.sqrt(total)
             else:
                 factor[i, j] = total / factor[j, j]
     for i in range(k):
-        # The step goes against the gradient; residuals are distance minus size, not the other way
-        # round.
+        # The step is against the gradient; residuals are distance minus size.
         total = -gradient[i]
         for m in range(i):
             total -= factor[i, m] * step[m]
@@ -139,17 +138,17 @@ def solve_step(
 
 @compiled()
 def gain_of(jacobian: Float, gain: Float) -> tuple[float, float]:
-    """Put the inverse of J'J into ``gain`` (k, k), of ``jacobian`` (n, k).
+    """Write the inverse of J'J to ``gain`` (k, k), for ``jacobian`` (n, k).
 
-    Returns the least and the greatest eigenvalue of J'J with columns scaled to length one.
+    Returns the least and the greatest eigenvalue of J'J with columns scaled to unit length.
     """
     n, k = jacobian.shape
     normal, scale, unused = np.zeros((k, k)), np.ones(k), np.empty(k)
     _normal(jacobian, np.zeros(n), normal, unused)
     for i in range(k):
         if normal[i, i] > 0.0:
-            # Columns of length one: angles and lengths become alike, and the eigenvalues say how
-            # well the points tell the unknowns apart, whatever the units. A column of zeros stays.
+            # Unit columns make angles and lengths comparable; the eigenvalues then measure how well
+            # the points separate the unknowns. A zero column stays.
             scale[i] = 1.0 / np.sqrt(normal[i, i])
     for i in range(k):
         for j in range(i + 1):
@@ -171,10 +170,10 @@ def gain_of(jacobian: Float, gain: Float) -> tuple[float, float]:
 def at_rest(
     normal: Float, curvature: Float, gradient: Float, least: float, factor: Float, step: Float
 ) -> bool:
-    """Return whether a whole step promises to lower the cost by no more than ``least``.
+    """Return whether a full step predicts a decrease of the cost of at most ``least``.
 
-    A damped step is short because it is damped, and so is one where no damping helps: neither
-    proves a minimum. For ``factor`` and ``step`` see `solve_step`; both are for work.
+    A short damped step, or a step that no damping helps, does not prove a minimum. For ``factor``
+    and ``step`` (work arrays) see `solve_step`.
     """
     if not solve_step(normal, curvature, gradient, 0.0, 1.0, factor, step) and not solve_step(
         normal, curvature, gradient, 1e-14, 0.0, factor, step
@@ -190,11 +189,11 @@ def at_rest(
 
 @compiled(axis_kernel, ellipse_kernel, flat_kernel)
 def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
-    """Go from ``p`` (8,) to the next minimum, in place; return its cost and whether it is one."""
+    """Move ``p`` (8,) to the next minimum, in place; return its cost and convergence."""
     k = STEP_SIZE[kind]
-    # A point off a ring has two residuals, beside it and along its axis.
+    # A point of a ring has two residuals, radial and along its axis.
     rows = len(points) * (2 if kind == RING else 1)
-    # Column by column: the sums over the rows then take several numbers at once.
+    # Column by column: sums over the rows then vectorise.
     residuals, jacobian, curvature = np.empty(rows), np.empty((k, rows)).T, np.empty((k, k))
     new_residuals, new_jacobian, new_curvature = (
         np.empty(rows), np.empty((k, rows)).T, np.empty((k, k))
@@ -206,14 +205,14 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
     damping = 0.0
     last_length = np.inf
     for _ in range(MAX_STEPS):
-        # Where it is not convex a Newton step might climb; a Gauss-Newton step does not.
+        # Without convexity a Newton step might climb; a Gauss-Newton step does not.
         convex = solve_step(normal, curvature, gradient, damping, 1.0, factor, step)
         solved = convex or solve_step(
             normal, curvature, gradient, max(damping, 1e-14), 0.0, factor, step
         )
         new_cost = np.inf
         length = np.inf
-        # The step is tried on a copy: p stays until the cost says yes.
+        # The step is tried on a copy: p stays until the cost is accepted.
         if solved:
             move(kind, p, step, moved)
             new_cost = terms(kind, points, moved, new_residuals, new_jacobian, new_curvature)
@@ -223,20 +222,19 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
             for i in range(8):
                 of_p += p[i] * p[i]
             length = np.sqrt(of_step) / (1.0 + np.sqrt(of_p))
-        # Residuals carry the rounding of coordinates near one, however small they are themselves. A
-        # difference of two costs carries it twice.
+        # Residuals carry the rounding of coordinates near one, however small they are. A difference
+        # of two costs carries it twice.
         noise = NOISE_OF_COST * cost + ROUNDING * np.sqrt(rows * cost) + rows * ROUNDING**2
-        # Rejected; written so that NaN and infinity are, too. A cost that rises by its rounding is
-        # taken, or the last steps in a minimum would be refused at random.
+        # Rejected; written so that NaN and infinity are rejected also. A rise by rounding is
+        # accepted, or the last steps at a minimum would be refused at random.
         if not new_cost <= cost + noise:
-            # So short a step cannot fall any more: this is the minimum, if no damping made it
-            # short.
+            # So short a step cannot decrease the cost: a minimum, unless damping made it short.
             if length < CONVERGED:
                 return cost, damping == 0.0 or at_rest(
                     normal, curvature, gradient, LEFT * cost + 2.0 * noise, factor, step
                 )
             damping = 10.0 * damping if damping > 0.0 else NEWTON_DAMPING
-            # The step is nothing in a float64 long before.
+            # Beyond float64 resolution.
             if damping > 1e20:
                 break
             continue
@@ -247,8 +245,8 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
         curvature, new_curvature = new_curvature, curvature
         _normal(jacobian, residuals, normal, gradient)
         if (
-            # Three ways to have arrived: the step is rounding; it stays small and no longer halves;
-            # or it was a pure Newton step, whose error is about its square.
+            # Converged in one of three ways: the step is rounding; it stays small and no longer
+            # halves; or it was a pure Newton step, whose error is about its square.
             length < CONVERGED
             or (length < STAGNATED and length > 0.5 * last_length)
             or (length < QUADRATIC and convex and damping == 0.0)
@@ -257,7 +255,7 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
             or at_rest(normal, curvature, gradient, LEFT * cost + 2.0 * noise, factor, step)
         ):
             return cost, True
-        # A step was taken: ten times less damping, and none below the least.
+        # Step accepted: ten times less damping, and zero below the least.
         last_length = length
         damping = 0.1 * damping if damping > LEAST_DAMPING else 0.0
     return cost, False
@@ -265,18 +263,18 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
 
 @compiled(axis_kernel, ellipse_kernel, flat_kernel, lanes_kernel)
 def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -> None:
-    """Take some damped Gauss-Newton steps from every start, in place.
+    """Apply some damped Gauss-Newton steps to every start, in place.
 
     Parameters
     ----------
     kind
         Any but a ring and a ball.
     points
-        (n, d); a sample will do, as the best ends are refined with all points.
+        (n, d); a sample suffices, as the best ends are refined with all points.
     starts
         (m, 8).
     steps
-        How many.
+        Number of steps.
     costs
         (m,), out: sum of squared residuals.
     """
@@ -290,14 +288,14 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
     for m in range(len(starts)):
         p = starts[m]
         cost = terms(kind, points, p, residuals, jacobian, unused)
-        # Starts are rough, and only their order and basin matter: plain Gauss-Newton, which needs
-        # no second derivatives. An empty curvature tells `terms` so.
+        # Starts are rough, and only their order and basin matter: plain Gauss-Newton without second
+        # derivatives, selected by an empty curvature.
         damping = FIRST_DAMPING
         fresh = True
         for _ in range(steps):
             if fresh:
                 _normal(jacobian, residuals, normal, gradient)
-            # A share of zero: what stands for the curvature is never used.
+            # With a share of zero the curvature is not used.
             if not solve_step(normal, normal, gradient, damping, 0.0, factor, step):
                 break
             move(kind, p, step, moved)
@@ -312,7 +310,7 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
                     break
             else:
                 damping *= 10.0
-                # It does not descend any more; others will.
+                # No further descent here; other starts continue.
                 if damping > MOST_DAMPING:
                     break
         costs[m] = cost
@@ -320,7 +318,7 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
 
 @compiled(axis_kernel, ellipse_kernel, flat_kernel)
 def rank(kind: int, points: Float, starts: Float, costs: Float) -> None:
-    """Put the sum of squared residuals at every start (m, 8) into ``costs`` (m,)."""
+    """Write the sum of squared residuals at every start (m, 8) to ``costs`` (m,)."""
     if CYLINDER <= kind < RING:
         axis_costs(kind, points, starts, costs)
         return

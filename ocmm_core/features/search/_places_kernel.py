@@ -1,4 +1,4 @@
-"""Compiled comparison of elements: which of many ends of a search are the same place."""
+"""Compiled comparison of elements: identify equal ends of a search."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ SIGNATURE = 14
 
 @compiled()
 def _signature(kind: int, p: Float, numbers: Float) -> int:
-    """Put numbers that are equal where parameters (8,) are one element; return how many."""
+    """Write numbers that are equal for parameters (8,) of the same element; return how many."""
     if kind > RING:
-        # An outline is the same after half a turn, and with its sizes changed after a quarter.
+        # An outline is unchanged by half a turn, and by a quarter with its sizes exchanged.
         turn, longer = p[2], p[3] - p[4]
         numbers[0], numbers[1], numbers[2] = p[0], p[1], p[3] + p[4]
         numbers[3], numbers[4] = longer * np.cos(2.0 * turn), longer * np.sin(2.0 * turn)
@@ -32,7 +32,7 @@ def _signature(kind: int, p: Float, numbers: Float) -> int:
 
 @compiled()
 def seen(kind: int, p: Float, known: Float, tolerance: float) -> bool:
-    """Return whether parameters (8,) are one of the elements ``known`` (m, 8)."""
+    """Return whether parameters (8,) equal one of the elements ``known`` (m, 8)."""
     own, other = np.empty(SIGNATURE), np.empty(SIGNATURE)
     count = _signature(kind, p, own)
     greatest = 0.0
@@ -43,7 +43,7 @@ def seen(kind: int, p: Float, known: Float, tolerance: float) -> bool:
         _signature(kind, known[row], other)
         same = True
         for i in range(count):
-            # Written so that what is not a number is nowhere the same.
+            # Written so that NaN equals nothing.
             same = same and abs(own[i] - other[i]) < allowed
         if same:
             return True

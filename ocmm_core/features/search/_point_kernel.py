@@ -1,4 +1,4 @@
-"""Compiled loops over points that every fit begins with: centre, size and principal axes."""
+"""Compiled loops over points common to all fits: centre, size and principal axes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ocmm_core.geometry import Float
 
 @compiled(reorder=True)
 def centre(points: Float, centroid: Float, about: Float) -> float:
-    """Put the centroid (3,) and the points about it (n, 3) divided by their size; return the size.
+    """Write the centroid (3,) and the scaled points about it (n, 3); return their size.
 
     The size is the root mean squared distance from the centroid.
     """
@@ -32,10 +32,10 @@ def centre(points: Float, centroid: Float, about: Float) -> float:
         square += dx * dx + dy * dy + dz * dz
     rest_x, rest_y, rest_z = rest_x / n, rest_y / n, rest_z / n
     centroid[0], centroid[1], centroid[2] = x + rest_x, y + rest_y, z + rest_z
-    # The square was taken about the first mean; about the better one it is less by |rest|^2.
+    # The square is about the first mean; about the better one it is less by |rest|^2.
     square = square / n - (rest_x * rest_x + rest_y * rest_y + rest_z * rest_z)
     size: float = np.sqrt(max(square, 0.0))
-    # Coordinates near one: the limits of the iterations hold for a bore and for a bed alike.
+    # Coordinates near one: iteration limits hold for features of any size.
     scale = 1.0 / size if size > 0.0 else 1.0
     for row in range(n):
         about[row, 0] = (about[row, 0] - rest_x) * scale
@@ -46,12 +46,12 @@ def centre(points: Float, centroid: Float, about: Float) -> float:
 
 @compiled(reorder=True)
 def _gram(points: Float, axes: Float, gram: Float) -> None:
-    """Put the moments (3, 3) of points (n, 3) along the rows of ``axes`` (3, 3) into ``gram``."""
+    """Write the moments (3, 3) of points (n, 3) along the rows of ``axes`` (3, 3) to ``gram``."""
     xx = xy = xz = yy = yz = zz = 0.0
     for row in range(len(points)):
         px, py, pz = points[row, 0], points[row, 1], points[row, 2]
-        # Along axes that are nearly the principal ones the small moments are sums of small squares,
-        # not differences of large ones.
+        # Along nearly principal axes, small moments are sums of small squares, not differences of
+        # large ones.
         x = px * axes[0, 0] + py * axes[0, 1] + pz * axes[0, 2]
         y = px * axes[1, 0] + py * axes[1, 1] + pz * axes[1, 2]
         z = px * axes[2, 0] + py * axes[2, 1] + pz * axes[2, 2]
@@ -70,14 +70,14 @@ def _gram(points: Float, axes: Float, gram: Float) -> None:
 @compiled()
 def _turn(gram: Float, axes: Float) -> None:
     """Turn the rows of ``axes`` to the eigenvectors of ``gram``, which is destroyed (Jacobi)."""
-    # A handful of sweeps do; 30 ends the loop for NaN.
+    # A few sweeps suffice; 30 ends the loop for NaN.
     for _ in range(30):
         rest = 0.0
         for i in range(2):
             for j in range(i + 1, 3):
                 scale = gram[i, i] * gram[j, j]
-                # Against the product of both moments, not the greatest: a thin direction gets its
-                # own digits.
+                # Relative to the product of both moments, so that a thin direction keeps its
+                # digits.
                 if gram[i, j] * gram[i, j] > 1e-36 * scale:
                     rest = 1.0
         if rest == 0.0:
@@ -87,7 +87,7 @@ def _turn(gram: Float, axes: Float) -> None:
                 if gram[i, j] == 0.0:
                     continue
                 # Golub and Van Loan, on Jacobi methods: the smaller root of t^2 + 2 theta t = 1,
-                # with the sign of theta so that nothing cancels.
+                # with the sign of theta to avoid cancellation.
                 theta = 0.5 * (gram[j, j] - gram[i, i]) / gram[i, j]
                 t = 1.0 / (abs(theta) + np.sqrt(theta * theta + 1.0))
                 if theta < 0.0:
@@ -107,10 +107,10 @@ def _turn(gram: Float, axes: Float) -> None:
 
 @compiled()
 def principal(points: Float, extents: Float, axes: Float) -> None:
-    """Put the singular values (3,) and right singular vectors (3, 3), by rows, of points (n, 3).
+    """Write the singular values (3,) and right singular vectors, by rows, of points (n, 3).
 
-    The moments are taken twice, the second time along the axes found first: the smallest extent
-    and its axis then are as good as those of a singular value decomposition.
+    Moments are computed twice, the second time along the first axes: the smallest extent and its
+    axis are then as accurate as from a singular value decomposition.
     """
     gram = np.empty((3, 3))
     for i in range(3):
@@ -127,14 +127,14 @@ def principal(points: Float, extents: Float, axes: Float) -> None:
                 for k in range(3):
                     axes[j, k], axes[j + 1, k] = axes[j + 1, k], axes[j, k]
     for i in range(3):
-        # Rounding leaves a square below zero where the points have no extent: not a number there
-        # would pass every check for points in a line.
+        # Rounding may leave a negative square for points without extent: NaN there would pass every
+        # check for points in a line.
         extents[i] = np.sqrt(max(gram[i, i], 0.0))
 
 
 @compiled(reorder=True)
 def places(about: Float, axes: Float, along: Float) -> None:
-    """Put the places (n, k) of points (n, 3) along the first k ``axes`` (., 3) into ``along``."""
+    """Write coordinates of points (n, 3) along the first k ``axes`` (., 3) to ``along`` (n, k)."""
     for k in range(along.shape[1]):
         x, y, z = axes[k, 0], axes[k, 1], axes[k, 2]
         for row in range(len(about)):
@@ -143,9 +143,9 @@ def places(about: Float, axes: Float, along: Float) -> None:
 
 @compiled(reorder=True)
 def taubin(points: Float, moments: Float) -> float:
-    """Put the moments of Taubin's ball (d + 1, d + 1) of centred points (n, d); return their size.
+    """Write the moments of Taubin's ball of centred points (n, d); return their size.
 
-    See `ball.taubin_moments`, which does the same for many sets of points at once.
+    (d + 1, d + 1); see `ball.taubin_moments`, the same for many sets of points at once.
     """
     n, d = points.shape
     square = 0.0
@@ -153,8 +153,7 @@ def taubin(points: Float, moments: Float) -> float:
         for k in range(d):
             square += points[row, k] * points[row, k]
     # Taubin's weight: the gradient of |x|^2 is 2 x, of mean square 4 mean. With |x|^2 - mean over
-    # twice the root of the mean as first column his constraint is that the coefficients have length
-    # one.
+    # twice the root of the mean as first column his constraint is unit length of the coefficients.
     mean = square / n
     scale = 0.5 / np.sqrt(mean)
     ff = fx = fy = fz = xx = xy = xz = yy = yz = zz = 0.0
@@ -186,7 +185,7 @@ def taubin(points: Float, moments: Float) -> float:
 
 @compiled(reorder=True)
 def line_distances(about: Float, axes: Float, along: Float, residuals: Float) -> None:
-    """Put places along the first axis and distances from it into ``along`` and ``residuals`` (n,).
+    """Write coordinates along the first axis and distances from it (n,).
 
     Distances of points (n, 3) have the sign of their side along the second of the ``axes`` (3, 3).
     """
@@ -196,26 +195,26 @@ def line_distances(about: Float, axes: Float, along: Float, residuals: Float) ->
         second = x * axes[1, 0] + y * axes[1, 1] + z * axes[1, 2]
         third = x * axes[2, 0] + y * axes[2, 1] + z * axes[2, 2]
         distance = np.sqrt(second * second + third * third)
-        # A line in space has no side of its own.
+        # A line in space has no sides.
         residuals[row] = -distance if second < 0.0 else distance
 
 
 @compiled()
 def spread_alike(turning: Float, shifts: Float, constant: Float, jacobian: Float) -> None:
-    """Put how a geometry changes with the points into ``jacobian`` (12, 3 n), all alike.
+    """Write derivatives of a geometry by points, (12, 3 n), from equal blocks.
 
     Parameters
     ----------
     turning
-        (12, k, 3): d(geometry) / d(a point) for every unit of its ``shifts``.
+        (12, k, 3): d(geometry) / d(a point) per unit of its ``shifts``.
     shifts
-        (n, k): how much each point takes part.
+        (n, k): weight of each point.
     constant
-        (12, 3): what every point adds.
+        (12, 3): contribution common to all points.
     """
     n, k = shifts.shape
     for place in range(len(turning)):
-        # Rows of nothing are common (sizes that an element does not have) and need no loop.
+        # Zero rows are common (sizes that an element does not have) and need no loop.
         rests = True
         for j in range(3):
             rests = rests and constant[place, j] == 0.0
@@ -227,14 +226,14 @@ def spread_alike(turning: Float, shifts: Float, constant: Float, jacobian: Float
             continue
         cx, cy, cz = constant[place, 0], constant[place, 1], constant[place, 2]
         ax, ay, az = turning[place, 0, 0], turning[place, 0, 1], turning[place, 0, 2]
-        # k is one or two; with one the second product is switched off.
+        # k is one or two; for one the second product is disabled.
         last = k - 1
         bx, by, bz = turning[place, last, 0], turning[place, last, 1], turning[place, last, 2]
         if k == 1:
             bx = by = bz = 0.0
         for row in range(n):
             a, b = shifts[row, 0], shifts[row, last]
-            # Columns are x, y, z of point after point.
+            # Columns are x, y, z, point by point.
             row_of[3 * row] = a * ax + b * bx + cx
             row_of[3 * row + 1] = a * ay + b * by + cy
             row_of[3 * row + 2] = a * az + b * bz + cz
@@ -242,23 +241,23 @@ def spread_alike(turning: Float, shifts: Float, constant: Float, jacobian: Float
 
 @compiled()
 def spread(gain: Float, shifts: Float, normals: Float, constant: Float, jacobian: Float) -> None:
-    """Add how a geometry changes with the points to ``jacobian`` (12, 3 n).
+    """Add the derivatives of a geometry by points to ``jacobian`` (12, 3 n).
 
     Parameters
     ----------
     gain
         (12, k): d(geometry) / d(step of the fit).
     shifts
-        (n, k): how much a shift of each point along its normal takes part in the step.
+        (n, k): weight of a normal shift of each point in the step.
     normals
         (n, 3).
     constant
-        (12, 3): what every point adds, whichever way it moves.
+        (12, 3): contribution of every point independent of the normal.
     """
     n, k = shifts.shape
     moves = np.empty(n)
     for place in range(len(gain)):
-        # As in `spread_alike`: rows that nothing moves keep what they hold.
+        # As in `spread_alike`: zero rows stay unchanged.
         used = False
         for j in range(k):
             used = used or gain[place, j] != 0.0
@@ -271,8 +270,8 @@ def spread(gain: Float, shifts: Float, normals: Float, constant: Float, jacobian
         for j in range(k):
             weight = gain[place, j]
             for row in range(n):
-                # A point along its normal moves the residual by as much, and the residuals move the
-                # step. What it moves across the normal is nothing in first order.
+                # A normal shift of a point moves its residual equally, and residuals move the step.
+                # Tangential shifts have no first-order effect.
                 moves[row] += weight * shifts[row, j]
         cx, cy, cz = constant[place, 0], constant[place, 1], constant[place, 2]
         for row in range(n):

@@ -1,10 +1,10 @@
-"""Elements between which the points cannot decide.
+"""Detection of rival elements that the points cannot exclude.
 
-Two minima of the same problem are compared by their likelihoods. Of n points with normal noise of
-unknown size and an element of k numbers, the noise integrated out, they stand in the ratio
-(second cost / first cost) to the power of (n - k) / 2. Where that is less than `ODDS`, the second
-element is a rival: noise of the size seen in the residuals may have made it the worse one. As many
-points as numbers say nothing of the noise; there a rival passes through all points as well.
+Two minima of the same problem are compared by their likelihoods. For n points with normal noise of
+unknown size (integrated out) and an element of k parameters, the ratio is (second cost / first
+cost) to the power of (n - k) / 2. Below `ODDS`, the second element is a rival: noise of the
+observed size may have made it the worse one. With n = k the noise is unknown; there a rival passes
+through all points.
 """
 
 from __future__ import annotations
@@ -32,22 +32,22 @@ from ocmm_core.features.shapes import (
 from ocmm_core.geometry import Float
 
 ODDS = 100.0
-"""So many times as probable as another an element must be to stand alone."""
+"""Odds from which an element excludes another."""
 EXACT = 1e-10
-"""Residual against the size of the points below which an element passes through a point."""
+"""Residual, relative to the size of the points, of an element through a point."""
 NEAR = 0.05
-"""Relative difference from what the plan says that an element may show."""
+"""Allowed relative difference from the plan."""
 CLEARLY = 2.0
-"""Times `NEAR` by which all others have to differ for the plan to decide."""
+"""Multiple of `NEAR` by which all others must differ for the plan to decide."""
 COVERAGE = 2.0
-"""Expanded uncertainty in standard deviations; what it covers is no rival."""
+"""Expanded uncertainty in standard deviations; elements within it are no rivals."""
 
 Distance = Callable[[Float], float]
-"""How far parameters (8,) are from what the plan says, in units of what is allowed (`NEAR`)."""
+"""Distance of parameters (8,) from the plan, in units of the allowed one (`NEAR`)."""
 
 
 def undecided(least: float, other: float, n: int, numbers: int) -> bool:
-    """Return whether noise cannot decide between two costs, sums of squares of scaled points.
+    """Return whether noise leaves two costs undecided, sums of squares of scaled points.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def undecided(least: float, other: float, n: int, numbers: int) -> bool:
     n
         Number of points.
     numbers
-        That determine the element.
+        Number of parameters of the element.
     """
     if other < n * EXACT**2:
         return True
@@ -66,7 +66,7 @@ def undecided(least: float, other: float, n: int, numbers: int) -> bool:
 def candidates(
     shape: Shape, solutions: Sequence[Solution], n: int, expected: Distance | None
 ) -> list[Solution]:
-    """Return the best solution and those that noise may have made worse, best first.
+    """Return the best solution and its possible rivals, best first.
 
     Parameters
     ----------
@@ -75,13 +75,13 @@ def candidates(
     n
         Number of points.
     expected
-        What the plan says. It decides between rivals only, and only where one is near it and all
-        others are clearly not: that one is returned alone.
+        Distance from the plan. Decides between rivals only if one is near and all others are
+        clearly not: that one is returned alone.
 
     Raises
     ------
     FitError
-        The best one is no minimum.
+        The best one did not converge.
     """
     best, numbers = solutions[0], MINIMUM_POINTS[shape]
     if not best.converged:
@@ -101,19 +101,19 @@ def candidates(
 
 
 def decided(possible: Sequence[Solution], build: Callable[[Float], Fit]) -> Fit:
-    """Return the fit of the first of the `candidates`, with its rival if there is one.
+    """Return the fit of the first candidate, with its rival if there is one.
 
     Parameters
     ----------
     possible
-        At least one.
+        Result of `candidates`, at least one.
     build
-        Makes the fit of parameters (8,).
+        Returns the fit of parameters (8,).
 
     Raises
     ------
     FitError
-        Of ``build``. Where the points do not determine a rival they do not determine the element.
+        From ``build``. If the points do not determine a rival, they do not determine the element.
     """
     first = build(possible[0].parameters.copy())
     for solution in possible[1:]:
@@ -124,9 +124,9 @@ def decided(possible: Sequence[Solution], build: Callable[[Float], Fit]) -> Fit:
 
 
 def covered(first: Fit, second: Fit) -> bool:
-    """Return whether the second element lies within the uncertainty of the first.
+    """Return whether the second element is within the uncertainty of the first.
 
-    That is the one that the scatter of the residuals gives, in every number of the geometry.
+    The uncertainty is that from the scatter of the residuals, in every entry of the geometry.
     """
     n, numbers = len(first.residuals), MINIMUM_POINTS[first.shape]
     if n <= numbers:
@@ -138,7 +138,7 @@ def covered(first: Fit, second: Fit) -> bool:
 
 
 def same(first: Fit, second: Fit, tolerance: float = 1e-6) -> bool:
-    """Return whether two fits of the same points are one element."""
+    """Return whether two fits of the same points are the same element."""
     apart = np.abs(_turned(first, second) - first.geometry)
     lengths = np.r_[POINT, RADIUS, SECOND]
     scale = max(first.radius, first.second, second.radius, second.second, 1e-300)
@@ -149,9 +149,9 @@ def same(first: Fit, second: Fit, tolerance: float = 1e-6) -> bool:
 
 
 def _turned(first: Fit, second: Fit) -> Float:
-    """Return the geometry (12,) of the second fit, its directions along those of the first."""
+    """Return the geometry (12,) of the second fit, with directions aligned to the first."""
     geometry, spec = second.geometry.copy(), first.shape.spec
-    # A shape that opens to one side is another one the other way round.
+    # A shape open to one side changes when reversed.
     opens = spec.has_sense and spec.is_curved
     for place in (DIRECTION, ACROSS):
         if not opens and first.geometry[place] @ geometry[place] < 0.0:
@@ -162,8 +162,8 @@ def _turned(first: Fit, second: Fit) -> Float:
 def with_rival(first: Fit, second: Fit) -> Fit:
     """Return the better of two fits by a criterion other than least squares, with its rival.
 
-    A zone is judged as a cost of its squared width (that of uniform noise, to the power of n - k).
-    Between inscribed or circumscribed elements from rivals no width decides.
+    A zone counts with its squared width as cost (uniform noise, to the power of n - k). Widths do
+    not decide between inscribed or circumscribed elements.
     """
     if first.criterion is Criterion.MINIMUM_ZONE:
         first, second = sorted((first, second), key=lambda fit: fit.form)
@@ -181,7 +181,7 @@ def unambiguous(fit: Fit) -> Fit:
     Raises
     ------
     FitError
-        `fit.ambiguous`: it names the sizes of both elements.
+        `fit.ambiguous`: with the sizes of both elements.
     """
     if fit.rival is None:
         return fit
@@ -197,7 +197,7 @@ def unambiguous(fit: Fit) -> Fit:
 
 
 def sizes_in_words(fit: Fit) -> str:
-    """Return the sizes of a fit as a person reads them."""
+    """Return the sizes of a fit in display form."""
     angle = 2.0 * float(np.degrees(fit.half_angle))
     return fit.shape.spec.sizes_text.format(2.0 * fit.radius, 2.0 * fit.second, angle)
 

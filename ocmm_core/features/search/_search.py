@@ -1,10 +1,10 @@
-"""The search for the best minimum of cylinder, cone, torus, ellipse, slot and rectangle.
+"""Global search for cylinder, cone, torus, ellipse, slot and rectangle.
 
-Nothing is known of their axis or turn, and they have many local minima. Starts come in families
-that owe nothing to each other: from trial axes, from curvature, from simpler elements. The best of
-a family descend on a sample of the points in compiled loops and are refined on all of them. A
-minimum is believed when a second family leads to no better one and to the same; else the next
-family follows, and in the end all of them once more with many more and longer ways down.
+Axis and turn are unknown, and there are many local minima. Starts come in independent families:
+from trial axes, from curvature, from simpler elements. The best of a family descend on a sample of
+the points in compiled loops and are refined on all of them. A minimum is accepted if a second
+family finds the same and none better; otherwise the next family follows, and finally all of them
+with many more and longer descents.
 """
 
 from __future__ import annotations
@@ -22,89 +22,90 @@ from ocmm_core.features.search._solver import Solution, derivatives, gains, mini
 from ocmm_core.geometry import Float
 
 SAMPLE = 60
-"""Points on which the starts descend."""
+"""Number of points for the descent of the starts."""
 MIDDLE = 200
-"""Points on which an end is refined before all points are used."""
+"""Number of points for refinement before all points are used."""
 STEPS = 15
-"""From starts of which only one end is wanted."""
+"""Steps from starts if only one end is needed."""
 FIRST, MOST = 60, 300
-"""Starts that take these steps, the most promising first: in a quick search and in a thorough
-one."""
+"""Number of starts to descend, the most promising first: in a quick and in a thorough search."""
 QUICK = ((8, 100),)
 THOROUGH, THOROUGH_AXIS = ((50, 60), (20, 300)), ((80, 60), (32, 300))
-"""How many go on after that, and how many steps each then takes. Valleys are long and narrow where
-arcs are short. About an axis more go, as they go side by side (`_lanes_kernel`)."""
+"""Number of ends to continue, and steps of each. Valleys are long and narrow for short arcs. More
+continue about an axis, as they run in parallel (`_lanes_kernel`).
+"""
 REFINED, REFINED_MOST = 8, 32
-"""Ends that are refined, at the most."""
+"""Number of ends to refine, and maximum."""
 LEAST_REFINED, HOPELESS = 3, 100.0
-"""After so many, ends that are still so many times worse on the sample than the best are left."""
+"""After this number, ends worse than the best on the sample by this factor are dropped."""
 FAR = 2.0
-"""So many times the least mean square, on `MIDDLE` points, and an end is no rival: for noise alone
-that is ten standard deviations of the mean square of 200."""
+"""Factor over the least mean square, on `MIDDLE` points, above which an end is no rival: by noise
+alone that is ten standard deviations of the mean square of 200.
+"""
 EXACT = 1e-10
-"""Root mean squared residual below which points are exact, and rounding decides nothing."""
+"""Root mean squared residual of exact points, for which rounding decides nothing."""
 EQUAL = 1e-9
-"""Relative difference of two costs on the way down below which the ways have met."""
+"""Relative difference of two costs during descent at which paths count as merged."""
 SPARE = 2
-"""Points beyond those that determine the element, up to which minima abound: every family is
-asked."""
+"""Redundant points up to which minima abound: every family is tried."""
 CERTAIN_POINTS, CERTAIN_CONDITION = 30, 30.0
 CERTAIN_RESIDUAL, CERTAIN_RESIDUAL_FEWER = 0.01, 0.001
-"""Condition number and root mean squared residual below which one family is believed: points that
-lie so close to an element and determine it well lie close to no other. Fewer points have to lie
-closer."""
+"""Condition number and root mean squared residual below which one family is accepted: points that
+close to a well determined element are close to no other. Fewer points must be closer.
+"""
 VALLEYS, VALLEY = 2, 40
-"""Narrow valleys that are followed, and how often the iteration goes on in one."""
+"""Narrow valleys to follow, and iteration rounds in each."""
 STUCK, PATIENCE = 1e-9, 10
-"""Relative gain of such a round that is rounding, and how many of these end the way."""
+"""Relative gain of such a round that is rounding, and number of such rounds that ends the path."""
 OPEN = 1e9
-"""Condition number beyond which the points leave a number open."""
+"""Condition number beyond which a parameter is undetermined."""
 WELL, NOISY = 50.0, 0.03
-"""Condition number and root mean squared residual below which two families that agree are
-believed."""
+"""Condition number and root mean squared residual below which two agreeing families are accepted.
+"""
 CLOSE, WELL_CLOSE = 0.003, 1000.0
-"""The same where there are many points and they lie close."""
+"""The same for many points at small distance."""
 FEW_POINTS = 12
-"""So few are never certain."""
+"""Up to this number, never certain."""
 SAME, ONE, ALIKE = 1e-6, 1e-4, 1e-3
-"""Relative difference below which two minima are one: of one search, of two families, and of two
-ends before they are refined."""
+"""Relative difference below which two minima are the same: within one search, of two families, and
+of two unrefined ends.
+"""
 
 Family = Callable[[], Float]
-"""Gives starts (m, 8)."""
+"""Returns starts (m, 8)."""
 
 
 def sampled(points: Float, count: int) -> Float:
-    """Return at most ``count`` of the points (n, 3), evenly from all of them."""
+    """Return at most ``count`` evenly chosen points (n, 3)."""
     if len(points) <= count:
         return np.ascontiguousarray(points)
     return points[np.arange(count) * (len(points) - 1) // (count - 1)]
 
 
 def nearest_minimum(kind: int, points: Float, starts: Float, kept: int) -> Solution:
-    """Return the minimum to which the best of ``kept`` promising ``starts`` (m, 8) leads.
+    """Return the minimum reached from the best of ``kept`` promising ``starts`` (m, 8).
 
-    It may not be the best of all: whoever asks certifies it, or looks for all `minima`.
+    It may not be the global one: callers certify it, or search all `minima`.
     """
     sample = sampled(points, SAMPLE)
     costs = np.empty(len(starts))
     rank(kind, sample, starts, costs)
-    # A start that is not a number sorts last.
+    # NaN sorts last.
     best = starts[np.argsort(costs)[:kept]]
     best, costs = _descended(kind, sample, best, STEPS)
     return minimise(kind, points, best[np.argmin(np.where(np.isfinite(costs), costs, np.inf))])
 
 
 def best_ends(kind: int, points: Float, starts: Float, count: int) -> Float:
-    """Return at most ``count`` of the places (m, 8) to which ``starts`` lead, best first."""
+    """Return at most ``count`` ends (m, 8) of the descent from ``starts``, best first."""
     sample = sampled(points, SAMPLE)
     return _best(*_descended(kind, sample, _ranked(kind, points, starts), STEPS))[:count]
 
 
 def planned(families: Sequence[Family], places: slice, sizes: Float) -> Family:
-    """Return the starts of the first two families with the sizes that a plan asks for.
+    """Return the starts of the first two families, with the sizes of the plan.
 
-    Through few points pass many elements, and the one of the plan shall not be missing among them.
+    Many elements pass through few points, and the planned one must be among them.
     """
 
     def family() -> Float:
@@ -119,7 +120,7 @@ def minima(
     kind: int, points: Float, families: Sequence[Family], possible: Callable[[Float], bool],
     sure: Callable[[Solution], bool] | None = None,
 ) -> list[Solution]:  # fmt: skip
-    """Return the minima that were found, best first, each once.
+    """Return the minima found, best first, each once.
 
     Parameters
     ----------
@@ -128,9 +129,9 @@ def minima(
     families
         Independent of each other, the quickest first.
     possible
-        Whether parameters (8,) are an element at all.
+        Whether parameters (8,) define an element at all.
     sure
-        Whether one family is believed; `certain` if not given.
+        Whether one family is accepted; default `certain`.
     """
     found: list[Solution] = []
     asked: list[tuple[Float, Float, Float]] = []
@@ -172,7 +173,7 @@ def _ranked(kind: int, points: Float, starts: Float) -> Float:
 
 
 def certain(kind: int, points: Float, found: Solution) -> bool:
-    """Return whether no other element can be as near to ``points`` as ``found``."""
+    """Return whether no other element can be as close to ``points`` as ``found``."""
     n = len(points)
     if n <= FEW_POINTS:
         return False
@@ -183,7 +184,7 @@ def certain(kind: int, points: Float, found: Solution) -> bool:
 
 
 def determined(kind: int, points: Float, found: Solution) -> bool:
-    """Return whether the points determine an element so well that its rivals are easily found."""
+    """Return whether the points determine an element well enough to find its rivals easily."""
     n = len(points)
     if found.cost > n * NOISY**2:
         return False
@@ -193,14 +194,14 @@ def determined(kind: int, points: Float, found: Solution) -> bool:
 
 
 def _descended(kind: int, sample: Float, starts: Float, steps: int) -> tuple[Float, Float]:
-    """Return where some steps lead from every one of ``starts`` (m, 8), and the costs (m,)."""
+    """Return the ends of some steps from all ``starts`` (m, 8), and the costs (m,)."""
     ends, costs = starts.copy(), np.empty(len(starts))
     descend(kind, sample, ends, steps, costs)
     return ends, costs
 
 
 def _best(ends: Float, costs: Float) -> Float:
-    """Return those of the ``ends`` (m, 8) whose costs are finite and differ, best first."""
+    """Return the ``ends`` (m, 8) with finite, distinct costs, best first."""
     order = np.argsort(costs, kind="stable")
     costs = costs[order]
     apart = np.isfinite(costs)
@@ -212,7 +213,7 @@ def _best(ends: Float, costs: Float) -> Float:
 def _ends(
     kind: int, sample: Float, ends: Float, costs: Float, schedule: Sequence[tuple[int, int]]
 ) -> Float:
-    """Return where the best of ``ends`` (m, 8) lead on a sample of the points, best first."""
+    """Return the ends reached from the best of ``ends`` (m, 8) on a sample, best first."""
     found = _best(ends, costs)
     for kept, steps in schedule:
         found = _best(*_descended(kind, sample, found[:kept], steps))
@@ -224,8 +225,8 @@ def _refined(
 ) -> list[Solution]:
     """Return the minima at the best ``ends`` (m, 8), best first.
 
-    Also those places where an iteration came to no rest and that lie lower, or where the points
-    leave a number open: there the cost has no minimum, and no other one counts that is higher.
+    Includes lower ends without convergence, or with an undetermined parameter: there the cost has
+    no minimum, and higher ones do not count.
     """
     found: list[Solution] = []
     loose: list[Solution] = []
@@ -235,7 +236,7 @@ def _refined(
     for end in ends:
         higher = False
         if len(middle) < len(points):
-            # Steps on fewer points are cheap, and the last ones on all points are then few.
+            # Steps on fewer points are cheap, and few steps on all points then remain.
             on_middle = minimise(kind, middle, end)
             end = on_middle.parameters
             least = FAR * best / len(points) + EXACT**2
@@ -284,7 +285,7 @@ def _followed(kind: int, points: Float, solution: Solution) -> Solution:
 
 
 def is_open(kind: int, points: Float, solution: Solution) -> bool:
-    """Return whether the points leave a number of an element open."""
+    """Return whether a parameter of an element is undetermined by the points."""
     return gains(derivatives(kind, points, solution.parameters)[1])[2] > OPEN
 
 

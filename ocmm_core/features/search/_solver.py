@@ -1,9 +1,9 @@
-"""Nonlinear least squares for the fits: Newton steps guarded by Levenberg and Marquardt.
+"""Nonlinear least squares for the fits: Newton steps guarded by Levenberg-Marquardt.
 
-Orthogonal-distance problems have few parameters and cheap second derivatives. With these the
-steps converge quadratically also where residuals are large or arcs short, where Gauss-Newton
-steps alone crawl. Source of the method: J. Nocedal and S. Wright, Numerical Optimization
-(2nd ed.), chapter 10; the damping is Marquardt's. The loops are those of `newton_kernel`.
+Orthogonal-distance problems have few parameters and cheap second derivatives, with which steps
+converge quadratically even for large residuals or short arcs, where Gauss-Newton alone is slow.
+Source: J. Nocedal and S. Wright, Numerical Optimization (2nd ed.), chapter 10; the damping is
+Marquardt's. The loops are those of `newton_kernel`.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from ocmm_core.features.search._newton_kernel import STEP_SIZE, gain_of, move, n
 from ocmm_core.geometry import Float
 
 WELL_CONDITIONED = 1e-10
-"""Smallest eigenvalue of scaled normal equations against the greatest, above which they serve."""
+"""Smallest over greatest eigenvalue of scaled normal equations above which they are used."""
 
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """Where the iteration ended."""
+    """Result of the iteration."""
 
     parameters: Float
-    """(8,), as `axis_kernel` and `flat_kernel` define them for the kind."""
+    """(8,), as defined by `axis_kernel` and `flat_kernel` for the kind."""
     cost: float
     """Sum of squared residuals."""
     converged: bool
-    """False where the steps did not become short."""
+    """False if the steps did not become short."""
 
 
 def minimise(kind: int, points: Float, start: Float) -> Solution:
-    """Return the local minimum that is reached from ``start`` (8,) with points (n, d)."""
+    """Return the local minimum reached from ``start`` (8,) with points (n, d)."""
     parameters = start.copy()
     cost, converged = newton(kind, points, parameters)
     return Solution(parameters, float(cost), bool(converged))
@@ -42,8 +42,8 @@ def minimise(kind: int, points: Float, start: Float) -> Solution:
 def derivatives(kind: int, points: Float, parameters: Float) -> tuple[Float, Float, Float]:
     """Return residuals and their derivatives by a step.
 
-    Residuals (n,), first derivatives (n, k), and the sum (k, k) of every residual times its
-    matrix of second derivatives; 2 n rows for a ring.
+    Residuals (n,), first derivatives (n, k), and the sum (k, k) of every residual times its matrix
+    of second derivatives; 2 n rows for a ring.
     """
     k = STEP_SIZE[kind]
     rows = len(points) * (2 if kind == RING else 1)
@@ -60,17 +60,17 @@ def moved(kind: int, parameters: Float, step: Float) -> Float:
 
 
 def gains(jacobian: Float) -> tuple[Float, Float, float]:
-    """Return the pseudoinverse of ``jacobian`` (n, k) in two parts, and its condition number.
+    """Return the pseudoinverse of ``jacobian`` (n, k) in two parts, and its condition.
 
-    It is the first part (k, k) times the second (n, k) transposed. The columns are scaled to length
-    one first, so that the condition number tells of the geometry of the points and not of units.
+    It is the first part (k, k) times the second (n, k) transposed. Columns are scaled to unit
+    length, so that the condition number depends on the geometry of the points, not on units.
     """
     k = jacobian.shape[1]
     gain = np.empty((k, k))
     least, greatest = gain_of(jacobian, gain)
     if least > WELL_CONDITIONED * greatest:
         return gain, jacobian, float(np.sqrt(greatest / least))
-    # Squaring has lost too much; the pseudoinverse itself has not.
+    # Squaring lost too many digits; use the pseudoinverse itself.
     scale = np.linalg.norm(jacobian, axis=0)
     scale[scale == 0.0] = 1.0
     u, s, vt = np.linalg.svd(jacobian / scale, full_matrices=False)

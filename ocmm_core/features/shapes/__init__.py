@@ -1,10 +1,9 @@
-"""The words of shapes and of nominal features.
+"""Terms of shapes and of nominal features.
 
 In: a feature of a plan. Out: checked nominals, arrays in mm.
 
-Read `_shapes` (which shapes there are, what their geometry vector holds, the form of every fit),
-`_nominal` and `_nominal_checks` (can what a plan says exist).
-It is the first room of features and must not know how anything is fitted.
+Read `_shapes` (shapes, geometry vector, form of every fit), `_nominal` and `_nominal_checks`
+(plausibility of nominals). It is the first package of features and independent of all fits.
 """
 
 from __future__ import annotations

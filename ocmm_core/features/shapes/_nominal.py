@@ -1,4 +1,4 @@
-"""What a plan says about one feature."""
+"""Nominal features of a plan."""
 
 from __future__ import annotations
 
@@ -17,29 +17,31 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """One feature to probe."""
 
     name: str
-    """Unique in the plan."""
     shape: Shape
-    """`Shape` by its word."""
     points: int
-    """Touches to take; at least the minimum of the shape."""
+    """Number of touches; at least the minimum of the shape."""
     point: Vector3
     direction: Vector3 = (0.0, 0.0, 1.0)
     """`point`, `direction`: Nominal geometry in the part frame: centre or point on the element, and
-    its normal or axis. For planes and points the direction leaves the material."""
+    its normal or axis. For planes and points the direction points out of the material.
+    """
     diameter: float = 0.0
     """Nominal diameter of circle, sphere, cylinder, cone (square to its axis at ``point``) and
     torus (of its centre line); zero for other shapes."""
     side: Literal["outer", "inner"] = "outer"
-    """``"outer"``: the probe stands outside the material's curve (shaft, ball, face); ``"inner"``:
-    inside it (bore)."""
+    """``"outer"``: the probe is outside the material's curve (shaft, ball, face); ``"inner"``:
+    inside it (bore).
+    """
     projection: str = ""
-    """Circle, ellipse, slot and rectangle: the plane feature along whose normal the points are
-    projected before the outline is fitted in it."""
+    """Circle, ellipse, slot and rectangle: the plane feature whose normal the points are projected
+    along before the fit of the outline.
+    """
     length: float = 0.0
     width: float = 0.0
     """`length`, `width`: Overall length and width of slot and rectangle, axes of an ellipse, both;
     tube diameter of a torus is its width. Length of a cylinder, cone, line or plane along axis or
-    ``across`` where the plan knows it, else zero."""
+    ``across`` if given in the plan, else zero.
+    """
     angle_deg: float = 0.0
     """Full apex angle of a cone."""
     across: Vector3 = (1.0, 0.0, 0.0)
@@ -47,20 +49,20 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     criterion: Literal["least squares", "minimum zone", "inscribed", "circumscribed"] = (
         "least squares"
     )
-    """How the element is associated with its points, in the words of `CRITERIA`."""
+    """Association criterion, as in `CRITERIA`."""
     text: str = ""
     picture: str = ""
-    """`text`, `picture`: What the inspector reads, and the file of the picture beside the plan that
-    he sees."""
+    """`text`, `picture`: Note to the inspector, and its picture file stored with the plan."""
     free: bool = False
-    """Circle only, least squares or minimum zone: fitted in space as one problem instead of plane
-    first."""
+    """Circle only, least squares or minimum zone: fitted in space as one problem."""
     compensation: Literal["", "approach", "pulled", "shank", "nominal"] = ""
-    """How the side of the material is found (`measuring.compensation.METHODS`); empty: as the plan
-    says."""
+    """Method to find the side of the material (`measuring.compensation.METHODS`); empty: as in the
+    plan.
+    """
     targets: tuple[Vector3, ...] = ()
-    """mm, part frame: where to touch plane, cylinder, cone, sphere or torus, the first ones first;
-    empty: spread over the shape by its sizes, as if it had no holes."""
+    """mm, part frame: touch targets on plane, cylinder, cone, sphere or torus, in order; empty:
+    spread over the shape by its sizes, ignoring holes.
+    """
 
 
 CRITERIA = {
@@ -69,7 +71,7 @@ CRITERIA = {
     "inscribed": Criterion.INSCRIBED,
     "circumscribed": Criterion.CIRCUMSCRIBED,
 }
-"""Criteria of association by their words in a plan."""
+"""Association criteria by their words in a plan."""
 
 
 def nominal_geometry(nominal: NominalFeature) -> Float:

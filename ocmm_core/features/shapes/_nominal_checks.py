@@ -1,4 +1,4 @@
-"""Whether what a plan says about one feature can exist."""
+"""Plausibility checks of nominal features."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from ocmm_core.features.shapes._nominal import CRITERIA, NominalFeature
 from ocmm_core.features.shapes._shape import Shape
 
 _ROUND_ENDS = (Shape.ELLIPSE, Shape.ROUND_SLOT)
-"""Outlines that are a circle where both sizes are the same."""
+"""Outlines that are circles for equal sizes."""
 
 SQUARE = 1e-6
 """Cosine of the angle between a normal and a direction in its plane."""
 
 
 def shape_fault(feature: NominalFeature) -> tuple[str, str] | None:
-    """Return the field that is wrong and what is wrong with it, or None."""
+    """Return the first faulty field and its fault, or None."""
     spec = feature.shape.spec
     if spec.has_size("diameter") != (feature.diameter > 0.0):
         return (

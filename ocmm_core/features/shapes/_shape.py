@@ -1,4 +1,4 @@
-"""The shapes of features by name; what each of them is says its entry in `_specs`."""
+"""Shapes of features by name; their properties are in `_specs`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class Shape(Enum):
-    """Shape of a feature, in the words of the plan and of the export."""
+    """Shape of a feature, by its name in plan and export."""
 
     POINT = "Point"
     LINE = "Line"

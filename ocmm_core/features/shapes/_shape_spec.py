@@ -1,7 +1,7 @@
-"""The form of one entry in the registry of shapes: all that the rest of the program asks of one.
+"""Form of an entry in the registry of shapes: words, numbers and traits.
 
-What is here are words, numbers and traits. What computes with them asks for a trait, never for a
-list of shapes, so that a new shape is known everywhere once it has its entry in `_specs`.
+Computing code depends on traits, never on lists of shapes, so that a new shape only needs an entry
+in `_specs`.
 """
 
 from __future__ import annotations
@@ -32,30 +32,32 @@ class Criterion(Enum):
 
 
 Located: TypeAlias = Literal["everywhere", "along", "across"]
-"""In which directions a shape has a place: in all of them, along its own direction alone (a plane),
-or square to it alone (an axis without end; an outline, which lies as deep as it was probed)."""
+"""Directions in which a shape has a place: all, along its own direction only (a plane), or square
+to it only (an infinite axis; an outline, whose depth is that of the touches).
+"""
 
 BallWay: TypeAlias = Literal["approach", "normal", "beside", "sizes", "slanted", "kept"]
-"""How the ball is taken off an element of ball centres.
+"""Compensation of an element of ball centres for the ball.
 
 ``approach``: the point moves against the approach; ``normal``: along the direction of the element;
-``beside``: square to the line, to where the probe stood; ``sizes``: the sizes that grow with the
-ball get smaller; ``slanted``: so does the radius of a cone, by what its angle makes of it;
-``kept``: what lies one ball off is no element of the shape, so that the fit keeps that distance.
+``beside``: square to the line, towards the probe; ``sizes``: growing sizes are reduced;
+``slanted``: the radius of a cone is reduced, depending on its angle; ``kept``: the parallel of the
+shape is another shape, so the fit keeps the distance.
 """
 
 Spread: TypeAlias = Literal["point", "line", "plane", "sphere", "turn"]
-"""What is asked of the points: nothing, to lie along a length, over an area, over the half of a
-sphere, or around a direction."""
+"""Required spread of the points: none, along a length, over an area, over half a sphere, or around
+a direction.
+"""
 
 SizeField: TypeAlias = Literal["diameter", "length", "width", "angle_deg"]
-"""Fields of a nominal feature, and of an element in a report, that hold whole sizes."""
+"""Fields of a nominal feature, and of a report's element, with whole sizes."""
 
 QifPlace: TypeAlias = Literal[
     "location", "location, normal", "location, direction", "location, axis", "axis", "long axis",
     "centre line",
 ]  # fmt: skip
-"""The elements that tell a place in a QIF file."""
+"""Position elements in a QIF file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,13 +69,13 @@ class Size:
     title: str
     place: int
     field: SizeField
-    """Of `NominalFeature`, which holds the whole of it."""
+    """Field of `NominalFeature` with the whole size."""
     grows: bool = True
     """The element of ball centres is larger by the ball."""
 
     @property
     def is_angle(self) -> bool:
-        """Return whether it is an angle, and not a length."""
+        """Return whether it is an angle rather than a length."""
         return self.place == HALF_ANGLE
 
     def whole(self, geometry: Float) -> float:
@@ -84,21 +86,21 @@ class Size:
 
 @dataclass(frozen=True, slots=True)
 class QifShape:
-    """A shape in the words of a QIF file."""
+    """QIF terms of a shape."""
 
     feature: str
-    """Begins the names of its elements."""
+    """Prefix of its element names."""
     place: QifPlace
-    """What tells where it lies."""
     sizes: tuple[tuple[str, SizeField], ...] = ()
-    """Elements of its sizes, each with the field of `export.report.Element` that it holds."""
+    """Elements of its sizes, each with its field of `export.report.Element`."""
     extent: Literal["", "nominal", "definition", "cone", "flat"] = ""
-    """What else bounds it: ``nominal`` and ``definition`` hold its length and tell it from its
-    start; ``cone`` has both ends along its axis, ``flat`` ends that are straight."""
+    """Further bounds: ``nominal`` and ``definition`` have the length from the start; ``cone`` has
+    both ends along its axis, ``flat`` straight ends.
+    """
     form: str = "OtherForm"
-    """Begins the name of its characteristic of form, where no kind of ISO 1101 is that."""
+    """Prefix of its form characteristic, if ISO 1101 has no such kind."""
     before: int = 0
-    """How many of the sizes a measurement tells before the place."""
+    """Number of sizes that precede the place in a measurement."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,58 +108,55 @@ class ShapeSpec:
     """One shape."""
 
     minimum_points: int
-    """Points without which it is not determined."""
+    """Minimum to determine it."""
     usual_points: int
-    """Points of a feature whose plan does not say how many."""
+    """Default if the plan has no number."""
     recommended_points: int
-    """Points from which on form is evaluated without a note (BS 7172, NPL guide 41)."""
+    """Number from which form is evaluated without a note (BS 7172, NPL guide 41)."""
     located: Located
     centred: bool
-    """Its point is a centre, and not any point of the element or of its axis."""
+    """Its point is a centre, not an arbitrary one of the element or its axis."""
     point_word: str
     direction_word: Literal["", "Direction", "Normal", "Axis"]
-    """`point_word`, `direction_word`: What a table calls them; the second is empty where it has no
-    direction."""
+    """`point_word`, `direction_word`: Names in tables; the second is empty without a direction."""
     has_sense: bool
-    """Its direction says more than a line: away from the material, to where it grows."""
+    """Its direction has a sense: away from the material, or to growing radius."""
     is_long: bool
-    """It is a line, or has an axis that is probed over a length."""
+    """Line, or shape with an axis probed over a length."""
     is_flat: bool
-    """It is fitted in a plane, which may be that of another feature."""
+    """Fitted in a plane, possibly of another feature."""
     has_across: bool
-    """It has a direction of its length in its plane."""
+    """It has a length direction in its plane."""
     has_sides: bool
     """It has two straight sides with a middle plane."""
     is_curved: bool
-    """The side of the plan, outer or inner, says where the material is. What is not curved follows
-    its points linearly, but for the square of a small turn."""
+    """The side in the plan, outer or inner, defines the side of the material. Other shapes are
+    linear in their points, except for the square of a small rotation.
+    """
     has_normals: bool
-    """Its points have normals that follow from the element alone."""
+    """Normals at its points follow from the element alone."""
     planned_direction: bool
-    """A plan says a direction for it, be it that of the approach."""
+    """A plan states a direction for it, at least that of the approach."""
     may_be_free: bool
-    """It can be fitted in space as one problem instead of plane first."""
+    """Can be fitted in space as one problem instead of plane first."""
     sizes: tuple[Size, ...]
     """In the order of the geometry vector."""
     sizes_text: str
-    """Format of a sentence on its sizes: whole first, whole second, mm, and full angle, deg."""
+    """Format of its sizes: whole first, whole second, mm, and full angle, deg."""
     often_ambiguous: bool
-    """The least number of points often fits two elements."""
+    """The minimum number of points often fits two elements."""
     ball: BallWay
-    """How the ball is taken off."""
     criteria: frozenset[Criterion]
-    """By which it can be associated."""
+    """Supported association criteria."""
     spread: Spread
-    """How its points should be spread."""
     is_round: bool
-    """Its points are shown along its direction, on a dial."""
+    """Its points are plotted along its direction, on a dial."""
     form_kind: str
-    """The kind of characteristic that its form is, or whose symbol stands for it."""
+    """Kind of its form characteristic, or of the one whose symbol is used."""
     qif: QifShape
 
     @property
     def has_direction(self) -> bool:
-        """Return whether the element has a direction."""
         return self.direction_word != ""
 
     @property
@@ -167,9 +166,9 @@ class ShapeSpec:
 
     @property
     def is_radial(self) -> bool:
-        """Return whether it has a diameter alone, and grows in it where its points move out."""
+        """Return whether its only size is a diameter, which grows as points move out."""
         return self.ball == "sizes" and [size.field for size in self.sizes] == ["diameter"]
 
     def has_size(self, field: str) -> bool:
-        """Return whether the plan says a size in a field of `NominalFeature`."""
+        """Return whether a plan has a size in a field of `NominalFeature`."""
         return any(size.field == field for size in self.sizes)

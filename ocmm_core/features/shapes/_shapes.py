@@ -24,7 +24,7 @@ from ocmm_core.features.shapes._shape_spec import (
 from ocmm_core.geometry import Float
 
 MINIMUM_POINTS = {shape: shape.spec.minimum_points for shape in Shape}
-"""Points without which the shape is not determined."""
+"""Minimum number of points of each shape."""
 
 GEOMETRY_NAMES = (
     "x", "y", "z",
@@ -32,7 +32,7 @@ GEOMETRY_NAMES = (
     "radius", "second", "half_angle",
     "across_x", "across_y", "across_z",
 )  # fmt: skip
-"""What the numbers of the geometry vector are, in their order."""
+"""Entries of the geometry vector, in order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,13 +40,14 @@ class Fit:
     """An element associated with points, in the same form for every shape."""
 
     shape: Shape
-    """What was fitted."""
     geometry: Float
-    """(12,): see `element`. The point is the centre where the shape has one, and for line, plane,
-    cylinder and cone the foot of the points' centroid on the element or its axis."""
+    """(12,): see `element`. The point is the centre if the shape has one, else (line, plane,
+    cylinder, cone) the foot of the points' centroid on the element or its axis.
+    """
     jacobian: Float
     """(12, 3 n): d(geometry) / d(points), points row by row (x1 y1 z1 x2 ...). First order in the
-    residuals: exact where they are small against the size of the feature."""
+    residuals: exact for small residuals relative to the size of the feature.
+    """
     residuals: Float
     """(n,), mm: signed orthogonal distance of each point from the element."""
     rms: float
@@ -56,16 +57,15 @@ class Fit:
     cylinder along it about the points, of a circle in space by its minimum zone that of the tube.
     """
     criterion: Criterion = Criterion.LEAST_SQUARES
-    """How the element was associated with the points."""
     contacts: tuple[int, ...] = ()
-    """Rows of the points that hold the element of any criterion but least squares: its certificate
-    of optimality. Empty for least squares."""
+    """Rows of the contact points of any criterion but least squares: its certificate of optimality.
+    """
     free: bool = False
     """Circle: in space, plane and circle as one problem."""
     rival: Fit | None = None
-    """Another element of the same shape that the points cannot tell from this one: noise of the
-    size seen in the residuals may have made it the worse one. Nothing may rest on a fit with a
-    rival. None where there is none."""
+    """Another element of the same shape that the points do not exclude: noise of the observed size
+    may have made it the worse one. No result may depend on a fit with a rival.
+    """
 
     @property
     def point(self) -> Float:
@@ -79,17 +79,17 @@ class Fit:
 
     @property
     def across(self) -> Float:
-        """Return the direction in the plane of ellipse, slot and rectangle, (3,), unit, or zero."""
+        """Return the in-plane direction of ellipse, slot and rectangle, (3,), unit, or zero."""
         return self.geometry[ACROSS]
 
     @property
     def radius(self) -> float:
-        """Return the radius or first half size, mm, zero where the shape has none."""
+        """Return the radius or first half size, mm, or zero."""
         return float(self.geometry[RADIUS])
 
     @property
     def second(self) -> float:
-        """Return the second half size, mm, zero where the shape has none."""
+        """Return the second half size, mm, or zero."""
         return float(self.geometry[SECOND])
 
     @property
@@ -139,10 +139,10 @@ class Fit:
     def covariance(self, points: float | Float) -> Float:
         """Return the covariance of the geometry, (12, 12), to first order.
 
-        Rows and columns are those of `GEOMETRY_NAMES`; mm and, for directions and the half angle,
-        rad. What the shape lacks is zero. Twice the square root of an element of its diagonal is
-        U (k = 2) only where the fit is nearly straight within the errors: see
-        `ocmm_core.tolerances.uncertainty._fit_uncertainty` for the test.
+        Order as `GEOMETRY_NAMES`; mm and, for directions and the half angle, rad; zero for absent
+        entries. Twice the square root of a diagonal element is U (k = 2) only if the fit is nearly
+        linear within the errors: see `ocmm_core.tolerances.uncertainty._fit_uncertainty` for the
+        test.
 
         Parameters
         ----------
@@ -153,7 +153,7 @@ class Fit:
         Raises
         ------
         FitError
-            It is neither a number above zero nor such a matrix.
+            Neither a positive number nor such a matrix.
         """
         of_points = np.asarray(points, dtype=np.float64)
         count = self.jacobian.shape[1]
@@ -178,22 +178,22 @@ def element(
     half_angle: float = 0.0,
     across: ArrayLike = (0.0, 0.0, 0.0),
 ) -> Float:
-    """Return the geometry vector (12,) that all shapes share; what a shape lacks is zero.
+    """Return the geometry vector (12,) common to all shapes; absent entries are zero.
 
     Parameters
     ----------
     point
         (3,), mm.
     direction
-        (3,), unit: along a line or axis, or the normal of a plane. A cone's points to where its
-        radius grows.
+        (3,), unit: along a line or axis, or the normal of a plane. A cone's points to growing
+        radius.
     radius
         mm: of circle, sphere and cylinder; of a cone square to its axis at ``point``; of the centre
         line of a torus; semi-major axis of an ellipse; half the overall length of a slot or
         rectangle.
     second
-        mm: semi-minor axis of an ellipse; half the width of a slot or rectangle; radius of the
-        tube of a torus.
+        mm: semi-minor axis of an ellipse; half the width of a slot or rectangle; radius of the tube
+        of a torus.
     half_angle
         rad: half the apex angle of a cone.
     across
@@ -228,5 +228,5 @@ def make_fit(
 
 
 def shapes_where(trait: Callable[[ShapeSpec], bool]) -> tuple[Shape, ...]:
-    """Return the shapes whose entries have a trait, in the order of `Shape`."""
+    """Return the shapes with a trait, in the order of `Shape`."""
     return tuple(shape for shape in Shape if trait(shape.spec))

@@ -1,4 +1,4 @@
-"""The registry of shapes: one entry each, which says all that the rest of the program asks."""
+"""Registry of shapes: one entry each, with all properties used by the program."""
 
 from __future__ import annotations
 
@@ -158,4 +158,4 @@ SPECS = {
     "Cone": _CONE,
     "Torus": _TORUS,
 }
-"""The entries by the name of their shape; `Shape.spec` is the way to them."""
+"""Entries by the name of their shape; access them by `Shape.spec`."""

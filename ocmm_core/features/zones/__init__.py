@@ -1,13 +1,13 @@
-"""Minimum zones and bounding elements, each with the proof that it is one.
+"""Minimum zones and bounding elements, each with a proof of optimality.
 
-In: points and the fit of least squares to start from. Out: the smallest zone or the bounding
-element, with the points that touch it and forces that hold it in balance.
+In: points and the least-squares fit to start from. Out: the minimum zone or the bounding element,
+with contact points and balanced forces.
 
-Read `_zone` and `_bounded` (the two ways in), `_elements` (from a fit to what a zone is built on),
-`_solver` with `_settle_kernel`, `_place_kernel` and `_kernel` (a dual simplex step), `_surfaces`,
-`_distance_kernel` and `_steps` (distances), `_levels`, then `_certificate`, `_settled`
-and `_rescue` (proof, and what is tried without it).
-A zone that is not proven is refused. It must not know tolerances or datums.
+Read `_zone` and `_bounded` (entry points), `_elements` (from a fit to a zone element), `_solver`
+with `_settle_kernel`, `_place_kernel` and `_kernel` (a dual simplex step), `_surfaces`,
+`_distance_kernel` and `_steps` (distances), `_levels`, then `_certificate`, `_settled` and
+`_rescue` (proof, and fallbacks). An unproven zone is refused. The package is independent of
+tolerances and datums.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """Largest inscribed and smallest circumscribed circle, sphere and cylinder.
 
-Circumscribed circle and sphere are convex problems: the one optimum is found. An inscribed element
-is a local matter: outside of the points it could grow for ever. Meant is the largest one that its
-contacts surround, so that it can move nowhere. For circle and sphere every such element is the
-circumcircle of a Delaunay triangle, or circumsphere of a tetrahedron, that holds its own centre;
-all of them are looked at, and the largest is the global optimum. For cylinders, inscribed and
-circumscribed, it is the best of the optima around the least-squares cylinder.
+Circumscribed circle and sphere are convex problems with one optimum. An inscribed element is a
+local optimum, as outside of the points it could grow without limit: the largest one surrounded by
+its contacts is meant. For circle and sphere every such element is the circumcircle of a Delaunay
+triangle, or circumsphere of a tetrahedron, that contains its own centre; all of them are examined,
+and the largest is the global optimum. For cylinders, inscribed and circumscribed, it is the best of
+the optima around the least-squares cylinder.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from ocmm_core.features.zones._surfaces import Placed
 from ocmm_core.geometry import Float, Points3
 
 SURROUNDED = 1e-6
-"""Least sine of the angle by which points lie beyond any half space through the centre."""
+"""Least sine of the angle by which points extend beyond any half space through the centre."""
 OWN_CENTRE = -1e-9
-"""Least barycentric coordinate of a centre that counts as inside its simplex."""
+"""Least barycentric coordinate of a centre counted as inside its simplex."""
 TRIED = 3
-"""Largest circumcircles that are refined; rounding may have swapped their order."""
+"""Number of largest circumcircles to refine; rounding may have swapped their order."""
 
 
 def fit_bounded(start: Fit, points: Points3, criterion: Criterion) -> Fit:
@@ -37,8 +37,8 @@ def fit_bounded(start: Fit, points: Points3, criterion: Criterion) -> Fit:
     Parameters
     ----------
     start
-        Least-squares circle, sphere or cylinder of the same points; a circle stays in its plane
-        and was not fitted in space as one problem.
+        Least-squares circle, sphere or cylinder of the same points; a circle must not be fitted in
+        space as one problem, and stays in its plane.
     points
         (n, 3), mm.
     criterion
@@ -46,8 +46,8 @@ def fit_bounded(start: Fit, points: Points3, criterion: Criterion) -> Fit:
 
     Returns
     -------
-    Residuals are signed distances, positive outside: none negative for an inscribed element, none
-    positive for a circumscribed one. Contacts and jacobian as in `zone.fit_zone`.
+    Residuals are signed distances, positive outside: nonnegative for an inscribed element,
+    nonpositive for a circumscribed one. Contacts and jacobian as in `zone.fit_zone`.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def fit_bounded(start: Fit, points: Points3, criterion: Criterion) -> Fit:
     elif inside:
         zone = _largest_held(task)
     else:
-        # Convex, so that any start does; of a small patch the least-squares centre is far away.
+        # Convex, so any start suffices; the least-squares centre of a small patch is far away.
         middle = Placed(task.start.frame, np.zeros(3))
         steps = natural_steps(surface, task.points, middle)
         zone = balanced(task, settle(surface, task.points, middle, steps, 1.0))
@@ -92,13 +92,13 @@ def _not_around(shape: Shape) -> FitError:
 
 
 def _arms(task: ZoneTask, placed: Placed) -> Float:
-    """Return points in the coordinates that count: two across an axis, or three."""
+    """Return points in the relevant coordinates: two across an axis, or three."""
     local = placed.local(task.points)
     return local if task.shape is Shape.SPHERE else local[:, :2]
 
 
 def _surround(task: ZoneTask, placed: Placed) -> bool:
-    """Return whether no half space through the centre is free of points."""
+    """Return whether every half space through the centre contains points."""
     arms = _arms(task, placed)
     outward = arms / np.maximum(np.linalg.norm(arms, axis=1), 1e-12)[:, None]
     d = outward.shape[1]
@@ -111,7 +111,7 @@ def _surround(task: ZoneTask, placed: Placed) -> bool:
 
 
 def _largest_held(task: ZoneTask) -> Zone:
-    """Return the largest empty circle or sphere that points around its centre hold."""
+    """Return the largest empty circle or sphere held by points around its centre."""
     arms = _arms(task, task.start)
     starts = [np.zeros(3)]
     for centre in _held_centres(arms)[:TRIED]:
@@ -134,7 +134,7 @@ def _held_centres(points: Float) -> Float:
     try:
         simplices = points[Delaunay(points).simplices]
     except QhullError:
-        # Points on one exact circle or the like; the least-squares centre is the start then.
+        # Degenerate, such as points on one exact circle; start from the least-squares centre.
         return np.zeros((0, d))
     edges = simplices[:, 1:] - simplices[:, :1]
     flat = np.abs(np.linalg.det(edges)) < 1e-12

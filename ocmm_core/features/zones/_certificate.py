@@ -1,18 +1,14 @@
-"""Proof that a zone is a smallest one: forces at the points that touch it hold it in balance.
+"""Optimality certificate of a zone: balanced forces at its contact points.
 
-Where a zone is smallest, the points that touch its bounds can push against it, none of them
-pulling, so that nothing moves (the multipliers of Karush, Kuhn and Tucker). As many contacts as
-unknowns pin it; fewer do where the distances curve the right way, which second derivatives tell.
-The proof is local. It is a proof for all where the problem is convex: smallest circumscribed
-circle and sphere.
+At a minimum zone, nonnegative forces of the contact points are in balance (multipliers of Karush,
+Kuhn and Tucker). As many contacts as unknowns pin the zone; fewer suffice if the distances curve
+the right way, which second derivatives show. The proof is local, and global for convex problems:
+smallest circumscribed circle and sphere.
 
-Curvature where more points touch than are needed, so that several sets of forces balance.
-
-Then no single set has to hold a zone against every move: it is a smallest one where for each way
-there is a set of forces whose curvature is against it (second-order conditions of minimax problems;
-J. Bonnans and A. Shapiro, Perturbation Analysis of Optimization Problems, 2000, section 3.2).
-Contacts of a cylinder that all lie in one section are such a case: the lean is held in each way by
-other forces among them.
+With more contacts than needed, several sets of forces balance. Then each direction may be held by
+another set with the right curvature (second-order conditions of minimax problems; J. Bonnans and A.
+Shapiro, Perturbation Analysis of Optimization Problems, 2000, section 3.2). Example: contacts of a
+cylinder in one section, where different forces prevent tilting in each direction.
 """
 
 from __future__ import annotations
@@ -34,25 +30,25 @@ from ocmm_core.features.zones._surfaces import Placed, distances, second_derivat
 from ocmm_core.geometry import Float, Int, Points3
 
 MOST_SETS = 5000
-"""Combinations of contacts that are looked at; beyond, nothing is said."""
+"""Limit of examined combinations of contacts; beyond, the result is undecided."""
 BALANCED = 1e-10
 RANK = 1e-10
 
 
 def least_held(hessians: Float, touch: Float, right: Float) -> float | None:
-    """Return the least, over all ways, of the greatest curvature that a set of forces has there.
+    """Return the minimum over directions of the greatest curvature of a set of forces.
 
     Parameters
     ----------
     hessians
         (c, m, m): second derivatives of the distances of the contacts, with the sign of their side,
-        in the directions that the contacts leave free.
+        in the directions left free by the contacts.
     touch, right
-        (r, c) and (r,): forces, none negative, balance where ``touch @ forces`` is ``right``.
+        (r, c) and (r,): nonnegative forces are in balance if ``touch @ forces`` equals ``right``.
 
     Returns
     -------
-    Of ways of length one; None where there are more than two directions or too many contacts.
+    For unit directions; None for more than two directions or too many contacts.
     """
     if not 1 <= hessians.shape[1] <= 2:
         return None
@@ -64,7 +60,7 @@ def least_held(hessians: Float, touch: Float, right: Float) -> float | None:
         return float(forms.max())
     mean = 0.5 * (forms[:, 0, 0] + forms[:, 1, 1])
     cosine, sine = 0.5 * (forms[:, 0, 0] - forms[:, 1, 1]), forms[:, 0, 1]
-    # The greatest of some waves is least where one of them is, or where two of them cross.
+    # The maximum of waves is minimal at a minimum of one, or at a crossing of two.
     turns = [np.arctan2(-sine, -cosine)]
     first, second = np.triu_indices(len(forms), 1)
     level, c, s = (wave[first] - wave[second] for wave in (mean, cosine, sine))
@@ -79,7 +75,7 @@ def least_held(hessians: Float, touch: Float, right: Float) -> float | None:
 
 
 def _extreme_forces(touch: Float, right: Float) -> Float | None:
-    """Return the sets of forces (v, c) of which all others are mixtures; None if too many."""
+    """Return the extreme sets of forces (v, c) that span all others; None if too many."""
     count = touch.shape[1]
     u, strength, _ = np.linalg.svd(touch, full_matrices=False)
     kept = u[:, strength > RANK * strength[0]].T
@@ -99,35 +95,36 @@ def _extreme_forces(touch: Float, right: Float) -> Float | None:
 
 
 IN_BALANCE = 1e-9
-"""Sum of forces, against each of the two sides pushing with one, that counts as none."""
+"""Sum of forces, with total force one on each side, that counts as zero."""
 ACTIVE = 1e-4
-"""Gap to the bound, against the width of the zone, below which a point may touch."""
+"""Largest gap to the bound of a possible contact, relative to the width of the zone."""
 LARGEST_GAP = 1e-9
-"""The same against the size of the points."""
+"""The same relative to the size of the points."""
 NO_FORCE = 1e-15
 SHARING = 1e6
 """Weight of balance against short vectors of forces."""
 FLAT_CURVATURE = 1e-7
-"""Least curvature, against the greatest, that does not pin the element."""
+"""Least curvature, relative to the greatest, that does not pin the element."""
 
 
 @dataclass(frozen=True, slots=True)
 class Balance:
-    """The contacts of a zone and what they prove."""
+    """Contacts of a zone with their forces."""
 
     contacts: Int
-    """(c,): rows of the points with a force."""
+    """(c,): indices of the points with a force."""
     signs: Float
     """(c,): +1 at the upper bound, -1 at the lower."""
     forces: Float
-    """(c,): none negative."""
+    """(c,): nonnegative."""
     unbalanced: float
-    """Sum of forces that remains."""
+    """Remaining sum of forces."""
     least_curvature: float
-    """Least second derivative along which contacts leave the element free, against the greatest;
-    infinite where they leave none, zero where it is negative and nothing is gained."""
+    """Least second derivative in directions left free by the contacts, relative to the greatest;
+    infinite without free directions, zero if negative without gain.
+    """
     way: Float
-    """(k,): the step of what the family frees along which that is."""
+    """(k,): the step of the free entries in that direction."""
 
     @property
     def holds(self) -> bool:
@@ -136,30 +133,30 @@ class Balance:
 
     @property
     def unique(self) -> bool:
-        """Return whether no other element nearby has as small a zone."""
+        """Return whether neighbouring elements all have a wider zone."""
         return self.holds and self.least_curvature > FLAT_CURVATURE
 
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """What is proven of a zone."""
+    """Proof for a zone."""
 
     certified: bool
-    """It is a smallest one, or the largest inscribed one."""
+    """It is a minimum zone, or the largest inscribed element."""
     sentence: str
-    """"certified" and by what, or why not."""
+    """"certified" with the criterion, or the reason why not."""
     contacts: tuple[int, ...] = ()
-    """Rows of the points that hold it."""
+    """Indices of the contact points."""
     forces: tuple[float, ...] = ()
-    """With which they push, in the order of ``contacts``."""
+    """In the order of ``contacts``."""
     unbalanced: float = np.inf
-    """Sum of forces that remains."""
+    """Remaining sum of forces."""
     unique: bool = False
-    """No element nearby is as good."""
+    """Neighbouring elements are all worse."""
 
 
 def certificate(fit: Fit, points: Points3, offset: float = 0.0) -> Certificate:
-    """Return what the geometry of ``fit`` and ``points`` (n, 3), mm, prove, computed anew.
+    """Return the certificate of ``fit`` for ``points`` (n, 3), mm, recomputed.
 
     For ``offset`` see `zone.fit_zone`.
     """
@@ -201,7 +198,7 @@ def certificate(fit: Fit, points: Points3, offset: float = 0.0) -> Certificate:
 
 
 def formless(task: ZoneTask, zone: Zone, found: Float, noise: float) -> bool:
-    """Return whether points at distances (n,) lie on the element to rounding."""
+    """Return whether points at distances (n,) are on the element within rounding."""
     if task.tube or task.surface.even:
         return zone.width <= noise
     return bool(np.ptp(found) <= noise)
@@ -212,8 +209,6 @@ def balance_of(task: ZoneTask, placed: Placed, noise: float) -> Balance:
 
     Parameters
     ----------
-    task
-        Points and family.
     noise
         Rounding of the distances.
     """
@@ -240,7 +235,7 @@ def balance_of(task: ZoneTask, placed: Placed, noise: float) -> Balance:
     unbalanced = float(remainder)
     bend, way = _least_curvature(task, placed, local[rows], signs * forces, touch, steps)
     if bend < FLAT_CURVATURE and np.count_nonzero(forces) < len(rows) and unbalanced < IN_BALANCE:
-        # More points touch than are needed. The shortest vector of forces uses them all.
+        # More contacts than needed: the shortest vector of forces uses them all.
         heavy = np.concatenate([SHARING * touch, np.eye(len(rows))])
         forces, _ = nnls(heavy, np.concatenate([SHARING * right, np.zeros(len(rows))]))
         unbalanced = float(np.linalg.norm(touch @ forces - right))
@@ -248,7 +243,7 @@ def balance_of(task: ZoneTask, placed: Placed, noise: float) -> Balance:
     if bend < -FLAT_CURVATURE and unbalanced < IN_BALANCE:
         bend = max(bend, _held_by_others(task, placed, local[rows], signs, forces, touch, steps))
     if bend < -FLAT_CURVATURE and unbalanced < IN_BALANCE and not surface.outline:
-        # It curves the wrong way, but other points may touch before anything is gained.
+        # It curves the wrong way, but other points may come into contact before any gain.
         zone = zone_at(surface, task.points, placed)
         if slid(surface, task.points, zone, way, noise) is None:
             bend = 0.0
@@ -260,7 +255,7 @@ def balance_of(task: ZoneTask, placed: Placed, noise: float) -> Balance:
 def _least_curvature(
     task: ZoneTask, placed: Placed, local: Float, weights: Float, touch: Float, steps: Float
 ) -> tuple[float, Float]:
-    """Return the least curvature that leaves points with a force at their bounds, and its way."""
+    """Return the least curvature with loaded points at their bounds, and its direction."""
     free = list(task.surface.free)
     holding = np.abs(weights) > NO_FORCE
     curvature, _, _ = second_derivatives(
@@ -276,7 +271,7 @@ def _least_curvature(
 
 
 def _loose(touch: Float, k: int) -> Float:
-    """Return the directions (k, m) along which contacts (columns) stay at their bounds."""
+    """Return the directions (k, m) in which contacts (columns) stay at their bounds."""
     directions, strength, _ = np.linalg.svd(
         null_space(touch.T, rcond=1e-10)[:k], full_matrices=False
     )
@@ -288,7 +283,7 @@ def _held_by_others(
     task: ZoneTask, placed: Placed, local: Float, signs: Float, forces: Float, touch: Float,
     steps: Float,
 ) -> float:  # fmt: skip
-    """Return the least curvature where each way may have forces of its own, else minus infinity."""
+    """Return the least curvature with direction-dependent forces, else minus infinity."""
     free, holding = list(task.surface.free), forces > NO_FORCE
     directions = steps @ _loose(touch[:, holding], len(steps))
     scale = 1e-300

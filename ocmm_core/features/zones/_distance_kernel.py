@@ -1,6 +1,6 @@
-"""Compiled distances from the elements that zones are built on; see `_surfaces`.
+"""Compiled distances from zone elements; see `_surfaces`.
 
-Every formula holds for complex numbers, so that one code gives distances and, by an imaginary step,
+All formulas hold for complex numbers, so that one code gives distances and, by an imaginary step,
 the derivatives of their jacobian. Outlines are those of `flat_kernel`, positive outside.
 """
 
@@ -14,7 +14,7 @@ from ocmm_core.features.zones._steps import FIRST_SIZE, SECOND_SIZE, TURN, Value
 from ocmm_core.geometry import Float
 
 HEIGHT, AXIS, CENTRE, SLOPE, RING, ELLIPSE, ROUND_ENDS, SQUARE_ENDS = range(8)
-"""What a distance is measured from."""
+"""Kinds of distance."""
 
 _NEAREST, _NO_LENGTH = 1e-12, 1e-200
 
@@ -29,7 +29,7 @@ def zone_distances(
     found: Values,
     jacobian: Values,
 ) -> None:
-    """Put distances (n,) at a step (8,) into ``found``, and their ``jacobian`` (n, 8)."""
+    """Write distances (n,) at a step (8,) to ``found``, and their ``jacobian`` (n, 8)."""
     jacobian[:] = 0.0
     if kind >= ELLIPSE:
         _from_outline(kind, local, sizes, step, found, jacobian)
@@ -45,18 +45,18 @@ def zone_distances(
         if kind == CENTRE:
             rho = np.sqrt(qx * qx + qy * qy + qz * qz)
             found[i] = sign * rho
-            # A point in the centre itself has no side, hence no slope.
+            # At the centre itself the distance has no slope.
             rho = rho if abs(rho) > _NO_LENGTH else rho + _NO_LENGTH
             row[0], row[1], row[2] = -sign * qx / rho, -sign * qy / rho, -sign * qz / rho
             continue
-        # The axis (a, b, 1) is not of length one: heights are counted along it, over its square.
+        # The axis (a, b, 1) is not of unit length: heights are measured along it, over its square.
         along = (qx * a + qy * b + qz) / square
         height = along * length
         cx, cy, cz = qx - along * a, qy - along * b, qz - along
         if kind == HEIGHT:
             found[i] = sign * height
             row[0], row[1], row[2] = -sign * a / length, -sign * b / length, -sign / length
-            # A lean by one moves the height of a point by how far it lies to that side.
+            # A unit tilt moves the height of a point by its lateral position.
             row[3], row[4] = sign * cx / length, sign * cy / length
             continue
         rho = np.sqrt(cx * cx + cy * cy + cz * cz)
@@ -65,10 +65,10 @@ def zone_distances(
         if kind == AXIS:
             found[i] = sign * rho
             row[0], row[1], row[2] = -sign * ox, -sign * oy, -sign * oz
-            # A lean moves the axis at the height of the point by that height.
+            # A tilt moves the axis at the height of the point by that height.
             row[3], row[4] = -sign * along * ox, -sign * along * oy
             continue
-        # Shares of the distance from the axis and of the height: both kinds are made of the two.
+        # Components of the distance from the axis and of the height, used by both kinds.
         if kind == SLOPE:
             by_rho, by_height = cosine, -sine
             found[i] = rho * cosine - height * sine
@@ -91,7 +91,7 @@ def zone_distances(
 def _from_outline(
     kind: int, local: Values, sizes: Float, step: Values, found: Values, jacobian: Values
 ) -> None:
-    """Do what `zone_distances` does for an ellipse, a slot and a rectangle."""
+    """Do the same as `zone_distances` for an ellipse, a slot and a rectangle."""
     c, s = np.cos(step[TURN]), np.sin(step[TURN])
     a, b = sizes[0] + step[FIRST_SIZE], sizes[1] + step[SECOND_SIZE]
     for i in range(len(local)):
@@ -101,8 +101,8 @@ def _from_outline(
         row = jacobian[i]
         if kind == ELLIPSE:
             cosine, sine = ellipse_foot(x.real, y.real, a.real, b.real)
-            # One step of Newton's takes the foot along with what is imaginary; without that it is
-            # none. The sum of forces along the ellipse, and its derivative by the anomaly.
+            # One Newton step propagates the imaginary part to the foot. The sum of forces along the
+            # ellipse, and its derivative by the anomaly.
             slide = b * cosine * (y - b * sine) - a * sine * (x - a * cosine)
             bend = -a * cosine * (x - a * cosine) - b * sine * (y - b * sine)
             bend = bend - (a * sine) * (a * sine) - (b * cosine) * (b * cosine)
@@ -115,7 +115,7 @@ def _from_outline(
             row[FIRST_SIZE], row[SECOND_SIZE] = -nx * foot_c, -ny * foot_s
         elif kind == ROUND_ENDS:
             beyond = x * side_x - (a - b)
-            # Beside the straight sides the nearest point of the middle line is level with it.
+            # Next to the straight sides the nearest point of the middle line is level with it.
             reach = beyond if beyond.real > 0.0 else 0.0 * beyond
             length = np.sqrt(reach * reach + y * y)
             length = length if abs(length) > _NEAREST else 0.0 * length + _NEAREST

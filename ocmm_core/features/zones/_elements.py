@@ -1,4 +1,4 @@
-"""From a fit to the element that a zone is built on, and back to a geometry vector."""
+"""Conversion between fits and zone elements with their geometry vectors."""
 
 from __future__ import annotations
 
@@ -54,10 +54,10 @@ ZONES = {
     Shape.SQUARE_SLOT: RECTANGLE,
     Shape.RECTANGLE: RECTANGLE,
 }
-"""What a minimum zone is built on. A line in space has a cylinder about it as its zone."""
+"""Families of minimum zones. The zone of a line in space is a cylinder about it."""
 
 CIRCLE_IN_SPACE = circumscribed(TORUS)
-"""A tube about the circle, whose plane is found with it."""
+"""A tube about the circle, including its plane."""
 
 BOUNDED = {
     (shape, criterion): side(ZONES[shape])
@@ -79,11 +79,10 @@ class ZoneTask:
 
     shape: Shape
     surface: ElementFamily
-    """`shape`, `surface`: What is sought."""
     points: Float
     """(n, 3), about their centroid, divided by ``size``."""
     start: Placed
-    """The least-squares element among them."""
+    """The least-squares element."""
     centroid: Float
     """(3,), mm."""
     size: float
@@ -91,18 +90,18 @@ class ZoneTask:
 
     @property
     def tube(self) -> bool:
-        """Return whether the zone is a tube about a curve in space, which has no sides."""
+        """Return whether the zone is a tube about a curve in space, without sides."""
         ring = self.surface.kind is DistanceKind.RING
         return not self.surface.lower and (self.shape is Shape.LINE or ring)
 
     @property
     def noise(self) -> float:
-        """Return the rounding of a distance, as the coordinates were given; scaled."""
+        """Return the rounding of a distance from coordinate rounding; scaled."""
         return 4e-16 * (4.0 + float(np.abs(self.centroid).max()) / self.size)
 
 
 def zone_surface(fit: Fit) -> ElementFamily | None:
-    """Return what the minimum zone of a fit is built on; None where its shape has none."""
+    """Return the family of the minimum zone of a fit, or None."""
     if fit.shape is Shape.LINE and fit.across.any():
         return FLAT_LINE
     return CIRCLE_IN_SPACE if fit.free else ZONES.get(fit.shape)
@@ -111,14 +110,14 @@ def zone_surface(fit: Fit) -> ElementFamily | None:
 def task_of(fit: Fit, points: Points3, surface: ElementFamily, offset: float = 0.0) -> ZoneTask:
     """Return the task that starts from ``fit`` to ``points`` (n, 3), mm.
 
-    Those of an ellipse may lie ``offset``, mm, outside of it.
+    Points of an ellipse may be ``offset``, mm, outside of it.
     """
     centroid, about, size = centred(fit.shape, points)
     across, z = fit.across, fit.direction
     if not z.any():
         frame = np.eye(3)
     elif surface.free == FLAT_LINE.free:
-        # The line runs along x; its distances are counted along z, y is the plane's normal.
+        # The line runs along x, distances are along z, y is the plane's normal.
         frame = np.stack([z, np.cross(across, z), across], axis=1)
     elif surface.outline:
         frame = np.stack([across, np.cross(z, across), z], axis=1)
@@ -142,15 +141,12 @@ def geometry_of(
 
     Parameters
     ----------
-    task
-        Where it belongs to.
     step
         (8,): see `_surfaces`.
     offset
-        Distance at which the element stands from what distances are counted from: a radius, the
-        height of a plane, the tube of a torus.
+        Reference distance of the element: a radius, the height of a plane, the tube of a torus.
     centroid
-        (3,): the points' mean, which the point of line, plane, cylinder and cone is the foot of.
+        (3,): mean of the points; its foot is the point of line, plane, cylinder and cone.
     """
     lean = np.array([step[3], step[4], 1.0])
     axis = placed.frame @ (lean / np.sqrt(lean @ lean))

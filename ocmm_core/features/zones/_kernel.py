@@ -1,10 +1,10 @@
-"""The compiled linear step of minimum-zone fits: a dual simplex method for few unknowns.
+"""Compiled linear step of minimum-zone fits: dual simplex method for few unknowns.
 
 The distances of all points are linear in the step; the narrowest zone within a box around the
-present element is a linear programme with up to eight unknowns and two rows a point. A basis that
-is optimal but for violated rows is known at once (the two extreme points and the sides of the box
-that the slope pushes against), so that the dual method starts without a search: the exchange of
-E. Stiefel, Numerische Mathematik 1 (1959), with bounds.
+present element is a linear programme with up to eight unknowns and two rows a point. A dual
+feasible basis is available at once (the two extreme points and the sides of the box against the
+slope), so that the dual method starts without a search: the exchange of E. Stiefel, Numerische
+Mathematik 1 (1959), with bounds.
 """
 
 from __future__ import annotations
@@ -14,14 +14,15 @@ import numpy as np
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 
-# Of the greatest weight; a smaller one would make a basis that rounding cannot tell from a singular
-# one.
+# Relative to the greatest weight; a smaller one would make a basis singular within rounding.
 SMALLEST_PIVOT = 1e-11
 ROUNDING = 1e-15
 """Relative error of a sum that counts as rounding."""
 MAX_EXCHANGES = 400
 PLAIN_EXCHANGES = 150
-"""After so many exchanges the first violated row enters instead of the worst, against cycles."""
+"""Number of exchanges after which the first violated row enters instead of the worst, against
+cycles.
+"""
 
 
 @compiled()
@@ -34,7 +35,7 @@ def _inverted(matrix: Float, work: Float) -> bool:
         work[i, m + i] = 1.0
     for i in range(m):
         pivot = i
-        # Gauss and Jordan with the greatest pivot of the column; m is ten at the most.
+        # Gauss-Jordan with the greatest pivot of the column; m is at most ten.
         for row in range(i + 1, m):
             if abs(work[row, i]) > abs(work[pivot, i]):
                 pivot = row
@@ -86,7 +87,7 @@ def narrowest_zone(
     distances: Float, jacobian: Float, box: Float, lower: bool, tolerance: float,
     solution: Float, basis: Int, multipliers: Float,
 ) -> int:  # fmt: skip
-    """Minimise the greatest minus the smallest of ``distances + slopes @ step`` within a box.
+    """Minimise the greatest minus the smallest of ``distances + slopes @ step`` in a box.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ def narrowest_zone(
     jacobian
         (n, k): their derivatives by the step.
     box
-        (k,): greatest step in every direction.
+        (k,): largest step in every direction.
     lower
         False: minimise the greatest alone.
     tolerance
@@ -103,14 +104,14 @@ def narrowest_zone(
     solution
         (m,), written: the step and the upper bound, then the lower one; m = k + 1 or k + 2.
     basis
-        (m,), written: rows that hold the solution. i: point i above, n + i: point i below, from
-        2 n on: sides of the box.
+        (m,), written: basis rows. i: point i above, n + i: point i below, from 2 n on: sides of the
+        box.
     multipliers
-        (m,), written: of these rows, none negative; those of either bound add up to one.
+        (m,), written: of these rows, nonnegative; those of either bound add up to one.
 
     Returns
     -------
-    Number of exchanges, negative where rounding stopped them.
+    Number of exchanges, negative if stopped by rounding.
     """
     n, k = jacobian.shape
     m = k + 2 if lower else k + 1
@@ -123,8 +124,8 @@ def narrowest_zone(
     if lower:
         basis[k + 1] = n + bottom
     for j in range(k):
-        # How the zone widens with this unknown while these two points carry it: the unknown goes
-        # against it until the side of the box, whose multiplier is the slope.
+        # Derivative of the zone by this unknown with these two contacts: move against it to the
+        # side of the box, whose multiplier is the slope.
         slope = jacobian[top, j] - (jacobian[bottom, j] if lower else 0.0)
         basis[j] = 2 * n + j + (k if slope > 0.0 else 0)
         multipliers[j] = abs(slope)
@@ -136,13 +137,12 @@ def narrowest_zone(
         for i in range(m):
             total = 0.0
             for j in range(m):
-                # The rows of the basis hold with equality.
+                # The rows of the basis are active.
                 total += work[i, m + j] * right[j]
             solution[i] = total
-            # The multipliers follow from the basis, so that their errors do not pile up.
-            # How the zone narrows when this row gives way by one: minus the derivative of upper
-            # less lower by its right-hand side. None is negative in a basis that is optimal but for
-            # other rows.
+            # Multipliers are recomputed from the basis to avoid accumulating errors. They are minus
+            # the derivative of upper less lower by the right-hand sides, all nonnegative for a dual
+            # feasible basis.
             value = -work[k, m + i]
             if lower:
                 value += work[k + 1, m + i]
@@ -162,8 +162,8 @@ def narrowest_zone(
                 worst, code = above, i
             if below > worst:
                 worst, code = below, n + i
-            # The first violated row instead of the worst, after Bland: it breaks most cycles among
-            # equals, and MAX_EXCHANGES ends what is left.
+            # The first violated row instead of the worst (Bland) breaks most cycles among ties, and
+            # MAX_EXCHANGES ends the rest.
             if code >= 0 and exchange > PLAIN_EXCHANGES:
                 break
         for j in range(k):
@@ -171,7 +171,7 @@ def narrowest_zone(
             # Sides of the box have the unit of the step, not of a distance, and their own rounding.
             if beyond > max(worst, 1e-12 * box[j]):
                 worst, code = beyond, 2 * n + j + (0 if solution[j] > 0.0 else k)
-        # Nothing is violated: the basis is feasible and optimal.
+        # Primal feasible: the basis is optimal.
         if code < 0:
             return exchange
         for i in range(m):
@@ -189,14 +189,14 @@ def narrowest_zone(
             greatest = max(greatest, abs(total))
         leaving, ratio = -1, np.inf
         for i in range(m):
-            # The multipliers must stay positive: the row whose multiplier is used up first leaves.
-            # Among equals the greatest weight wins, which is the safest pivot.
+            # Ratio test: the row whose multiplier reaches zero first leaves. Ties go to the
+            # greatest weight, the safest pivot.
             if weights[i] > SMALLEST_PIVOT * greatest:
                 here = multipliers[i] / weights[i]
                 tie = here < ratio + 1e-14 and leaving >= 0 and weights[i] > weights[leaving]
                 if here < ratio - 1e-14 or tie:
                     leaving, ratio = i, here
-        # No row can give way: there is no feasible point, which in a box means rounding.
+        # No row can leave: infeasible, which in a box means rounding.
         if leaving < 0:
             return -exchange - 1
         basis[leaving], right[leaving] = code, bound

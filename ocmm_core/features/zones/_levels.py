@@ -1,9 +1,9 @@
-"""One outline among those with the same smallest zone: each of its sides as narrow as it can be.
+"""Resolve ambiguous minimum zones of outlines: minimise every side in turn.
 
-Three points at one side of a rectangle may hold its smallest zone, and its other sides can then
-move without widening it. What is left free is settled in the same way: the greatest distance of the
-other points is made smallest while those that hold the zone stay at its bounds, and so on until
-nothing is free (the strict approximation of J. Rice, Bull. Amer. Math. Soc. 68, 1962).
+Three points at one side of a rectangle may determine its minimum zone, leaving the other sides
+free. Remaining freedom is resolved in the same way: the greatest distance of the other points is
+minimised with the determining ones held at their bounds, and so on until nothing is free (strict
+approximation of J. Rice, Bull. Amer. Math. Soc. 68, 1962).
 """
 
 from __future__ import annotations
@@ -24,34 +24,34 @@ from ocmm_core.geometry import Float, Int
 MAX_STEPS = 60
 POLISHES = 4
 WIDER = 1.0 + 1e-9
-"""Width of a zone, against the smallest one, that is no wider."""
+"""Relative width up to which a zone counts as equally narrow."""
 NO_SHARE = 1e-10
-"""Share of a point in holding a zone that is none."""
+"""Force of a contact that counts as zero."""
 RANK = 1e-9
-"""Effect on the distances, against the greatest, that is none."""
+"""Relative effect on the distances that counts as zero."""
 
 
 @dataclass(frozen=True, slots=True)
 class ZoneLevel:
-    """Points that hold a zone in the directions which the levels before leave free."""
+    """Points that hold a zone in directions left free by the previous levels."""
 
     rows: Int
     signs: Float
     """`rows`, `signs`: (c,): the points; +1 outside, -1 inside."""
     weights: Float
-    """(c,): with which force, with the sign of the side."""
+    """(c,): force, with the sign of the side."""
     half: float
 
 
 def levels_of(task: ZoneTask, placed: Placed, balance: Balance) -> tuple[Placed, list[ZoneLevel]]:
-    """Return the outline that nothing leaves free, and what holds it, the widest zone first.
+    """Return the fully determined outline, and its contacts by level, the widest zone first.
 
     Parameters
     ----------
     task
-        Points and family, one with an even zone.
+        Points and a family with a symmetric zone.
     balance
-        What holds that.
+        Its contacts.
     """
     found, _ = distances(task.surface, placed.local(task.points), placed.sizes)
     half = float(np.abs(found).max())
@@ -68,13 +68,13 @@ def levels_of(task: ZoneTask, placed: Placed, balance: Balance) -> tuple[Placed,
         levels.append(level)
     settled = _polished(task, settled, steps, levels)
     if zone_at(task.surface, task.points, settled).width > half * WIDER:
-        # Where a point changes sides on the way, what is free stays as it was found.
+        # If a point changes sides, the remaining freedom keeps its present value.
         return placed, levels[:1]
     return settled, levels
 
 
 def response(task: ZoneTask, placed: Placed, levels: list[ZoneLevel]) -> tuple[Int, Float]:
-    """Return the points that hold an outline (c,), and how its free entries answer (k, 3 c)."""
+    """Return the contact points (c,), and the derivatives of free entries by them (k, 3 c)."""
     rows = np.concatenate([level.rows for level in levels])
     matrix, _, pins = _system(task, placed, np.eye(len(task.surface.free)), levels)
     right = np.zeros((len(matrix), len(rows), 3))
@@ -97,7 +97,7 @@ def response(task: ZoneTask, placed: Placed, levels: list[ZoneLevel]) -> tuple[I
 def _loose(
     task: ZoneTask, placed: Placed, steps: Float, levels: list[ZoneLevel]
 ) -> tuple[Float, list[Float], list[Float]]:
-    """Return what the levels leave free (k, f), what curvature pins at each, and that (k, k)."""
+    """Return the free directions (k, f), pinned curvature of each level, and Hessians (k, k)."""
     local = placed.local(task.points)
     free = np.eye(len(steps))
     pins, hessians = [], []
@@ -120,7 +120,7 @@ def _loose(
 def _next_level(
     task: ZoneTask, placed: Placed, steps: Float, levels: list[ZoneLevel]
 ) -> tuple[Placed, ZoneLevel | None]:
-    """Return the outline with the greatest distance of the other points smallest, and these."""
+    """Return the outline that minimises the greatest distance of the other points, and these."""
     surface, places = task.surface, list(task.surface.free)
     held = np.concatenate([level.rows for level in levels])
     radius = levels[0].half
@@ -152,7 +152,7 @@ def _next_level(
         won = -np.inf
         if moved is not None:
             there, _ = distances(surface, moved.local(task.points), moved.sizes)
-            # Points that did not move at all may, once another side is nearer to them.
+            # Points with zero derivative may still become active once another side is nearer.
             if float(np.abs(there).max()) <= levels[0].half * WIDER:
                 won = half - float(np.abs(there[rest]).max())
         if moved is not None and won > 0.25 * gain:
@@ -172,7 +172,7 @@ def _next_level(
 def _restored(
     task: ZoneTask, placed: Placed, steps: Float, levels: list[ZoneLevel]
 ) -> Placed | None:
-    """Return the outline with the points of the levels at their bounds, by the shortest steps."""
+    """Return the outline with the levels' points at their bounds, by minimum-norm steps."""
     rows = np.concatenate([level.rows for level in levels])
     bounds = np.concatenate([level.signs * level.half for level in levels])
     places = list(task.surface.free)
@@ -190,7 +190,7 @@ def _restored(
 def _system(
     task: ZoneTask, placed: Placed, steps: Float, levels: list[ZoneLevel]
 ) -> tuple[Float, Float, list[Float]]:
-    """Return matrix, gaps and pins of: all contacts touch, curvature is at rest where it holds."""
+    """Return matrix, gaps and pins of the conditions: contacts touch, curvature at rest."""
     surface, places = task.surface, list(task.surface.free)
     k = len(places)
     _, pins, hessians = _loose(task, placed, steps, levels)
@@ -212,7 +212,7 @@ def _system(
 
 
 def _polished(task: ZoneTask, placed: Placed, steps: Float, levels: list[ZoneLevel]) -> Placed:
-    """Return the outline after Newton steps, which bring what is held to rounding."""
+    """Return the outline after Newton steps, with contacts exact to rounding."""
     for _ in range(POLISHES):
         matrix, gaps, _ = _system(task, placed, steps, levels)
         step = np.linalg.lstsq(matrix, -gaps, rcond=1e-13)[0][: len(steps)]

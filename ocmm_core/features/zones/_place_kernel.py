@@ -1,4 +1,4 @@
-"""Compiled places of elements that zones are built on: points in their frame, steps, bounds."""
+"""Compiled poses of zone elements: points in their frame, steps, bounds."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ocmm_core.geometry import Float
 
 @compiled()
 def to_local(points: Float, frame: Float, origin: Float, local: Float) -> None:
-    """Put the points (n, 3) in the frame of an element into ``local``."""
+    """Write the points (n, 3) in the frame of an element to ``local``."""
     for i in range(len(points)):
         x, y, z = points[i, 0] - origin[0], points[i, 1] - origin[1], points[i, 2] - origin[2]
         for j in range(3):
@@ -25,10 +25,10 @@ def move_zone(
     frame: Float, origin: Float, sizes: Float, step: Float,
     to_frame: Float, to_origin: Float, to_sizes: Float,
 ) -> None:  # fmt: skip
-    """Put the element after a step (8,) into frame (3, 3), origin (3,) and sizes (3,)."""
+    """Write the element after a step (8,) to frame (3, 3), origin (3,) and sizes (3,)."""
     length = np.sqrt(step[3] * step[3] + step[4] * step[4] + 1.0)
     ax, ay = step[3] / length, step[4] / length
-    # The turn that takes z to the new axis, about z cross axis; and then one about the axis.
+    # Rotation from z to the new axis, about z cross axis; then one about the axis.
     vx, vy, vz = -ay, ax, step[TURN]
     lean = np.sqrt(vx * vx + vy * vy)
     if lean > 0.0:
@@ -43,7 +43,7 @@ def move_zone(
         c = 2.0 * half * half
     for i in range(3):
         x, y, z = frame[i, 0], frame[i, 1], frame[i, 2]
-        # A row times [v] is row cross v with its sign turned: (row [v])_j = (v x e_j) . row.
+        # A row times [v] is minus row cross v: (row [v])_j = (v x e_j) . row.
         first_x, first_y, first_z = y * vz - z * vy, z * vx - x * vz, x * vy - y * vx
         second_x = first_y * vz - first_z * vy
         second_y, second_z = first_z * vx - first_x * vz, first_x * vy - first_y * vx
@@ -51,7 +51,7 @@ def move_zone(
         to_frame[i, 1] = y + s * first_y + c * second_y
         to_frame[i, 2] = z + s * first_z + c * second_z
         to_origin[i] = origin[i] + x * step[0] + y * step[1] + z * step[2]
-    # Rounding of many turns must not bend the frame: Gram and Schmidt.
+    # Gram-Schmidt: keep the frame orthonormal over many rotations.
     for j in range(3):
         for k in range(j):
             along = 0.0
@@ -71,20 +71,20 @@ def move_zone(
 
 @compiled()
 def possible_sizes(kind: int, sizes: Float) -> bool:
-    """Return whether there is an element with these sizes."""
+    """Return whether an element with these sizes exists."""
     long, short, offset = sizes[0], sizes[1], sizes[2]
     if kind == ROUND_ENDS:
         return bool(0.0 < short < long)
     least = min(long, short)
     if kind == ELLIPSE:
-        # A ball that rolls inside must fit into the sharper ends.
+        # A ball rolling inside must fit into the sharper ends.
         return bool(least > 0.0 and -offset * max(long, short) < least * least)
     return bool(least > 0.0 or kind < ELLIPSE)
 
 
 @compiled()
 def bounds_of(found: Float, lower: bool, even: bool) -> tuple[float, float]:
-    """Return the greatest distance, its size where the zone is even, and the smallest or zero."""
+    """Return the greatest distance (absolute if even), and the smallest or zero."""
     greatest, least = -np.inf, np.inf
     for value in found:
         greatest = max(greatest, abs(value) if even else value)
@@ -97,7 +97,7 @@ def zone_about(
     kind: int, sign: float, lower: bool, even: bool, points: Float, frame: Float, origin: Float,
     sizes: Float, local: Float, found: Float, jacobian: Float,
 ) -> tuple[float, float]:  # fmt: skip
-    """Return the bounds of the zone about an element; infinite where there is none."""
+    """Return the bounds of the zone about an element; infinite if it does not exist."""
     if not possible_sizes(kind, sizes):
         return np.inf, 0.0
     to_local(points, frame, origin, local)

@@ -1,8 +1,8 @@
-"""What is tried where a zone does not settle, or where contacts balance but may slide.
+"""Fallbacks for zones that do not settle, or have balanced but sliding contacts.
 
-Settling takes linear steps; where contacts curve strongly along a narrow valley these become short.
-Sequential quadratic programming, which learns the curvature, goes on from there (D. Kraft's SLSQP).
-It is slow and rough, so that it only brings a zone to where settling succeeds.
+Settling uses linear steps, which become short if contacts curve strongly along a narrow valley.
+Sequential quadratic programming, which learns the curvature, continues from there (D. Kraft's
+SLSQP). It is slow and inexact, so it only provides a start from which settling succeeds.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from ocmm_core.features.zones._surfaces import ElementFamily, Placed, distances,
 from ocmm_core.geometry import Float, Int
 
 NEAREST = 40
-"""Points nearest to either bound that take part."""
+"""Number of points used, nearest to either bound."""
 ROUNDS = 6
 LONGEST = 0.3
-"""Length of a step, against distances, within which a round stays."""
+"""Largest step of a round, relative to distances."""
 GAPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
-"""Against the width of the zone."""
+"""Relative to the width of the zone."""
 NEWTON_STEPS = 4
 GAINS = 1e-9
-"""Relative gain of width below which the rounds end."""
+"""Relative gain of width that ends the rounds."""
 SLIDES = (1e-4, 1e-2, 1.0)
-"""How far contacts are slid, in zones."""
+"""Slides of contacts, in zones."""
 NARROWER = 1e-7
-"""Relative gain of width that makes another zone a narrower one."""
+"""Relative gain of width from which another zone counts as narrower."""
 
 
 def descended(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
-    """Return a zone that is no wider, further down the valley of ``zone``."""
+    """Return an equally wide or narrower zone, further down the valley of ``zone``."""
     best = zone
     for _ in range(ROUNDS):
         width = best.width
@@ -58,9 +58,9 @@ def descended(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
 
 
 def _held(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
-    """Return the zone after Newton steps on contacts of which it is not sure yet that they touch.
+    """Return the zone after Newton steps on tentative contacts.
 
-    Quadratic steps leave gaps, so that points nearer to a bound than several widths are tried.
+    Quadratic steps leave gaps, so contacts are tried for several gap widths.
     """
     best = zone
     for gap in GAPS:
@@ -97,14 +97,14 @@ def _forces(surface: ElementFamily, points: Float, zone: Zone, gap: float) -> tu
 def slid(
     surface: ElementFamily, points: Float, zone: Zone, slide: Float, noise: float
 ) -> Zone | None:
-    """Return a narrower zone than ``zone`` that contacts slide to, or None.
+    """Return a narrower zone reached by sliding contacts, or None.
 
     Parameters
     ----------
     zone
-        One whose contacts are in balance.
+        With balanced contacts.
     slide
-        (k,): step of what the family frees along which they stay at their bounds.
+        (k,): step of the free entries that keeps contacts at their bounds.
     noise
         Gain of width that is rounding.
     """

@@ -1,4 +1,4 @@
-"""The compiled way to the narrowest zone from one start; see `_solver`, whose terms it uses."""
+"""Compiled descent to the narrowest zone from one start; terms as in `_solver`."""
 
 from __future__ import annotations
 
@@ -21,13 +21,15 @@ from ocmm_core.features.zones._steps import STEP_SIZE
 from ocmm_core.geometry import Float, Int
 
 SETTLED = 4e-16
-"""Predicted gain of zone width, against the distances, that is rounding."""
+"""Predicted gain of zone width, relative to the distances, that is rounding."""
 POLISHES = 3
 """Newton steps after the width has settled."""
 CLOSE = 1e-5
-"""Longest of these, against the distances."""
+"""Longest of these, relative to the distances."""
 FARTHEST = 1e3
-"""Distance of an axis or centre from the points, against their size, where a start is given up."""
+"""Distance of an axis or centre from the points, relative to their size, at which a start is
+abandoned.
+"""
 _TINY = 1e-30
 _SINGULAR = 1e-300
 
@@ -65,7 +67,7 @@ def _curvature(
     kind: int, sign: float, free: Int, local: Float, sizes: Float, weights: Float, steps: Float,
     hessian: Float,
 ) -> None:  # fmt: skip
-    """Put the second derivatives by ``steps`` of the sum of weighted distances into (k, k)."""
+    """Write the second derivatives by ``steps`` of the sum of weighted distances to (k, k)."""
     k, c = len(free), len(weights)
     places, found = local.astype(np.complex128), np.empty(c, np.complex128)
     jacobian, step = np.empty((c, STEP_SIZE), np.complex128), np.zeros(STEP_SIZE, np.complex128)
@@ -88,9 +90,9 @@ def newton_step(
     middle: float, found: Float, by_step: Float, steps: Float, contacts: Int, multipliers: Float,
     limit: float, step: Float,
 ) -> bool:  # fmt: skip
-    """Put the step to where all ``contacts`` touch and their forces balance into ``step`` (k,).
+    """Write the step to contact of all ``contacts`` with balanced forces to ``step`` (k,).
 
-    False where there is none shorter than ``limit``. Distances ``found`` are counted from
+    Returns False if it is undefined or longer than ``limit``. Distances ``found`` are relative to
     ``middle``; contacts are coded as in `_kernel`.
     """
     n, k = by_step.shape
@@ -101,7 +103,7 @@ def newton_step(
         signs[i] = 1.0 if contacts[i] < n else -1.0
         at[i] = local[rows[i]]
     hessian = np.zeros((k, k))
-    # As many contacts as unknowns pin the element by themselves.
+    # As many contacts as unknowns pin the element.
     if c < k + bounds:
         _curvature(kind, sign, free, at, sizes, signs * multipliers, steps, hessian)
     size = k + bounds + c
@@ -112,7 +114,7 @@ def newton_step(
         for j in range(k):
             matrix[row, j] = by_step[rows[i], j]
             matrix[j, row] = signs[i] * by_step[rows[i], j]
-        # Of an even zone the one bound holds either side: its gap is |distance| - bound.
+        # A symmetric zone has one bound for both sides: the gap is |distance| - bound.
         bound = k + 1 if lower and signs[i] < 0.0 else k
         share = -signs[i] if even else -1.0
         matrix[row, bound], matrix[bound, row] = share, signs[i] * share
@@ -122,8 +124,8 @@ def newton_step(
         right[k + 1] = 1.0
     full, there, jacobian = np.zeros(STEP_SIZE), np.empty(c), np.empty((c, STEP_SIZE))
     for _ in range(2):
-        # The second round counts with the distances after the first: contacts that curve away
-        # would else undo what a step along them gains (N. Maratos).
+        # The second round uses the distances after the first (N. Maratos): contacts that curve away
+        # would otherwise cancel the gain of a step along them.
         answer = right.copy()
         if not _solved(matrix.copy(), answer):
             return False
@@ -143,7 +145,7 @@ def newton_step(
 
 @compiled()
 def _full_step(free: Int, steps: Float, step: Float, full: Float) -> None:
-    """Put the step (8,) of which a family frees ``steps @ step`` into ``full``."""
+    """Write the step (8,) for free entries ``steps @ step`` to ``full``."""
     full[:] = 0.0
     for i in range(len(free)):
         total = 0.0
@@ -157,10 +159,10 @@ def settle_zone(
     kind: int, sign: float, lower: bool, even: bool, free: Int, points: Float, frame: Float,
     origin: Float, sizes: Float, steps: Float, radius: float, greatest: float, most: int,
 ) -> tuple[float, float, bool]:  # fmt: skip
-    """Go from an element to the narrowest zone about points (n, 3), in place.
+    """Move an element to the narrowest zone about points (n, 3), in place.
 
-    Returns the bounds of its zone and whether it settled. ``radius`` is the first size of the trust
-    region, ``greatest`` the largest, ``most`` the number of steps.
+    Returns the bounds of its zone and whether it settled. ``radius`` is the initial size of the
+    trust region, ``greatest`` the largest, ``most`` the largest number of steps.
     """
     n, k = len(points), len(free)
     m = k + 2 if lower else k + 1
@@ -183,7 +185,7 @@ def settle_zone(
         scale = max(1.0, np.abs(found).max())
         middle = 0.0
         if not even:
-            # Counted from here, small differences of the distances stay exact.
+            # Relative to this, small differences of the distances stay exact.
             middle = 0.5 * (upper + least) if lower else upper
         for i in range(n):
             gaps[i] = found[i] - middle
@@ -195,7 +197,7 @@ def settle_zone(
                 if even:
                     by_step[n + i, j] = -total
             if even:
-                # Every point counts with either sign; row n + i is then point i below.
+                # Every point counts with both signs; row n + i is then point i below.
                 gaps[n + i] = -gaps[i]
         box[:] = radius
         narrowest_zone(gaps, by_step, box, lower, 0.0, solution, basis, multipliers)
@@ -212,7 +214,7 @@ def settle_zone(
         reach = np.abs(newton).max()
         width = upper - least
         if gain <= SETTLED * scale:
-            # Where curvature holds the element, its place is still rough when its width is not.
+            # If curvature pins the element, its position converges later than its width.
             if not touched or polishes == POLISHES or reach > CLOSE * scale:
                 return upper, least, True
             _full_step(free, steps, newton, full)

@@ -1,4 +1,4 @@
-"""From a search to a fit: enough starts, contacts in balance, and what follows from them."""
+"""From a search to a fit: number of starts, balanced contacts, derivatives."""
 
 from __future__ import annotations
 
@@ -36,33 +36,33 @@ from ocmm_core.features.zones._surfaces import CONE, TORUS, Placed, distances, s
 from ocmm_core.geometry import Float, Int
 
 STARTS = 12
-"""Starts around the least-squares element; more where the zone is broad or the points are few."""
+"""Starts around the least-squares element; more for a broad zone or few points."""
 STARTS_BROAD = 30
 STARTS_STRAIGHT = 4
-"""Of line and plane, whose zones are all but convex."""
+"""For line and plane, whose zones are almost convex."""
 BROAD_STRAIGHT = 0.1
 BROAD = 0.03
-"""Width of the zone against the size of the points from which local minima lie far apart."""
+"""Width of the zone relative to the size of the points above which local minima are far apart."""
 FEW_POINTS = 12
 POLISHES = 4
 RESCUES = 5
-"""Times that what did not settle is taken further."""
+"""Attempts to continue an unsettled zone."""
 SADDLES = 4
-"""Times that a zone is left along the way in which its contacts let it narrow."""
+"""Attempts to leave a saddle in the direction of decreasing width."""
 SHRUNK = 30
-"""Lengths of such a step that are tried, each half of the one before."""
+"""Number of tried lengths of such a step, each half of the previous one."""
 WELL_BALANCED = 1e-12
 
 
 def search(task: ZoneTask) -> Zone:
-    """Return the best zone from as many starts as the points call for."""
+    """Return the best zone, with a number of starts that suits the points."""
     first = zone_at(task.surface, task.points, task.start)
     found, _ = distances(task.surface, task.start.local(task.points), task.start.sizes)
     if formless(task, first, found, _noise(task, found)):
         return first
     few = len(task.points) <= FEW_POINTS
     if task.shape in (Shape.LINE, Shape.PLANE):
-        # Distances are lengths of what is linear in the step, but for the cosine of the lean.
+        # Distances are lengths of linear functions of the step, except for the cosine of the tilt.
         starts = STARTS if few or np.ptp(found) > BROAD_STRAIGHT else STARTS_STRAIGHT
     else:
         starts = STARTS_BROAD if few or np.ptp(found) > BROAD else STARTS
@@ -76,7 +76,7 @@ def search(task: ZoneTask) -> Zone:
 
 
 def rescued(task: ZoneTask, zone: Zone) -> Zone:
-    """Return the zone, or a narrower one where it did not settle or its contacts slide."""
+    """Return the zone, or a narrower one if it did not settle or its contacts slide."""
     for _ in range(RESCUES):
         found, _ = distances(task.surface, zone.placed.local(task.points), zone.placed.sizes)
         noise = _noise(task, found)
@@ -96,14 +96,14 @@ def rescued(task: ZoneTask, zone: Zone) -> Zone:
 def _opened(task: ZoneTask, zone: Zone) -> Zone:
     """Return the zone of a cone with its axis towards the growing radius, the angle positive.
 
-    On the way the angle may have passed through zero, or through that of a plane.
+    During the search the angle may have passed through zero, or through that of a plane.
     """
     placed, angle = zone.placed, float(zone.placed.sizes[0])
     if 0.0 < angle < 0.5 * np.pi:
         return zone
     whole = (angle + np.pi) % (2.0 * np.pi) - np.pi
     beyond = abs(whole) > 0.5 * np.pi
-    # Each of the two changes turns the axis round.
+    # Each of the two changes reverses the axis.
     turns = [1.0, -1.0, -1.0] if (whole < 0.0) != beyond else [1.0, 1.0, 1.0]
     sizes = np.array([np.pi - abs(whole) if beyond else abs(whole), *placed.sizes[1:]])
     turned = Placed(placed.frame * turns, placed.origin, sizes)
@@ -111,10 +111,10 @@ def _opened(task: ZoneTask, zone: Zone) -> Zone:
 
 
 def _beside_saddle(task: ZoneTask, zone: Zone) -> Zone | None:
-    """Return a narrower zone where forces balance but a move along the contacts is better.
+    """Return a narrower zone if forces balance but a move along the contacts is better.
 
-    Points in exact symmetry lead to such places: a cylinder whose contacts all lie in one section
-    can lean either way. None where there is no such move.
+    Exactly symmetric points lead to such saddles: a cylinder with all contacts in one section can
+    tilt either way. None if there is no such move.
     """
     surface, points = task.surface, task.points
     found, _ = distances(surface, zone.placed.local(points), zone.placed.sizes)
@@ -135,7 +135,7 @@ def _beside_saddle(task: ZoneTask, zone: Zone) -> Zone | None:
 
 
 def balanced(task: ZoneTask, zone: Zone) -> Zone:
-    """Return the zone with its contacts in balance to rounding, as far as Newton steps reach."""
+    """Return the zone with contacts balanced to rounding, as far as Newton steps converge."""
     found, _ = distances(task.surface, zone.placed.local(task.points), zone.placed.sizes)
     for _ in range(POLISHES):
         balance = balance_of(task, zone.placed, _noise(task, found))
@@ -151,13 +151,7 @@ def _noise(task: ZoneTask, found: Float) -> float:
 
 
 def settled_fit(task: ZoneTask, start: Fit, criterion: Criterion, zone: Zone) -> Fit:
-    """Return the fit of a zone, or raise where nothing proves it.
-
-    Raises
-    ------
-    FitError
-        See `zone.fit_zone`.
-    """
+    """Return the fit of a zone, or raise FitError without a proof; see `zone.fit_zone`."""
     surface = task.surface
     if surface == CONE:
         zone = _opened(task, zone)
@@ -238,26 +232,26 @@ def _upright(placed: Placed) -> Placed:
 
 
 def _offset(task: ZoneTask, zone: Zone) -> float:
-    """Return at which distance the element stands from what distances are counted from."""
+    """Return the distance of the element from the reference of distances."""
     if task.surface.lower:
         return 0.5 * (zone.upper + zone.lower)
     return 0.0 if task.tube or task.surface.even else task.surface.sign * zone.upper
 
 
 def _sides(task: ZoneTask, placed: Placed, contact: int) -> Float:
-    """Return +1 or -1 (n,): the side of every point of a line, as one contact sees it.
+    """Return the side, +1 or -1 (n,), of every point of a line, relative to one contact.
 
-    Forces at the contacts balance, so that some lie on either side of the first, and the signed
-    distances range over the whole diameter.
+    Forces at the contacts balance, so contacts are on either side of the first, and the signed
+    distances cover the whole diameter.
     """
     across = placed.local(task.points)[:, :2]
     return np.where(across @ across[contact] < 0.0, -1.0, 1.0)
 
 
 def held_response(task: ZoneTask, placed: Placed, balance: Balance) -> Float:
-    """Return how free entries and bounds answer to the contacts, (k + 1 or 2, 3 c), scaled.
+    """Return the derivatives of free entries and bounds by contacts, (k + 1 or 2, 3 c), scaled.
 
-    The conditions of the optimum (contacts touch, forces balance) are differentiated.
+    The optimality conditions (contacts touch, forces balance) are differentiated.
     """
     surface, rows = task.surface, balance.contacts
     local = placed.local(task.points)[rows]
@@ -275,7 +269,7 @@ def held_response(task: ZoneTask, placed: Placed, balance: Balance) -> Float:
     right = np.zeros((len(matrix), c, 3))
     right[:k] = -mixed[:, free].transpose(1, 0, 2)
     right[k + bounds + np.arange(c), np.arange(c)] = -by_points
-    # Least change where contacts do not pin the element: a slide that changes no form.
+    # Minimum-norm change if contacts do not pin the element: a slide that changes no form.
     answer = np.linalg.lstsq(matrix, right.reshape(len(matrix), 3 * c), rcond=1e-13)[0]
     return np.asarray(answer[: k + bounds])
 
@@ -288,11 +282,11 @@ def zone_derivatives(
     Parameters
     ----------
     task, placed, offset
-        The element, and what `geometry_of` calls its offset.
+        The element, and the offset of `geometry_of`.
     rows
         (c,): contacts.
     answer
-        (k or more, 3 c): how what the family frees and, after that, the bounds answer to them.
+        (k or more, 3 c): derivatives of the free entries, then of the bounds, by the contacts.
     """
     surface, c = task.surface, len(rows)
     free = list(surface.free)

@@ -1,13 +1,13 @@
-"""The narrowest zone that is reached from one start, and the best of those from many.
+"""Find the narrowest zone from one start, and the best over many starts.
 
-A linear step within a trust region names the points that will touch (`_kernel`); a Newton step
-on these contacts, curvature included, then goes to the optimum quadratically. Method: R. Fletcher
-and E. Sainz de la Maza, Mathematical Programming 43 (1989); for geometry in coordinate metrology
-D. Hutzschenreuter and others, J. Sens. Sens. Syst. 7 (2018) reach 1e-14 with one of its kind. Of
-many points only those near the bounds take part, until what holds them holds all.
+A linear step within a trust region identifies the contact points (`_kernel`); a Newton step on
+these contacts, including curvature, converges quadratically. Method: R. Fletcher and E. Sainz de la
+Maza, Mathematical Programming 43 (1989); for geometry in coordinate metrology D. Hutzschenreuter
+and others, J. Sens. Sens. Syst. 7 (2018) reach 1e-14 with a similar one. For many points only those
+near the bounds are used, until the result holds for all.
 
-Distances curve, thus a zone may have several local minima, whose widths differ by about the width
-squared over the radius. The starts lie where the least-squares residuals grow by about the zone.
+Distances curve, so a zone may have several local minima, whose widths differ by about the width
+squared over the radius. The starts are at elements with residuals larger by about the zone.
 """
 
 from __future__ import annotations
@@ -32,14 +32,15 @@ from ocmm_core.geometry import Float, Int
 
 MAX_STEPS = 200
 FEWER_STEPS = 40
-"""From a further start; most settle within fifteen."""
+"""For further starts; most settle within fifteen."""
 ALL_POINTS, NEAREST, FURTHER, EXCHANGES = 150, 40, 10, 20
-"""Up to so many points all take part. Of more it is so many nearest to either bound, and further
-ones where these do not hold the zone of all, so many times."""
+"""Number of points that are all used. Above it: number nearest to either bound, number of further
+ones if these do not hold the zone of all, and number of rounds.
+"""
 LARGEST_LEAN = 0.7
-"""A step leans the axis and opens a cone by no more than this; lengths by twice the size."""
+"""Limit of a step's tilt of the axis and opening of a cone; for lengths, twice the size."""
 NEARLY_FLAT = 1e-4
-"""Effect of a direction, against the strongest, below which steps along it do not grow further."""
+"""Effect of a direction, relative to the strongest, below which steps in it do not grow further."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,23 +48,23 @@ class Zone:
     """An element with the bounds of its zone; centred and scaled."""
 
     placed: Placed
-    """Where it stands."""
     upper: float
     lower: float
     """`upper`, `lower`: Greatest and smallest distance (with the sign of the surface); ``lower`` is
-    zero where the zone has no lower bound, and where it is even, so that ``upper`` is half of its
-    breadth. Infinite where there is no such element."""
+    zero for zones without a lower bound and symmetric zones, whose ``upper`` is half the width.
+    Infinite if no such element exists.
+    """
     settled: bool
-    """The iteration came to rest: no step improves the zone to first order."""
+    """Converged: no step improves the zone to first order."""
 
     @property
     def width(self) -> float:
-        """Return what was minimised."""
+        """Return the minimised quantity."""
         return self.upper - self.lower
 
 
 def zone_at(surface: ElementFamily, points: Float, placed: Placed) -> Zone:
-    """Return the zone of ``points`` (n, 3) about an element that is not moved."""
+    """Return the zone of ``points`` (n, 3) about a fixed element."""
     if not possible(surface, placed):
         return Zone(placed, np.inf, 0.0, settled=False)
     found, _ = distances(surface, placed.local(points), placed.sizes)
@@ -76,18 +77,14 @@ def _bounds(surface: ElementFamily, found: Float) -> tuple[float, float]:
 
 
 def middle_of(surface: ElementFamily, zone: Zone) -> float:
-    """Return what distances are counted from so that their differences stay exact."""
+    """Return the reference distance that keeps differences exact."""
     if surface.even:
         return 0.0
     return 0.5 * (zone.upper + zone.lower) if surface.lower else zone.upper
 
 
 def natural_steps(surface: ElementFamily, points: Float, placed: Placed) -> Float:
-    """Return steps (k, k), columns, that each change the distances by one (root mean square).
-
-    About an axis or circle that all points may lie near, distances turn with every step; there a
-    step changes the vectors from it by one, whichever way.
-    """
+    """Return the reference distance that keeps differences exact."""
     local = placed.local(points)
     if surface.kind is DistanceKind.AXIS and not surface.lower:
         along = max(float(np.sqrt(np.mean(local[:, 2] ** 2))), NEARLY_FLAT)
@@ -112,27 +109,17 @@ def settle(
     surface: ElementFamily, points: Float, start: Placed, steps: Float, radius: float,
     most: int = MAX_STEPS,
 ) -> Zone:  # fmt: skip
-    """Return the local optimum that is reached from ``start``.
+    """Return steps (k, k), columns, each with an RMS effect of one on the distances.
 
-    Parameters
-    ----------
-    points
-        (n, 3), centred and scaled.
-    start
-        Where to begin.
-    steps
-        (k, k): see `natural_steps`.
-    radius
-        First size of the trust region, in these.
-    most
-        Number of steps after which it is given up.
+    Near an axis or circle through all points, the sign of distances is undefined; there a step
+    changes the vectors from it by one.
     """
     radii = (radius, _greatest(_delicate(surface), steps))
     return _by_few(surface, points, start, steps, radii, most, None)[0]
 
 
 def _greatest(delicate: NDArray[np.bool_], steps: Float) -> float:
-    """Return the greatest size of the trust region."""
+    """Return the largest size of the trust region."""
     limit = np.where(delicate, LARGEST_LEAN, 2.0)
     return float(np.min(limit[:, None] / np.maximum(np.abs(steps), 1e-300)))
 
@@ -141,10 +128,10 @@ def _by_few(
     surface: ElementFamily, points: Float, start: Placed, steps: Float, radii: tuple[float, float],
     most: int, chosen: Int | None,
 ) -> tuple[Zone, Int | None]:  # fmt: skip
-    """Return what `settle` does, and the rows that took part; None for all.
+    """Return the result of `settle`, and the indices used; None for all.
 
-    ``radii`` are the first and the greatest size of the trust region; ``chosen`` rows may hold the
-    zone, as others have from elsewhere.
+    ``radii`` are initial and largest size of the trust region; ``chosen`` is an initial guess of
+    the indices, from another start.
     """
     if len(points) <= ALL_POINTS:
         return _settled(surface, points, start, steps, radii, most), None
@@ -159,7 +146,10 @@ def _by_few(
         full = replace(there, upper=_bounds(surface, found)[0], lower=_bounds(surface, found)[1])
         beyond = full.width - there.width
         if beyond <= SETTLED * max(1.0, float(np.abs(found).max())):
-            # What holds the zone of some points against all of them holds that of all.
+            # Return the result of `settle`, and the indices used; None for all.
+            #
+            # ``radii`` are initial and largest size of the trust region; ``chosen`` is an initial
+            # guess of indices.
             return full, chosen
         start, radii = there.placed, (max(beyond, CLOSE), radii[1])
         chosen = np.union1d(chosen, _extremes(surface, found, FURTHER))
@@ -167,7 +157,7 @@ def _by_few(
 
 
 def _extremes(surface: ElementFamily, found: Float, count: int) -> Int:
-    """Return the rows of the ``count`` distances (n,) nearest to either bound of their zone."""
+    """Return the indices of the ``count`` distances (n,) nearest to either bound of their zone."""
     values = np.abs(found) if surface.even else found
     order = np.argpartition(values, (count, len(values) - count) if surface.lower else -count)
     rows = order[-count:]
@@ -189,17 +179,17 @@ def _settled(
 
 
 def _delicate(surface: ElementFamily) -> NDArray[np.bool_]:
-    """Return which of the free entries of a step must stay small, (k,)."""
+    """Return which free entries of a step must stay small, (k,)."""
     return np.isin(surface.free, (TURN,) if surface.outline else ANGLES)
 
 
 def after(surface: ElementFamily, placed: Placed, free_step: Float) -> Placed:
-    """Return the element after a step (k,) of what its family frees."""
+    """Return the element after a step (k,) of the free entries of its family."""
     return placed.moved(full_step(surface, free_step))
 
 
 def by_bounds(surface: ElementFamily, signs: Float) -> Float:
-    """Return how gaps at contacts, +1 above and -1 below, answer to the bounds, (c, 1 or 2)."""
+    """Return the derivatives of contact gaps, +1 above and -1 below, by the bounds, (c, 1 or 2)."""
     if surface.even:
         return -signs[:, None]
     upper, lower = np.where(signs > 0.0, -1.0, 0.0), np.where(signs < 0.0, -1.0, 0.0)
@@ -207,9 +197,9 @@ def by_bounds(surface: ElementFamily, signs: Float) -> Float:
 
 
 def start_pattern(k: int, count: int) -> Float:
-    """Return ``count`` directions (count, k) of length one: both ways along every axis, then more.
+    """Return the derivatives of contact gaps (+1 above, -1 below) by the bounds.
 
-    The further ones follow R. Roberts' additive sequence, evenly spread and the same every time.
+    (c, 1 or 2): one column for a symmetric zone or one without a lower bound.
     """
     along = np.concatenate([np.eye(k), -np.eye(k)])
     ratio = 2.0
@@ -233,9 +223,9 @@ def best_zone(
     start
         The least-squares element.
     starts
-        Further starts.
+        Number of further starts.
     reach
-        How far around, in zones of the start.
+        Distance of further starts, in zones of the start.
     """
     first = zone_at(surface, points, start)
     steps = natural_steps(surface, points, start)
@@ -253,7 +243,7 @@ def best_zone(
         begun = after(surface, start, free_step)
         if not possible(surface, begun):
             continue
-        # Points that held other zones hold this one, or tell that others do.
+        # Points that held other zones may hold this one; if not, the check shows it.
         there, chosen = _by_few(surface, points, begun, steps, radii, FEWER_STEPS, chosen)
         if there.settled and (there.width < best.width or not best.settled):
             best = there
@@ -264,7 +254,7 @@ def polished(
     surface: ElementFamily, points: Float, zone: Zone, contacts: Int, multipliers: Float,
     longest: float = CLOSE,
 ) -> Zone:  # fmt: skip
-    """Return the zone after one Newton step on given contacts, or the same if that is wider.
+    """Return the zone after one Newton step on given contacts, unless that is wider.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The entries of a step of an element that a zone is built on."""
+"""Entries of a step of a zone element."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 Values = NDArray[Any]
-"""float64, or complex128 where a derivative is taken."""
+"""float64, or complex128 for derivatives."""
 
 STEP_SIZE = 8
 FIRST_SIZE, SECOND_SIZE, TURN = 5, 6, 7

@@ -1,10 +1,10 @@
-"""Distances of points from the elements that zones are built on, and how a step changes them.
+"""Distances of points from zone elements, and their derivatives by a step.
 
-An element stands in a frame of its own: its axis or normal is z, its place the origin. A step
-shifts it by (u, v, w), leans its axis to (a, b, 1), changes its sizes and turns it about its axis.
-What merely widens the zone (radius of a cylinder, height of a plane) is no part of it.
+An element has its own frame: its axis or normal is z, its place the origin. A step shifts it by (u,
+v, w), tilts its axis to (a, b, 1), changes its sizes and turns it about its axis. Parameters that
+only widen the zone (radius of a cylinder, height of a plane) are excluded.
 
-Every formula holds for complex steps too, so that a step of 1e-30 i gives derivatives without
+All formulas also hold for complex steps, so that a step of 1e-30 i gives derivatives without
 cancellation (W. Squire and G. Trapp, SIAM Review 40, 1998): second derivatives are exact.
 """
 
@@ -23,11 +23,11 @@ from ocmm_core.geometry import Float, Int
 
 TINY = 1e-30
 ANGLES = (3, 4, FIRST_SIZE)
-"""Entries of a step that are angles or, in a torus, as delicate as one."""
+"""Entries of a step that are angles or, for a torus, equally sensitive."""
 
 
 class DistanceKind(Enum):
-    """What the distance is measured from."""
+    """Definition of the distance."""
 
     HEIGHT = "height above the plane"
     AXIS = "distance from the axis"
@@ -40,7 +40,7 @@ class DistanceKind(Enum):
 
 
 _CODES = {kind: code for code, kind in enumerate(DistanceKind)}
-"""As `_distance_kernel` counts them."""
+"""Codes of `_distance_kernel`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,32 +48,31 @@ class ElementFamily:
     """A family of elements."""
 
     kind: DistanceKind
-    """What distances are measured from."""
     free: tuple[int, ...]
-    """Which of u, v, w, a, b, the two sizes and the turn a step may change."""
+    """Free entries of a step: indices of u, v, w, a, b, the two sizes and the turn."""
     lower: bool = True
-    """The zone has a lower bound of its own; without it the greatest distance alone is minimised.
+    """The zone has an independent lower bound; otherwise the greatest distance alone is minimised.
     """
     sign: float = 1.0
-    """-1: distances count negative, so that the greatest minimised is the smallest maximised."""
+    """-1: distances are negated, so that the smallest is maximised."""
     even: bool = False
-    """The zone reaches as far to either side of the element: the greatest distance whatever its
-    sign is minimised. What is parallel to an ellipse is none, so that its zone cannot be moved to
-    one side."""
+    """The zone is symmetric about the element: the greatest absolute distance is minimised. A
+    parallel curve of an ellipse is no ellipse, so its zone cannot be shifted to one side.
+    """
 
     @property
     def outline(self) -> bool:
-        """Return whether it is one in a plane, with two sizes and a direction of its length."""
+        """Return whether it is a planar outline with two sizes and a length direction."""
         return self.code >= ELLIPSE_CODE
 
     @property
     def rows(self) -> Int:
-        """Return what it frees as the kernels want it."""
+        """Return the free entries in kernel form."""
         return np.array(self.free, dtype=np.int64)
 
     @property
     def code(self) -> int:
-        """Return what `_distance_kernel` calls the kind."""
+        """Return the code of `_distance_kernel`."""
         return _CODES[self.kind]
 
 
@@ -102,7 +101,7 @@ def inscribed(surface: ElementFamily) -> ElementFamily:
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """Where an element stands among centred and scaled points."""
+    """Position of an element among centred and scaled points."""
 
     frame: Float
     """(3, 3): columns x, y, z of the element; z is its axis or normal, x the direction of the
@@ -111,8 +110,9 @@ class Placed:
     """(3,)."""
     sizes: Float = field(default_factory=lambda: np.zeros(3))
     """(3,): half apex angle of a cone, rad; radius of the centre line of a torus; half length and
-    half width of an outline, and how far outside an ellipse its points lie, which no step changes.
-    What a family lacks is zero."""
+    half width of an outline, and the offset of the points outside an ellipse, which no step
+    changes. Others are zero.
+    """
 
     def local(self, points: Float) -> Float:
         """Return ``points`` (n, 3) in the frame of the element."""
@@ -122,8 +122,8 @@ class Placed:
     def moved(self, step: Float) -> Placed:
         """Return the element after ``step`` (8,), its origin at the foot of the points' centroid.
 
-        The foot keeps the numbers small; for elements that a slide along the axis changes, it is
-        left out by their own w.
+        The foot keeps numbers small; the w of elements that depend on sliding along the axis is
+        subtracted.
         """
         frame, origin, sizes = np.empty((3, 3)), np.empty(3), np.empty(3)
         own = np.ascontiguousarray(self.frame)
@@ -132,12 +132,12 @@ class Placed:
 
 
 def possible(surface: ElementFamily, placed: Placed) -> bool:
-    """Return whether there is an element with these sizes."""
+    """Return whether an element with these sizes exists."""
     return bool(possible_sizes(surface.code, placed.sizes))
 
 
 def full_step(surface: ElementFamily, free_step: Float) -> Float:
-    """Return the step (8,) of which a family frees ``free_step`` (k,)."""
+    """Return the step (8,) from the free entries (k,) of a family."""
     step = np.zeros(STEP_SIZE)
     step[list(surface.free)] = free_step
     return step
@@ -155,7 +155,7 @@ def distances(
     sizes
         (3,): see `Placed`.
     step
-        (8,): where distances and jacobian are taken, zero unless given.
+        (8,): point of evaluation, default zero.
     """
     step = np.zeros(STEP_SIZE) if step is None else step
     kind = np.result_type(local, step)
@@ -173,9 +173,9 @@ def distances(
 def second_derivatives(
     surface: ElementFamily, local: Float, sizes: Float, weights: Float
 ) -> tuple[Float, Float, Float]:
-    """Return what the derivatives of weighted distances need, at a step of zero.
+    """Return second derivatives of weighted distances at a step of zero.
 
-    Rows and columns of what the family does not free are zero.
+    Rows and columns of fixed entries are zero.
 
     Returns
     -------

@@ -1,6 +1,6 @@
-"""Minimum-zone elements (Chebyshev): the smallest greatest distance, with the points that prove it.
+"""Minimum-zone elements (Chebyshev) with their contact points as proof.
 
-The zone starts from the least-squares element and is never wider than that one's.
+The search starts from the least-squares element; the result is never wider than its zone.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from ocmm_core.features.zones._surfaces import FLAT_LINE
 from ocmm_core.geometry import Float, Points3, unit
 
 ONE_PLANE = 1e-11
-"""Extent, against the size of the points, that is none."""
+"""Relative extent of points that counts as zero."""
 
 
 def fit_zone(start: Fit, points: Points3, offset: float = 0.0) -> Fit:
     """Return the element with the smallest zone about ``points``.
 
     Straightness of a line in space is the diameter of the thinnest cylinder about the points.
-    Circle, ellipse, slot and rectangle are found in the plane of ``start``; a circle that was
-    fitted in space as one problem gets the thinnest tube about it, plane included.
+    Circle, ellipse, slot and rectangle are found in the plane of ``start``; a circle fitted in
+    space as one problem gets the thinnest tube about it, plane included.
 
     Parameters
     ----------
@@ -44,24 +44,23 @@ def fit_zone(start: Fit, points: Points3, offset: float = 0.0) -> Fit:
     points
         (n, 3), mm.
     offset
-        mm, ellipse only: the points lie this far outside of it, as in `ellipse.fit_ellipse`.
+        mm, ellipse only: distance of the points outside of it, as in `ellipse.fit_ellipse`.
 
     Returns
     -------
-    Its ``contacts`` are the points that hold the zone; its jacobian is what follows from them. A
-    point that does not touch moves nothing but the foot of the centroid along the element. Where
-    all points lie on the element to rounding, there are no contacts, and the geometry and
-    jacobian are those of ``start``.
+    Its ``contacts`` are the points that hold the zone; its jacobian follows from them. Other points
+    only move the foot of the centroid along the element. If all points are on the element to
+    rounding, there are no contacts, and geometry and jacobian are those of ``start``.
 
     Raises
     ------
     FitError
-        The shape has no minimum zone here, the points do not determine it, or no zone was found
-        that its contacts prove to be a smallest one.
+        The shape has no minimum zone here, the points do not determine it, or no zone was proven
+        minimal by its contacts.
     """
     points = checked_points(start.shape, points)
     if start.shape is Shape.LINE and _in_one_plane(points):
-        # The thinnest cylinder about them has its axis in that plane, where it has a kink.
+        # The thinnest cylinder has its axis in that plane, where the problem has a kink.
         return fit_zone_line_in_plane(start, points)
     surface = zone_surface(start)
     if surface is None:
@@ -74,7 +73,7 @@ def fit_zone(start: Fit, points: Points3, offset: float = 0.0) -> Fit:
     found = settled_fit(task, start, Criterion.MINIMUM_ZONE, search(task))
     own = 2.0 * float(np.abs(start.residuals).max()) if surface.even else start.form
     if found.form > own and not task.tube:
-        # Rounding alone leads here; a zone is never stated wider than that of least squares.
+        # Only by rounding; a reported zone is never wider than that of least squares.
         return replace(
             found, geometry=start.geometry, residuals=start.residuals, rms=start.rms, form=own
         )
@@ -91,12 +90,11 @@ def fit_zone_line_in_plane(start: Fit, points: Points3, plane_normal: Float | No
     points
         (n, 3), mm; they are projected into the plane through their centroid.
     plane_normal
-        (3,): of that plane, any length; without it the points' own least-squares plane. The
-        jacobian takes it as given.
+        (3,): of that plane, any length, constant for the jacobian; default the least-squares plane.
 
     Returns
     -------
-    Residuals are signed, positive along `Fit.across`, which lies in the plane.
+    Residuals are signed, positive along `Fit.across`, which is in the plane.
 
     Raises
     ------
@@ -118,7 +116,7 @@ def fit_zone_line_in_plane(start: Fit, points: Points3, plane_normal: Float | No
             "they run normal to the plane of the straightness",
             "Name the plane in which the line lies.",
         )
-    # The start is the line of the projected points, or its zone might not be the wider one.
+    # Start from the line of the projected points, which guarantees a zone not wider than its own.
     flat = about - np.outer(about @ normal, normal)
     principal = np.linalg.svd(flat, full_matrices=False)[2][0]
     along = unit(principal if principal @ direction > 0.0 else -principal)
@@ -138,7 +136,7 @@ def fit_zone_line_in_plane(start: Fit, points: Points3, plane_normal: Float | No
 
 
 def _in_one_plane(points: Points3) -> bool:
-    """Return whether points that are not on a line lie in a plane, to rounding."""
+    """Return whether non-collinear points are in a plane, to rounding."""
     centroid, about, size = centred(Shape.LINE, points)
     extents = np.linalg.svd(about, compute_uv=False)
     rounding = ONE_PLANE * (1.0 + 1e-3 * float(np.abs(centroid).max()) / size)

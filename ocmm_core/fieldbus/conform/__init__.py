@@ -1,14 +1,14 @@
-"""Is a camera what the page about its objects describes? Driven through every rule, and reported.
+"""Conformance test of a camera against its object description.
 
-In: a line with one camera that nobody else uses, and a firmware file of its maker. Out: a report
-with a verdict a rule, the times that were measured, and one verdict over the camera.
+In: an exclusive line with one camera, and optionally a firmware file of its maker.
+Out: a report with a verdict per rule, measured times, and a verdict on the camera.
 
-Read `_run` (the order of the rules) with `_rule`, `_findings` (what a rule finds, the report) and
-`_page` (text and HTML). `_bench` is the camera on its `_line`, with `_exchanges` and `_mail_line`;
-`_sdo_talk` asks for objects with every freedom to ask wrongly. The rules are `_rules_eeprom`,
-`_rules_states`, `_rules_objects`, `_rules_mailbox`, `_rules_frames`, `_rules_clock`,
-`_rules_errors`, `_rules_services` and `_rules_firmware`.
-It must not know bring-up or supervision, nor the software camera.
+Start with `_run` (order of the rules), `_rule`, `_findings` (results, report) and `_page` (text and
+HTML). `_bench` is the camera on its `_line`, with `_exchanges` and `_mail_line`; `_sdo_talk` can
+send malformed requests. Rules: `_rules_eeprom`, `_rules_states`, `_rules_objects`,
+`_rules_mailbox`, `_rules_frames`, `_rules_clock`, `_rules_errors`, `_rules_services`,
+`_rules_firmware`.
+It must not import bring-up, supervision or the software camera.
 """
 
 from __future__ import annotations

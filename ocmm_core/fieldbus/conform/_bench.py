@@ -1,4 +1,4 @@
-"""The camera under test on its line: registers, states and cycles, each with its time."""
+"""Camera under test on its line: registers, states and cycles, with times."""
 
 from __future__ import annotations
 
@@ -45,20 +45,12 @@ _LOGICAL = 0x0001_0000
 _SYSTEM_TIME, _SYNC0_START, _SYNC0_CYCLE = 0x0910, 0x0990, 0x09A0
 _POLL_S = 0.0005
 _BEGIN_NS = 5 * MS
-"""So long after it was programmed the first exposure begins."""
+"""Delay of the first exposure after programming."""
 _FULL = 0x08
 
 
 class Bench:
-    """A camera under test.
-
-    Parameters
-    ----------
-    place
-        Position of the camera, 0 first.
-    firmware
-        A firmware file that the maker signed, for the whole update; empty: none.
-    """
+    """A camera under test; `firmware` is signed by the maker, empty skips updates."""
 
     def __init__(self, line: ConformLine, place: int, firmware: bytes = b"") -> None:
         self.line = line
@@ -70,24 +62,23 @@ class Bench:
         self._eeprom = b""
         self._target = -place & 0xFFFF
         self.feeding = False
-        """Exchange process data whenever something is waited for."""
+        """Exchange process data during every wait."""
         self._seen: int | None = None
         self._heartbeat = 0
         self.mail = MailLine(line, self.get, self.put, self.feed, self._timed)
-        """Its mailboxes."""
 
     def _timed(self, name: str, time_ns: int, limit_ns: int) -> None:
         self.findings.timed(name, time_ns, limit_ns)
 
     @property
     def objects(self) -> dict[int, DictionaryObject]:
-        """Return the dictionary that the camera must have."""
+        """Return the required object dictionary of the camera."""
         return object_dictionary(self.serial)
 
     # Registers
 
     def get(self, register: int, size: int) -> bytes:
-        """Read memory of the camera; raise NotAsDescribedError where it does not answer."""
+        """Read memory of the camera; raise NotAsDescribedError if it does not answer."""
         answer = self._one(Datagram(Command.APRD, self._target, register, bytes(size)))
         if answer.working_counter != 1:
             raise NotAsDescribedError(
@@ -97,7 +88,7 @@ class Bench:
         return answer.data
 
     def number(self, register: int, size: int = 2) -> int:
-        """Read a number."""
+        """Read an unsigned little-endian number."""
         return int.from_bytes(self.get(register, size), "little")
 
     def put(self, register: int, content: bytes) -> int:
@@ -105,7 +96,7 @@ class Bench:
         return self._one(Datagram(Command.APWR, self._target, register, content)).working_counter
 
     def exchange_one(self, datagram: Datagram) -> Datagram:
-        """Send one datagram; for the readers of the EEPROM."""
+        """Send one datagram; used by the EEPROM readers."""
         return self._one(datagram)
 
     def system_ns(self) -> int:
@@ -113,7 +104,7 @@ class Bench:
         return self.number(_SYSTEM_TIME, 8)
 
     def eeprom(self) -> bytes:
-        """Return the EEPROM as it was when it was first asked for."""
+        """Return the EEPROM, read at the first call."""
         if not self._eeprom:
             self._eeprom = read_words(self._one, self.place, 0, SII_BYTES // 2)
         return self._eeprom
@@ -128,7 +119,7 @@ class Bench:
     def ask_state(
         self, wanted: int, *, acknowledge: bool = False, settle_s: float = 0.05
     ) -> Status:
-        """Ask for a state; return what the camera then says, once it is there or has refused."""
+        """Request a state; return the status once it is reached or refused."""
         before = self.line.now_ns()
         self.put(_AL_CONTROL, bytes([wanted | (ERROR if acknowledge else 0), 0]))
         limit = STATE_LIMIT_NS if BOOT not in (wanted, self.status().state) else BOOT_LIMIT_NS
@@ -145,14 +136,14 @@ class Bench:
             self.line.sleep(_POLL_S)
 
     def go(self, wanted: int) -> None:
-        """Bring the camera to a state as a master does, from whatever state it is in."""
+        """Bring the camera from any state to the given one, as a master does."""
         self.feeding, self._seen = False, None
         status = self.status()
         if status.state & ERROR or status.state == BOOT or status.state > wanted:
             down = wanted in (INIT, PREOP, SAFEOP) and status.state & 0x0F > wanted
             self._must(wanted if down and status.state & 0x0F != BOOT else INIT)
         if wanted == BOOT:
-            # PREOP would confirm firmware that is on trial.
+            # PREOP would confirm firmware on trial.
             self._must(INIT)
             self.prepare(PREOP)
             self._must(BOOT)
@@ -163,20 +154,12 @@ class Bench:
                 self._must(each)
 
     def again(self, wanted: int) -> None:
-        """Bring the camera to a state from INIT on, with everything written anew."""
+        """Bring the camera to INIT, then to a state, rewriting all registers."""
         self.go(INIT)
         self.go(wanted)
 
     def prepare(self, state: int, *, sync0_ns: int = SYNC0_NS, without: Sequence[int] = ()) -> None:
-        """Write into the controller what the way to a state needs.
-
-        Parameters
-        ----------
-        sync0_ns
-            Period of SYNC0; 0 leaves it off.
-        without
-            Sync managers that stay off.
-        """
+        """Write the registers for a state; `sync0_ns` 0 leaves SYNC0 off."""
         numbers = {PREOP: (0, 1), SAFEOP: (2, 3)}.get(state, ())
         for number in numbers:
             start, size, control, _status, _active, _kind = SYNC_MANAGERS[number]
@@ -194,7 +177,7 @@ class Bench:
         self.put(_SM + 8 * number, struct.pack("<HHBBBB", start, size, control, 0, active, 0))
 
     def program_clock(self, sync0_ns: int, begin_ns: int = _BEGIN_NS) -> None:
-        """Program SYNC0 to begin soon; a period of 0 switches it off."""
+        """Program SYNC0 to start soon; a period of 0 switches it off."""
         self.put(_SYNC, bytes(2))
         if sync0_ns:
             self.sync0_start = self.system_ns() + begin_ns
@@ -216,7 +199,7 @@ class Bench:
     # Process data
 
     def cycle(self, acknowledge: int | None = None, *, command: int = Command.LRW) -> Cycle:
-        """Exchange process data once; acknowledge up to that number, None: nothing."""
+        """Exchange process data once; acknowledge up to a number, or nothing."""
         control = 0 if acknowledge is None else 1
         return self.outputs(control, acknowledge or 0, command)
 
@@ -240,7 +223,7 @@ class Bench:
         )  # fmt: skip
 
     def feed(self) -> None:
-        """Keep a camera in operation: exchange process data, and acknowledge what comes."""
+        """Exchange process data and acknowledge frames to keep the camera in OP."""
         if not self.feeding:
             return
         header = self.cycle(self._seen).header
@@ -248,11 +231,11 @@ class Bench:
             self._seen = header.counter + header.frames_valid - 1
 
     def belongs(self, cycle: Cycle) -> bool:
-        """Return whether the check sum of an input is right and says that it is this camera's."""
+        """Return whether the checksum matches this camera's input."""
         return cycle.header.data_crc == NEWEST_LAYOUT.crc(cycle.content, self.serial)
 
     def run(self, cycles: int, *, step_s: float = 0.001) -> list[Cycle]:
-        """Exchange process data and acknowledge everything; return the cycles."""
+        """Exchange process data and acknowledge all frames; return the cycles."""
         found: list[Cycle] = []
         last: int | None = None
         for _ in range(cycles):
@@ -264,7 +247,7 @@ class Bench:
         return found
 
     def streaming(self, *, sync0_ns: int = SYNC0_NS) -> Cycle:
-        """Bring the camera to OP with exposures running; return a cycle with frames."""
+        """Bring the camera to OP with running exposures; return a cycle with frames."""
         self.feeding = False
         self.go(INIT)
         self.go(PREOP)
@@ -287,7 +270,7 @@ class Bench:
         self.prepare(OP)
         before = self.line.now_ns()
         self.put(_AL_CONTROL, bytes([OP, 0]))
-        # A master feeds the outputs all the time, or the watchdog ends what has just begun.
+        # Feed outputs during the wait, or the watchdog ends OP.
         while (status := self.status()).state != OP:
             if self.line.now_ns() - before > STATE_LIMIT_NS or status.state & ERROR:
                 raise NotAsDescribedError(f"The camera does not go to OP: it is in {status}.")

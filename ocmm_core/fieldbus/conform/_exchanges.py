@@ -1,4 +1,4 @@
-"""States, deadlines and what one exchange brings: the words in which the rules speak."""
+"""States, deadlines and results of one exchange, used by the rules."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ SDO_LIMIT_NS, STATE_LIMIT_NS, BACK_LIMIT_NS = 80 * MS, 1000 * MS, 500 * MS
 FIRST_LIMIT_NS, BOOT_LIMIT_NS, ERASE_LIMIT_NS, PACKET_LIMIT_NS = (
     60 * MS, 5000 * MS, 10_000 * MS, 2000 * MS,
 )  # fmt: skip
-"""Deadlines of the page about the objects, ns."""
+"""Deadlines of the object description, ns."""
 SDO_TIME, STATE_TIME = "Answer to an SDO request", "Change of state"
 
 
 @dataclass(frozen=True, slots=True)
 class Status:
-    """What a camera says of its state: with the error bit, and the AL status code."""
+    """State of a camera with error bit, and AL status code."""
 
     state: int
     code: int
@@ -35,16 +35,13 @@ class Cycle:
     """One exchange of process data."""
 
     working_counter: int
-    """Of the logical datagram."""
     content: bytes
-    """The inputs, header and frames."""
     header: Header
-    """Decoded."""
     system_ns: int
     """Bus time of the camera when the frame passed it."""
     sent_ns: int
     came_ns: int
-    """`sent_ns`, `came_ns`: Line time before and after."""
+    """`sent_ns`, `came_ns`: line time before and after."""
 
     def frame(self, number: int) -> bytes:
         """Return one frame of the block as bytes."""

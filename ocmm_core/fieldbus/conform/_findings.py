@@ -1,4 +1,4 @@
-"""What a conformance run found: one result a rule, measured times, and one verdict."""
+"""Results of a conformance run: rule results, measured times and one verdict."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _BINS = 24
 
 
 class Verdict(StrEnum):
-    """What a rule, or the whole run, came to."""
+    """Verdict of a rule or run."""
 
     PASSED = "PASSED"
     FAILED = "FAILED"
@@ -23,37 +23,30 @@ class Verdict(StrEnum):
 
 
 class Outcome(StrEnum):
-    """The verdict over a camera."""
+    """Verdict on a camera."""
 
     GREEN = "GREEN"
-    """Every rule was tried and is kept."""
     INCOMPLETE = "INCOMPLETE"
-    """What was tried is kept, but not everything was tried."""
     RED = "RED"
-    """A rule is broken."""
 
 
 class TimingSheet(msgspec.Struct, frozen=True, kw_only=True):
-    """Times of one kind."""
+    """Statistics of one measured time."""
 
     name: str
-    """What was timed."""
     count: int
-    """How many times were taken."""
     median_ns: int
     p99_ns: int
     worst_ns: int
-    """`median_ns`, `p99_ns`, `worst_ns`: Of them."""
     limit_ns: int
-    """The worst may be no longer; 0: no limit, for information."""
+    """Limit of the worst time; 0: no limit."""
     edges_ns: tuple[int, ...]
     counts: tuple[int, ...]
-    """`edges_ns`, `counts`: Histogram: the edges of its bins, one more than there are bins, and how
-    many times fell in each."""
+    """`edges_ns`, `counts`: histogram; one more edge than counts."""
 
     @classmethod
     def of(cls, name: str, times_ns: Sequence[int], limit_ns: int) -> TimingSheet:
-        """Return the sheet of these times, one at least."""
+        """Return the sheet of at least one time."""
         values = np.asarray(times_ns, np.int64)
         low, high = int(values.min()), int(values.max())
         edges = np.unique(np.linspace(low, max(high, low + 1), _BINS + 1).astype(np.int64))
@@ -76,22 +69,20 @@ class TimingSheet(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RuleResult(msgspec.Struct, frozen=True, kw_only=True):
-    """What one rule came to."""
+    """Result of one rule."""
 
     code: str
     section: str
     title: str
-    """`code`, `section`, `title`: Of the rule."""
     verdict: Verdict
-    """What it came to."""
     checked: int
-    """How many single expectations were looked at."""
+    """Number of single expectations checked."""
     complaints: tuple[str, ...] = ()
-    """What was not as described, a sentence each; why it was not tested."""
+    """Deviations, a sentence each, or the reason why the rule was not tested."""
 
 
 class ConformanceReport(msgspec.Struct, frozen=True, kw_only=True):
-    """A whole run."""
+    """Report of a whole run."""
 
     format: Literal["ocmm.conformance/1"] = "ocmm.conformance/1"
     serial: int
@@ -99,20 +90,15 @@ class ConformanceReport(msgspec.Struct, frozen=True, kw_only=True):
     vendor: int
     product: int
     revision: int
-    """`serial`, `alias`, `vendor`, `product`, `revision`: Of the camera, from its EEPROM."""
     firmware: str
-    """Version that the camera tells."""
     started_utc: str
-    """ISO 8601."""
     program: str
-    """Version of this program."""
     results: tuple[RuleResult, ...]
     timings: tuple[TimingSheet, ...]
-    """`results`, `timings`: What was found."""
 
     @property
     def outcome(self) -> Outcome:
-        """Return the verdict over the camera: of the rules and of the times."""
+        """Return the verdict on the camera, from rules and times."""
         verdicts = {result.verdict for result in self.results}
         late = any(not sheet.kept for sheet in self.timings)
         if Verdict.FAILED in verdicts or late or not verdicts:
@@ -120,13 +106,13 @@ class ConformanceReport(msgspec.Struct, frozen=True, kw_only=True):
         return Outcome.INCOMPLETE if Verdict.NOT_TESTED in verdicts else Outcome.GREEN
 
     def to_json(self) -> bytes:
-        """Return the report as JSON, with the verdict for those who read nothing else."""
+        """Return the report as JSON, including the verdict."""
         content = {"outcome": self.outcome.value, **msgspec.to_builtins(self)}
         return msgspec.json.format(msgspec.json.encode(content), indent=1) + b"\n"
 
 
 class NotAsDescribedError(BusError):
-    """The camera is not as its description says; the rest of the rule cannot be tried."""
+    """The camera deviates such that the rest of the rule cannot be tested."""
 
     def __init__(self, what: str) -> None:
         super().__init__("bus.conform", what, "Correct the firmware of the camera.")
@@ -137,7 +123,7 @@ class NotAsDescribedError(BusError):
 
 
 class NotTestedError(BusError):
-    """A rule cannot be tried here."""
+    """A rule cannot be tested here."""
 
     def __init__(self, why: str) -> None:
         super().__init__("bus.conform", why, "Give what is missing, then repeat the test.")
@@ -148,13 +134,7 @@ class NotTestedError(BusError):
 
 
 class Findings:
-    """What a rule finds while it runs.
-
-    Parameters
-    ----------
-    times
-        Times of all rules so far, by name, with their limit; added to.
-    """
+    """Collects the findings of a running rule; extends `times` in place."""
 
     MOST_COMPLAINTS = 12
 
@@ -164,7 +144,7 @@ class Findings:
         self.complaints: list[str] = []
 
     def expect(self, kept: bool, otherwise: str) -> bool:
-        """Note one expectation; return whether it was met."""
+        """Record an expectation; return whether it was met."""
         self.checked += 1
         if not kept and len(self.complaints) < self.MOST_COMPLAINTS:
             self.complaints.append(printable(otherwise))
@@ -177,17 +157,17 @@ class Findings:
         )
 
     def need(self, kept: bool, otherwise: str) -> None:
-        """Note an expectation without which the rule cannot go on."""
+        """Record an expectation that the rest of the rule requires."""
         if not self.expect(kept, otherwise):
             raise NotAsDescribedError(otherwise)
 
     def timed(self, name: str, time_ns: int, limit_ns: int = 0) -> None:
-        """Note a time; one over the limit makes the run RED and is shown on the sheet."""
+        """Record a time; one over the limit makes the run RED."""
         self._times.setdefault(name, (limit_ns, []))[1].append(time_ns)
 
 
 def printable(text: str) -> str:
-    """Return a text that a camera had a part in, as one line: it cannot write lines of a report."""
+    """Return camera-supplied text as one line, so that it cannot forge report lines."""
     return "".join(letter if letter.isprintable() else "?" for letter in text)
 
 

@@ -1,7 +1,7 @@
-"""The line between the conformance test and a camera: frames of datagrams, and a clock.
+"""Line between the conformance test and a camera: datagrams and a clock.
 
-The rules know nothing else of the world, so that they run over a real wire and, in the time of
-the wire instead of the computer's, on a camera in the same process.
+The rules use nothing else, so they also run on a camera in the same process, in the line's time
+instead of the computer's.
 """
 
 from __future__ import annotations
@@ -13,20 +13,12 @@ from typing import Protocol
 from ocmm_core.fieldbus.wire import Datagram, RawLine
 
 _PAUSE_NS = 10_000_000
-"""A computer that is late by more spoils what is timed, and what the watchdog of a camera sees."""
+"""Longer pauses of the computer distort timings and trip camera watchdogs."""
 
 
 class ConformLine(Protocol):
-    """A wire with the camera under test."""
-
     def exchange(self, datagrams: Sequence[Datagram]) -> list[Datagram]:
-        """Send datagrams in one frame; return them as they came back.
-
-        Raises
-        ------
-        BusError
-            They do not come back.
-        """
+        """Send datagrams in one frame; return the answers; raise BusError if lost."""
         ...
 
     def now_ns(self) -> int:
@@ -38,29 +30,21 @@ class ConformLine(Protocol):
         ...
 
     def paused_ns(self) -> int:
-        """Return for how long this computer paused at most since the last call, 0: it did not."""
+        """Return the longest pause of this computer since the last call; 0 if none."""
         ...
 
 
 class WireLine:
-    """A network interface and the clock of this computer; implements `ConformLine`.
-
-    Parameters
-    ----------
-    line
-        Open; nobody else may use the wire.
-    """
+    """Network interface with this computer's clock; implements `ConformLine`."""
 
     def __init__(self, line: RawLine) -> None:
         self._line = line
         self._paused_ns = 0
 
     def exchange(self, datagrams: Sequence[Datagram]) -> list[Datagram]:
-        """Send datagrams in one frame; return them as they came back."""
         begin = time.monotonic_ns()
         answers = self._line.exchange_all(datagrams)
-        # The controller of a camera answers frames by itself, whatever its firmware does: what
-        # takes long here is this computer, or a frame that was lost.
+        # The controller answers in hardware: delays come from this computer or a lost frame.
         self._note(time.monotonic_ns() - begin)
         return answers
 
@@ -75,7 +59,7 @@ class WireLine:
         self._note(time.monotonic_ns() - begin - round(seconds * 1e9))
 
     def paused_ns(self) -> int:
-        """Return for how long this computer paused at most since the last call."""
+        """Return the longest pause of this computer since the last call."""
         longest, self._paused_ns = self._paused_ns, 0
         return longest
 

@@ -1,4 +1,4 @@
-"""The mailboxes of the camera under test: sent and fetched, objects asked for, times noted."""
+"""Mailboxes of the camera under test: requests, objects and response times."""
 
 from __future__ import annotations
 
@@ -29,12 +29,8 @@ class MailLine:
 
     Parameters
     ----------
-    get, put
-        Read and write memory of the camera; see `Bench`.
-    feed
-        Called while an answer is waited for, so that a camera in operation stays there.
     timed
-        Told how long things took, and how long they may.
+        Called with measured times and their limits.
     """
 
     def __init__(
@@ -48,16 +44,15 @@ class MailLine:
         self._line = line
         self._get, self._put, self._feed, self._timed = get, put, feed, timed
         self.emergencies: list[tuple[int, int, bytes]] = []
-        """Code, error register and data of each that came."""
+        """Code, error register and data of each emergency."""
         self.reply_counters: list[int] = []
-        """Mailbox counters of all that was fetched."""
         self._counter = 0
 
     def _number(self, register: int, size: int) -> int:
         return int.from_bytes(self._get(register, size), "little")
 
     def post(self, content: bytes) -> bool:
-        """Write a mailbox; say whether the camera took it."""
+        """Write a mailbox; return whether the camera accepted it."""
         for _ in range(5):
             if self._put(MAILBOX_OUT_START, content.ljust(MAILBOX_BYTES, b"\x00")):
                 return True
@@ -65,7 +60,7 @@ class MailLine:
         return False
 
     def fetch(self, limit_ns: int) -> bytes | None:
-        """Return the next mailbox of the camera, or None where none comes in time."""
+        """Return the next mailbox of the camera, or None after the limit."""
         deadline = self._line.now_ns() + limit_ns
         while True:
             self._feed()
@@ -78,7 +73,7 @@ class MailLine:
             self._line.sleep(_POLL_S)
 
     def talk(self, kind: int, content: bytes, limit_ns: int = 2 * SDO_LIMIT_NS) -> bytes | None:
-        """Send the content of a mailbox; return the one that answers, emergencies put aside."""
+        """Send a mailbox; return its answer; store emergencies."""
         self.drain()
         if not self.post(mailbox(kind, content, self.next_counter())):
             raise NotAsDescribedError("The camera does not take a mailbox.")
@@ -88,17 +83,17 @@ class MailLine:
         return None
 
     def drain(self, wait_ns: int = 0) -> None:
-        """Take what waits in the camera's mailbox."""
+        """Fetch all waiting mailboxes of the camera."""
         while (answer := self.fetch(wait_ns)) is not None:
             self._is_emergency(answer)
 
     def next_counter(self) -> int:
-        """Return the mailbox counter that is due."""
+        """Return the next mailbox counter."""
         self._counter = self._counter % 7 + 1
         return self._counter
 
     def sdo(self, body: bytes) -> bytes:
-        """Send an SDO request; return the answering mailbox and note how long it took."""
+        """Send an SDO request; return the answering mailbox and record the time."""
         before = self._line.now_ns()
         answer = self.talk(COE, struct.pack("<H", REQUEST << 12) + body)
         if answer is None:
@@ -116,22 +111,22 @@ class MailLine:
     def write(
         self, index: int, sub: int, value: bytes, *, complete: bool = False
     ) -> Refusal | None:
-        """Write an entry; return why it was refused."""
+        """Write an entry; return the refusal, if any."""
         return download(self.sdo, index, sub, value, complete=complete)
 
     def value(self, index: int, sub: int = 0) -> bytes:
-        """Read an entry that must be there."""
+        """Read a required entry."""
         found = self.read(index, sub)
         if isinstance(found, Refusal):
             raise NotAsDescribedError(f"{index:#06x}:{sub:02X} is {found}.")
         return found
 
     def count(self, index: int, sub: int) -> int:
-        """Read a number that must be there."""
+        """Read a required number."""
         return int.from_bytes(self.value(index, sub), "little")
 
     def set(self, index: int, sub: int, value: bytes) -> None:
-        """Write an entry that must be taken."""
+        """Write an entry that must be accepted."""
         refused = self.write(index, sub, value)
         if refused is not None:
             raise NotAsDescribedError(

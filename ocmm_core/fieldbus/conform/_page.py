@@ -1,4 +1,4 @@
-"""The report of a conformance run as text, and as one page that a browser shows and prints."""
+"""Conformance report as text and as one HTML page."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def conformance_text(report: ConformanceReport) -> str:
 
 
 def conformance_page(report: ConformanceReport) -> str:
-    """Return the report as one HTML page that needs nothing else."""
+    """Return the report as one self-contained HTML page."""
     title = f"Conformance: camera {report.serial}"
     rows = []
     for section, results in groupby(report.results, key=lambda each: each.section):

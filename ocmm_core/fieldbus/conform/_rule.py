@@ -1,4 +1,4 @@
-"""One rule of the page about the objects, and how it is tried."""
+"""One rule of the object description, and its test."""
 
 from __future__ import annotations
 
@@ -14,10 +14,9 @@ class Rule:
     """A rule."""
 
     code: str
-    """For the report; never given to another rule."""
+    """Identifier in reports; never reused."""
     section: str
-    """What it is about, for people."""
     title: str
-    """What must hold, one sentence."""
+    """Requirement, one sentence."""
     run: Callable[[Bench, Findings], None]
-    """Tries it; notes what it finds. It may leave the camera in any state."""
+    """Tests the rule; may leave the camera in any state."""

@@ -1,4 +1,4 @@
-"""Rules of the clock: bus time, SYNC0 with its phase and period, and what starts late."""
+"""Rules of the clock: bus time, SYNC0 phase and period, late start."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _FREE_PERIOD_NS = 250_000
 
 
 def system_time(bench: Bench, see: Findings) -> None:
-    """Look at the bus time: 64 bits, going on, moved by its offset, as fast as the computer's."""
+    """Check the bus time: 64 bits, running, offset applied, rate of the computer."""
     bench.go(INIT)
     times = [bench.system_ns() for _ in range(20)]
     see.expect(all(a < b for a, b in itertools.pairwise(times)), "Bus time stands still.")
@@ -38,7 +38,7 @@ def system_time(bench: Bench, see: Findings) -> None:
     reading = [(bench.line.now_ns(), bench.system_ns(), bench.line.now_ns()) for _ in range(5)]
     bench.line.sleep(_RATE_S)
     after = [(bench.line.now_ns(), bench.system_ns(), bench.line.now_ns()) for _ in range(5)]
-    # Of several readings the one with the shortest way tells the time best.
+    # The reading with the shortest round trip is the most accurate.
     begin, end = (min(each, key=lambda one: one[2] - one[0]) for each in (reading, after))
     passed = (end[0] + end[2] - begin[0] - begin[2]) / 2
     doubt = (end[2] - end[0] + begin[2] - begin[0]) / 2
@@ -48,7 +48,7 @@ def system_time(bench: Bench, see: Findings) -> None:
 
 
 def difference(bench: Bench, see: Findings) -> None:
-    """Send a reference time that is ahead, and one that is behind."""
+    """Send a reference time ahead of and behind the clock."""
     bench.go(INIT)
     for ahead_ns in (10 * MS, -10 * MS):
         bench.put(_SYSTEM_TIME, struct.pack("<Q", bench.system_ns() + ahead_ns))
@@ -63,7 +63,7 @@ def difference(bench: Bench, see: Findings) -> None:
 
 
 def phase(bench: Bench, see: Findings) -> None:
-    """Program other periods of SYNC0, and look when the exposures happen."""
+    """Program other SYNC0 periods, and check the exposure times."""
     for period in (SYNC0_NS, 250_000, 100_000):
         bench.streaming(sync0_ns=period)
         for each in bench.run(40):
@@ -76,7 +76,7 @@ def phase(bench: Bench, see: Findings) -> None:
 
 
 def late_start(bench: Bench, see: Findings) -> None:
-    """Program a SYNC0 that begins late: no exposure before it, the first one at it."""
+    """Program a late SYNC0 start: no exposure before it, the first one at it."""
     bench.again(PREOP)
     bench.prepare(SAFEOP)
     bench.program_clock(SYNC0_NS, _LATE_START_NS)
@@ -101,7 +101,7 @@ def late_start(bench: Bench, see: Findings) -> None:
 
 
 def free_running(bench: Bench, see: Findings) -> None:
-    """Start without SYNC0, and look at what the camera says of its mode."""
+    """Start without SYNC0, and check the reported mode."""
     bench.again(PREOP)
     bench.program_clock(0)
     before = bench.mail.value(CONFIGURATION, 1)
@@ -123,7 +123,7 @@ def free_running(bench: Bench, see: Findings) -> None:
 
 
 def restarted(bench: Bench, see: Findings) -> None:
-    """Start the exposures twice: each start begins at exposure 0 of its own SYNC0."""
+    """Start exposures twice: each start begins with exposure 0 of its SYNC0."""
     for _ in range(2):
         header = bench.streaming().header
         see.equal("The first exposure of a start", header.counter, 0)

@@ -40,7 +40,7 @@ _MEMORY, _KB = 0x1000, 1024
 
 
 def configuration(bench: Bench, see: Findings) -> None:
-    """Try the words that the controller loads at power-on."""
+    """Check the words that the controller loads at power-on."""
     head = bench.eeprom()[:16]
     see.equal("The check sum in word 0x07", head[14], check_sum(head[:14]))
     see.equal("The high byte of word 0x07", head[15], 0)
@@ -59,7 +59,7 @@ def configuration(bench: Bench, see: Findings) -> None:
 
 
 def identity(bench: Bench, see: Findings) -> None:
-    """Try the words that say who it is."""
+    """Check the identity words."""
     vendor, product, revision, serial = struct.unpack_from("<IIII", bench.eeprom(), 16)
     see.equal("The vendor (word 0x08)", vendor, VENDOR_ID)
     see.equal("The product (word 0x0A)", product, PRODUCT_CODE)
@@ -69,7 +69,7 @@ def identity(bench: Bench, see: Findings) -> None:
 
 
 def mailboxes(bench: Bench, see: Findings) -> None:
-    """Try what the EEPROM says of mailboxes, protocols and its own size."""
+    """Check the EEPROM's mailboxes, protocols and size."""
     eeprom = bench.eeprom()
     boxes = (MAILBOX_OUT_START, MAILBOX_BYTES, MAILBOX_IN_START, MAILBOX_BYTES)
     see.equal(
@@ -83,7 +83,7 @@ def mailboxes(bench: Bench, see: Findings) -> None:
 
 
 def categories(bench: Bench, see: Findings) -> None:
-    """Try the categories: what a tool reads that has no file of the device."""
+    """Check the categories, which tools read without the device's ESI file."""
     found: dict[int, list[bytes]] = {}
     eeprom, at = bench.eeprom(), 2 * _FIRST_CATEGORY
     while True:
@@ -140,7 +140,7 @@ def categories(bench: Bench, see: Findings) -> None:
 
 
 def registers(bench: Bench, see: Findings) -> None:
-    """Try what the controller has, and its watchdog at power-on."""
+    """Check the controller's resources and its watchdog at power-on."""
     _kind, _revision, _build, fmmus, managers, ram, _ports, features = struct.unpack(
         "<BBHBBBBH", bench.get(0x0000, 10)
     )
@@ -157,7 +157,7 @@ def registers(bench: Bench, see: Findings) -> None:
 
 
 def alias(bench: Bench, see: Findings) -> None:
-    """Try to store another station alias and its check sum, and put the old one back."""
+    """Store another station alias with checksum, and restore the old one."""
     head = bench.eeprom()[:14]
     other = bytearray(head)
     struct.pack_into("<H", other, 8, struct.unpack_from("<H", head, 8)[0] ^ 0x5A5A)

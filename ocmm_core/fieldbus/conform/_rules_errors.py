@@ -1,4 +1,4 @@
-"""Rules of the watchdog and of errors: what ends operation, what is told, and the way back."""
+"""Rules of watchdog and errors: end of operation, messages and recovery."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from ocmm_core.fieldbus.device import (
 SECTION = "Watchdog and errors"
 _WATCHDOG_CODE, _WATCHDOG_TIME, _WATCHDOG_COUNT = 0x001B, 0x0420, 0x0442
 _UNIT_NS = 100_000
-"""Of the watchdog time with the divider of power-on: (2498 + 2) x 40 ns."""
+"""Watchdog time unit with the power-on divider: (2498 + 2) x 40 ns."""
 _SLACK_NS = 50 * MS
 _NEWEST, _ACKNOWLEDGED, _NEW, _FLAGS = 2, 3, 4, 5
 _MESSAGE = struct.Struct("<HHHHQHBH5s")
 
 
 def watchdog(bench: Bench, see: Findings) -> None:
-    """Stop the outputs: at power-on's 100 ms, and at other times."""
+    """Stop the outputs, with the power-on watchdog (100 ms) and other times."""
     for ticks in (1000, 300):
         limit = ticks * _UNIT_NS
         bench.streaming()
@@ -61,7 +61,7 @@ def watchdog(bench: Bench, see: Findings) -> None:
 
 
 def frames_go_on(bench: Bench, see: Findings) -> None:
-    """Look whether exposures go on while the outputs stay away, and none is lost."""
+    """Check that exposures continue without outputs and none is lost."""
     bench.streaming()
     last = bench.run(10)[-1].header
     _end_operation(bench)
@@ -74,7 +74,7 @@ def frames_go_on(bench: Bench, see: Findings) -> None:
 
 
 def told(bench: Bench, see: Findings) -> None:
-    """Look at what is told of a watchdog event: emergency, register, history, counters, status."""
+    """Check the reports of a watchdog event: emergency, register, history, counters, status."""
     bench.again(PREOP)
     bench.mail.set(HISTORY, _FLAGS, b"\x01\x00")
     bench.streaming()
@@ -132,7 +132,7 @@ def told(bench: Bench, see: Findings) -> None:
 
 
 def history(bench: Bench, see: Findings) -> None:
-    """Fill the history: the oldest message gives way. Then have none sent."""
+    """Fill the history until the oldest message is dropped; then disable it."""
     bench.again(PREOP)
     bench.mail.set(HISTORY, _ACKNOWLEDGED, b"\x00")
     bench.streaming()
@@ -145,7 +145,7 @@ def history(bench: Bench, see: Findings) -> None:
         bench.mail.drain()
         bench.ask_state(OP, acknowledge=True)
         bench.cycle()
-    # Each round told an error and its end.
+    # Each round logged an error and its end.
     place = HISTORY_FIRST + (2 * rounds - 1) % HISTORY_MESSAGES
     see.equal(
         "The newest message after the history ran over", bench.mail.count(HISTORY, _NEWEST), place
@@ -175,7 +175,7 @@ def _end_operation(bench: Bench) -> None:
 
 
 def _fall(bench: Bench, limit_ns: int) -> int | None:
-    """Wait without outputs until OP ends; return when, or None."""
+    """Wait without outputs until OP ends; return the time, or None."""
     begin = bench.line.now_ns()
     while bench.line.now_ns() - begin < limit_ns + 2 * _SLACK_NS:
         if bench.status().state != OP:

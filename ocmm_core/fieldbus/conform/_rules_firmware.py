@@ -1,4 +1,4 @@
-"""Rules of firmware: what is refused, what an interrupted update leaves, the way back (FoE)."""
+"""Rules of firmware (FoE): refusals, interrupted updates and rollback."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _NOT_FOUND, _DENIED, _ILLEGAL, _PACKET, _WRONG = 0x8001, 0x8002, 0x8004, 0x8005,
 _ROOM = MAILBOX_BYTES - 12
 _VERSION = 0x100A
 _SHARE = 2
-"""An update is interrupted after this part of it."""
+"""Interrupt an update after this fraction (1 / 2)."""
 
 
 def refusals(bench: Bench, see: Findings) -> None:
-    """Ask for what is refused."""
+    """Send requests that must be refused."""
     bench.go(PREOP)
     _error(bench, see, "a file outside of BOOT", _foe(_WRITE, 0, FIRMWARE_NAME), _ILLEGAL)
     bench.go(BOOT)
@@ -39,7 +39,7 @@ def refusals(bench: Bench, see: Findings) -> None:
 
 
 def wrong_files(bench: Bench, see: Findings) -> None:
-    """Send files that are no firmware of this camera; the old one goes on running."""
+    """Send files that are no firmware of this camera; the old firmware keeps running."""
     bench.go(PREOP)
     before = bench.mail.value(_VERSION)
     files: list[tuple[str, bytes]] = [("bytes of nothing", bytes(1000)), ("an empty file", b"")]
@@ -65,7 +65,7 @@ def wrong_files(bench: Bench, see: Findings) -> None:
 
 
 def interrupted(bench: Bench, see: Findings) -> None:
-    """Break an update off in the middle, and begin another one in the middle of one."""
+    """Abort an update midway, and start another during an update."""
     bench.go(PREOP)
     before = bench.mail.value(_VERSION)
     content = bench.firmware or bytes(20 * _ROOM)
@@ -86,7 +86,7 @@ def interrupted(bench: Bench, see: Findings) -> None:
 
 
 def update(bench: Bench, see: Findings) -> None:
-    """Update twice: once without reaching PREOP, which goes back, and once for good."""
+    """Update twice: without PREOP, which rolls back, then permanently."""
     if not bench.firmware:
         raise NotTestedError("No firmware of the camera's maker was given (--firmware).")
     version = Firmware.read(bench.firmware).version.encode("ascii")
@@ -95,7 +95,7 @@ def update(bench: Bench, see: Findings) -> None:
     if before.rstrip(b"\x00") == version:
         raise NotTestedError("The camera runs the given firmware already; give another one.")
     _update(bench, see)
-    # Leaving BOOT once more is a start that PREOP did not confirm.
+    # Leaving BOOT again is a start that PREOP did not confirm.
     bench.go(BOOT)
     bench.go(INIT)
     bench.go(PREOP)
@@ -127,7 +127,7 @@ def _begin(bench: Bench, see: Findings) -> None:
 
 
 def _send(bench: Bench, see: Findings, content: bytes) -> tuple[int, int]:
-    """Send a file; return the answer to its last packet, or to the one that was refused."""
+    """Send a file; return the answer to its last or first refused packet."""
     number = 0
     while True:
         part = content[number * _ROOM : (number + 1) * _ROOM]
@@ -153,7 +153,7 @@ def _foe(operation: int, number: int, rest: bytes) -> bytes:
 
 
 def _ask(bench: Bench, request: bytes, limit_ns: int) -> tuple[int, int]:
-    """Return operation and number of the answer; wait while the camera is busy."""
+    """Return opcode and number of the answer; wait while the camera is busy."""
     deadline = bench.line.now_ns() + limit_ns
     while True:
         answer = bench.mail.talk(FOE, request, limit_ns)

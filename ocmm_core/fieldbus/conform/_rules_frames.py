@@ -1,4 +1,4 @@
-"""Rules of the process data: check sums, counters, acknowledgement, and what runs over."""
+"""Rules of process data: checksums, counters, acknowledgement and overrun."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ _LOST_FLAG = 0x0002
 _KNOWN_STATUS, _KNOWN_FLAGS = 0x1F, 0x000F
 _HEADER_OBJECT, _OUTPUT_OBJECT = 0x6000, 0x7000
 _LATE_NS = 100_000
-"""A frame that is over for longer must be readable: 20 us to compute, and what reading takes."""
+"""A frame that ended earlier must be readable: 20 us to compute plus read time."""
 
 
 def exchange(bench: Bench, see: Findings) -> None:
-    """Watch who takes part in the exchange of process data, and when."""
+    """Check when the camera takes part in the process data exchange."""
     bench.again(PREOP)
     bench.prepare(SAFEOP)
     see.equal("The working counter in PREOP", bench.cycle().working_counter, 0)
@@ -48,7 +48,7 @@ def exchange(bench: Bench, see: Findings) -> None:
 
 
 def inputs(bench: Bench, see: Findings) -> None:
-    """Take frames for a while, acknowledge them, and look at every byte that has a meaning."""
+    """Acknowledge frames for a while, and check every meaningful byte."""
     bench.streaming()
     boots = bench.cycle().header.boot_counter
     see.expect(boots > 0, "boot_counter is 0.")
@@ -79,7 +79,7 @@ def inputs(bench: Bench, see: Findings) -> None:
 
 
 def order(bench: Bench, see: Findings) -> None:
-    """Look whether every exposure comes once, in its order, and not before it is over."""
+    """Check that each exposure comes once, in order, and not before its end."""
     bench.streaming()
     cycles = bench.run(_CYCLES)
     expected = cycles[0].header.counter
@@ -103,7 +103,7 @@ def order(bench: Bench, see: Findings) -> None:
 
 
 def go_back(bench: Bench, see: Findings) -> None:
-    """Acknowledge nothing, a part, and what was never sent."""
+    """Acknowledge nothing, a part, and frames never sent."""
     bench.streaming()
     bench.run(3)
     bench.line.sleep(0.004)
@@ -127,7 +127,7 @@ def go_back(bench: Bench, see: Findings) -> None:
 
 
 def overrun(bench: Bench, see: Findings) -> None:
-    """Let the buffer run over, with a master that exchanges but acknowledges nothing."""
+    """Overrun the buffer with a master that never acknowledges."""
     bench.streaming()
     lost, overruns = bench.mail.count(COUNTERS, 1), bench.mail.count(COUNTERS, 3)
     last: Cycle | None = None
@@ -178,7 +178,7 @@ def objects(bench: Bench, see: Findings) -> None:
 
 
 def sensor_limits(bench: Bench, see: Findings) -> None:
-    """Look whether every valid spot is on the sensor."""
+    """Check that every valid spot lies on the sensor."""
     bench.go(PREOP)
     width, height = bench.mail.count(INFORMATION, 2), bench.mail.count(INFORMATION, 3)
     bench.streaming()
@@ -210,7 +210,7 @@ def _check_sums(bench: Bench, see: Findings, cycles: Sequence[Cycle]) -> None:
 
 
 def _after(bench: Bench, control: int, number: int) -> Cycle:
-    """Send an acknowledgement, give the camera time, and return the inputs of the next cycle."""
+    """Send an acknowledgement, wait, and return the inputs of the next cycle."""
     bench.outputs(control, number)
     bench.line.sleep(1 / 1000)
     return bench.cycle()

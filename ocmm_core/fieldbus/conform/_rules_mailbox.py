@@ -1,4 +1,4 @@
-"""Rules of the mailboxes: segments, refusals of bad ones, repetition, SDO information."""
+"""Rules of the mailboxes: segments, malformed requests, repetition, SDO information."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def segments(bench: Bench, see: Findings) -> None:
 
 
 def broken_transfers(bench: Bench, see: Findings) -> None:
-    """Break transfers off, and go on with what was not begun."""
+    """Abort transfers, and continue transfers that were never started."""
     bench.go(PREOP)
     before = bench.mail.value(CALIBRATION, _NOTE)
     bench.mail.set(CALIBRATION, _NOTE, bytes(600))
@@ -74,7 +74,7 @@ def broken_transfers(bench: Bench, see: Findings) -> None:
 
 
 def bad_mailboxes(bench: Bench, see: Findings) -> None:
-    """Send mailboxes that are none."""
+    """Send malformed mailboxes."""
     bench.go(PREOP)
     before = bench.mail.count(COUNTERS, _BAD_MAILBOXES)
     sdo = struct.pack("<HBHB4x", REQUEST << 12, 0x40, 0x1000, 0)
@@ -104,7 +104,7 @@ def bad_mailboxes(bench: Bench, see: Findings) -> None:
 
 
 def repetition(bench: Bench, see: Findings) -> None:
-    """Ask for the last answer once more, as after a frame that was lost on its way back."""
+    """Request the last answer again, as after a lost return frame."""
     bench.go(PREOP)
     first = bench.mail.sdo(struct.pack("<BHB4x", 0x40, 0x1018, 4))
     control = bench.number(_SM_IN_CONTROL, 1)
@@ -118,7 +118,7 @@ def repetition(bench: Bench, see: Findings) -> None:
 
 
 def counters(bench: Bench, see: Findings) -> None:
-    """Watch the counters of the answering mailboxes."""
+    """Check the counters of the answering mailboxes."""
     bench.again(PREOP)
     bench.mail.reply_counters.clear()
     for _ in range(16):
@@ -129,7 +129,7 @@ def counters(bench: Bench, see: Findings) -> None:
 
 
 def information(bench: Bench, see: Findings) -> None:
-    """Ask for the list and the descriptions of the objects."""
+    """Request the list and the descriptions of the objects."""
     bench.go(PREOP)
     objects = bench.objects
     expected = sorted(objects)
@@ -189,7 +189,7 @@ def _aborts(see: Findings, what: str, answer: bytes, code: int) -> None:
 
 
 def deadlines(bench: Bench, see: Findings) -> None:
-    """Ask a hundred times, one right after the other."""
+    """Send a hundred requests back to back."""
     bench.again(PREOP)
     for _ in range(100):
         found = upload(bench.mail.sdo, 0x1018, 4)

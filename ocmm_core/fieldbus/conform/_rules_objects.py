@@ -31,15 +31,15 @@ LENGTH, VALUE, TOO_HIGH, TOO_LOW = 0x06070010, 0x06090030, 0x06090031, 0x0609003
 BUSY, STATE, NO_DATA = 0x08000021, 0x08000022, 0x08000024
 _SNAPSHOT_CHUNK = (SNAPSHOT, 0x0A)
 _COMMANDS = {(BLACK_IMAGE, 1), (SNAPSHOT, 5), (CONFIGURATION, 4)}
-"""Their values do something, or need something; other rules write them."""
+"""Commands, or with preconditions; other rules write them."""
 _OWN = {(IDENTITY, 4), (INFORMATION, 1)}
-"""Each camera has its own."""
+"""Differ between cameras."""
 _ABSENT = ((0x1002, 0), (0x2000, 0), (0x5FFF, 1), (0x8002, 1), (0xA001, 0), (0xFFFF, 0))
 _SOFTWARE_VERSION = 0x100A
 
 
 def reading(bench: Bench, see: Findings) -> None:
-    """Read every entry: its length, and its value where the page gives one."""
+    """Read every entry: its length, and its specified value."""
     bench.again(PREOP)
     for index, sub, entry in _entries(bench):
         found = bench.mail.read(index, sub)
@@ -62,7 +62,7 @@ def reading(bench: Bench, see: Findings) -> None:
 
 
 def identity(bench: Bench, see: Findings) -> None:
-    """Compare what says the same thing in two places."""
+    """Compare values that are available in two places."""
     bench.go(PREOP)
     see.equal("0x1018:04, by the EEPROM", bench.mail.count(IDENTITY, 4), bench.serial)
     see.equal(
@@ -78,7 +78,7 @@ def identity(bench: Bench, see: Findings) -> None:
 
 
 def absent(bench: Bench, see: Findings) -> None:
-    """Read and write what is not there."""
+    """Read and write absent objects."""
     bench.go(PREOP)
     for index, sub in _ABSENT:
         _refused(see, f"Reading {index:#06x}", bench.mail.read(index, sub), NO_OBJECT)
@@ -92,7 +92,7 @@ def absent(bench: Bench, see: Findings) -> None:
 
 
 def read_only(bench: Bench, see: Findings) -> None:
-    """Write every entry that may only be read."""
+    """Write every read-only entry."""
     bench.go(PREOP)
     for index, sub, entry in _entries(bench):
         if entry.access is Access.READ:
@@ -141,7 +141,7 @@ def lengths(bench: Bench, see: Findings) -> None:
 
 
 def only_in_preop(bench: Bench, see: Findings) -> None:
-    """Write the configuration while frames are made."""
+    """Write the configuration while the camera exposes."""
     bench.again(PREOP)
     values = {
         (index, sub): bench.mail.value(index, sub)
@@ -201,7 +201,7 @@ def complete_access(bench: Bench, see: Findings) -> None:
 
 
 def configuration_sum(bench: Bench, see: Findings) -> None:
-    """Compare the check sum in the header with the configuration that was written."""
+    """Compare the checksum in the header with the written configuration."""
     import binascii
 
     bench.again(PREOP)

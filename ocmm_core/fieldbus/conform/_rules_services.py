@@ -33,7 +33,7 @@ _EXPOSURES = 400
 
 
 def identify(bench: Bench, see: Findings) -> None:
-    """Let the camera blink."""
+    """Blink the camera's identification LED."""
     bench.again(PREOP)
     see.expect(bench.mail.write(IDENTIFY, 1, b"\x05\x00") is None, "5 s are refused.")
     left = bench.mail.count(IDENTIFY, 2)
@@ -46,7 +46,7 @@ def identify(bench: Bench, see: Findings) -> None:
 
 
 def intrinsics(bench: Bench, see: Findings) -> None:
-    """Write blocks that are damaged, of another camera, and right; put back what was there."""
+    """Write intrinsics that are damaged, foreign and valid; restore the previous ones."""
     bench.again(PREOP)
     before = bench.mail.value(CALIBRATION, 1)
     width, height = bench.mail.count(INFORMATION, 2), bench.mail.count(INFORMATION, 3)
@@ -77,7 +77,7 @@ def intrinsics(bench: Bench, see: Findings) -> None:
 
 
 def black_image(bench: Bench, see: Findings) -> None:
-    """Measure, keep, load and drop a black image. Afterwards the camera has none."""
+    """Measure, store, load and drop a black image; the camera ends without one."""
     bench.again(PREOP)
     bench.mail.set(BLACK_IMAGE, 1, b"\x04")
     _done(bench, see, BLACK_IMAGE, 3)
@@ -117,7 +117,7 @@ def black_image(bench: Bench, see: Findings) -> None:
 
 
 def snapshot(bench: Bench, see: Findings) -> None:
-    """Take a picture of a region and read it."""
+    """Capture and read an image of a region."""
     bench.again(PREOP)
     width, height = bench.mail.count(INFORMATION, 2), bench.mail.count(INFORMATION, 3)
     bench.mail.set(SNAPSHOT, 5, b"\x02")

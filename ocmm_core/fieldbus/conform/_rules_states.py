@@ -1,4 +1,4 @@
-"""Rules of the states: every way that is allowed, and every one that is not (ETG.1000.6, 6.4)."""
+"""Rules of the states: allowed and forbidden transitions (ETG.1000.6, 6.4)."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _FORBIDDEN = (
 
 
 def allowed(bench: Bench, see: Findings) -> None:
-    """Go every way that is allowed."""
+    """Run every allowed transition."""
     for start, end in (*_UP, *_DOWN):
         bench.go(start)
         if end > start:
@@ -41,7 +41,7 @@ def allowed(bench: Bench, see: Findings) -> None:
 
 
 def forbidden(bench: Bench, see: Findings) -> None:
-    """Ask for what is not allowed from where the camera is."""
+    """Request every forbidden transition."""
     for start, end, code in _FORBIDDEN:
         bench.go(start)
         status = bench.ask_state(end, settle_s=0.0)
@@ -64,7 +64,7 @@ def acknowledged(bench: Bench, see: Findings) -> None:
 
 
 def missing_managers(bench: Bench, see: Findings) -> None:
-    """Ask for a state without the sync managers that it needs."""
+    """Request states without their sync managers."""
     for number in (0, 1):
         bench.go(INIT)
         bench.prepare(PREOP, without=(number,))
@@ -94,7 +94,7 @@ def missing_managers(bench: Bench, see: Findings) -> None:
 
 
 def clock_too_fast(bench: Bench, see: Findings) -> None:
-    """Ask for SAFEOP with exposures that are too fast."""
+    """Request SAFEOP with too fast exposures."""
     bench.again(PREOP)
     bench.prepare(SAFEOP, sync0_ns=49_999)
     status = bench.ask_state(SAFEOP, settle_s=0.0)
@@ -107,7 +107,7 @@ def clock_too_fast(bench: Bench, see: Findings) -> None:
 
 
 def contradictions(bench: Bench, see: Findings) -> None:
-    """Start with a configuration that contradicts itself."""
+    """Start with contradictory configurations."""
     bench.again(PREOP)
     width = bench.mail.count(INFORMATION, 2)
     period = bench.mail.value(CONFIGURATION, 1)
@@ -137,7 +137,7 @@ def contradictions(bench: Bench, see: Findings) -> None:
 
 
 def boot(bench: Bench, see: Findings) -> None:
-    """Go to BOOT and back, and the ways that do not lead there."""
+    """Enter and leave BOOT, and request forbidden transitions to it."""
     bench.go(INIT)
     bench.prepare(PREOP, without=(1,))
     status = bench.ask_state(BOOT, settle_s=0.0)

@@ -1,4 +1,4 @@
-"""The whole test of one camera: every rule in its order, and the report."""
+"""Run all rules on one camera and report."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ from ocmm_core.fieldbus.conform._rules_states import RULES as STATES
 RULES: tuple[Rule, ...] = (
     *EEPROM, *STATES, *OBJECTS, *MAILBOX, *FRAMES, *CLOCK, *ERRORS, *SERVICES, *FIRMWARE,
 )  # fmt: skip
-"""In the order in which they are tried: what others build on first, what is kept for good last."""
+"""Test order: basics first, permanent changes last."""
 
 _TRIES = 3
 _SILENT = "bus.silent"
 
 Told = Callable[[int, int, str], None]
-"""Is told how many rules of how many are done, and the title of the next."""
+"""Called with rules done, rules in total, and the title of the next."""
 
 
 def conform(
@@ -55,30 +55,24 @@ def conform(
     told: Told = lambda _done, _total, _title: None,
     until_red: bool = False,
 ) -> ConformanceReport:
-    """Drive a camera through the rules of the page about its objects.
+    """Test a camera against the rules of its object description.
 
-    The camera's black image is dropped, its error history is cleared, and with ``firmware`` it
-    runs that afterwards; everything else is put back. It is left in INIT.
+    Drops the camera's black image, clears its error history and, with `firmware`, leaves that
+    running; restores everything else. The camera ends in INIT.
 
     Parameters
     ----------
-    line
-        The wire; nobody else may use it.
     place
         Position of the camera, 0 first.
     firmware
-        A firmware file that the camera's maker signed, of another version than the one that runs.
-    rules
-        Which to try.
-    told
-        Progress.
+        Firmware file signed by the maker, of another version than the running one.
     until_red
-        End at the first rule that is broken.
+        Stop at the first failed rule.
 
     Raises
     ------
     BusError
-        Nobody answers any more.
+        The camera stopped answering.
     """
     bench = Bench(line, place, firmware)
     times: dict[str, tuple[int, list[int]]] = {}
@@ -108,7 +102,7 @@ def conform(
 
 
 def _tried(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) -> RuleResult:
-    """Try one rule; what broke while this computer paused is tried again."""
+    """Run one rule; retry failures during which this computer paused."""
     for _ in range(_TRIES):
         bench.line.paused_ns()
         taken: dict[str, tuple[int, list[int]]] = {}
@@ -127,7 +121,7 @@ def _tried(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) ->
 
 
 def _once(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) -> RuleResult:
-    """Try one rule; what one camera does wrong never ends the test of the others."""
+    """Run one rule; failures never end the run."""
     see = bench.findings = Findings(times)
     verdict = Verdict.PASSED
     bench.feeding = False
@@ -166,7 +160,7 @@ def _is_red(results: list[RuleResult], times: dict[str, tuple[int, list[int]]]) 
 
 
 def _left(bench: Bench) -> str:
-    """Leave the camera in INIT; return which firmware it says it runs."""
+    """Leave the camera in INIT; return its reported firmware version."""
     try:
         bench.go(PREOP)
         found = bench.mail.value(0x100A).rstrip(b"\x00").decode("ascii", errors="replace")
@@ -177,13 +171,7 @@ def _left(bench: Bench) -> str:
 
 
 def find_place(line: ConformLine, serial: int) -> int:
-    """Return the position of the camera with a serial number; 0 takes the only one there.
-
-    Raises
-    ------
-    BusError
-        It is not there, or there are several and none was named.
-    """
+    """Return a camera's position, 0 for the only one; BusError if not unique."""
     from ocmm_core.fieldbus.wire import scan_devices
 
     devices = scan_devices(lambda datagram: line.exchange([datagram])[0])

@@ -1,7 +1,7 @@
-"""Objects of the camera under test, asked for with every freedom to ask wrongly (ETG.1000.6, 5.6).
+"""SDO requests to the camera under test, including malformed ones (ETG.1000.6, 5.6).
 
-The transfers of `objects` never say anything that a camera could refuse. A conformance test must;
-so requests are put together here byte by byte, and the bytes of the answers are looked at.
+`objects` never sends requests that a camera could refuse. A conformance test must, so requests are
+assembled and answers parsed byte by byte here.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ _ABORT = 0x80
 _MOST_SEGMENTS = 4096
 
 Ask = Callable[[bytes], bytes]
-"""Sends the content of a CoE mailbox as an SDO request; returns the whole answering mailbox."""
+"""Sends a CoE mailbox as an SDO request; returns the answering mailbox."""
 
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """An SDO abort: the code, and the entry that it names."""
+    """SDO abort: code and entry."""
 
     code: int
     index: int
@@ -58,7 +58,7 @@ def sdo_body(content: bytes) -> tuple[int, bytes]:
 
 
 def refusal(content: bytes) -> Refusal | None:
-    """Return the abort in an answer, or None where it is none."""
+    """Return the abort in an answer, or None."""
     service, body = sdo_body(content)
     if body[:1] != bytes([_ABORT]):
         if service != RESPONSE:
@@ -69,7 +69,7 @@ def refusal(content: bytes) -> Refusal | None:
 
 
 def upload(ask: Ask, index: int, sub: int, *, complete: bool = False) -> bytes | Refusal:
-    """Read an entry, or a whole record."""
+    """Read an entry or a whole record."""
     bit = 0x10 if complete else 0
     answer = ask(_SDO.pack(0x40 | bit, index, sub) + bytes(4))
     refused = refusal(answer)
@@ -118,7 +118,7 @@ def download(
     room: int = 240,
     expedited: bool = True,
 ) -> Refusal | None:
-    """Write an entry, or a whole record; return why it was refused."""
+    """Write an entry or a whole record; return the refusal, if any."""
     bit = 0x10 if complete else 0
     if expedited and 1 <= len(value) <= 4:
         command = 0x23 | bit | (4 - len(value)) << 2

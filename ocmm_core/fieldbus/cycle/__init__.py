@@ -1,13 +1,13 @@
-"""The bus in operation: brought up, run cycle by cycle, judged, and supervised.
+"""Bus operation: bring-up, cycles, validation and supervision.
 
-In: answers of one cycle, and the clock. Out: what each camera brought and whether it is fresh,
-accounts in which every cycle stands once, and what to do about a fault.
+In: answers of one cycle, and the clock. Out: new frames of each camera with a freshness verdict,
+counters in which every cycle is counted once, and the reaction to faults.
 
-Read `_bus` (brings cameras up and runs cycles) with `_bringup`, `_health` and `_frame_content`
-(is it fresh and whole) and `_clock` (all pure arithmetic), `_accounts` (the books), `_supervisor`
-(wait, lift, or bring up again: a pure state machine), `_watch` and `_port_errors` (what the
-cameras say, and at which port frames break), `_journal` (what happened, in few words).
-It must not know the ring or the process it runs in.
+Start with `_bus` (bring-up and cycles); then `_bringup`, `_health` and `_frame_content` (freshness
+and integrity) and `_clock` (pure arithmetic), `_accounts` (counters), `_supervisor` (wait, lift or
+restart: a pure state machine), `_watch` and `_port_errors` (camera states, port errors), `_journal`
+(events).
+It must not import the ring or its process.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The books of the bus: every cycle in one account, counters for each camera, and the report."""
+"""Bus counters: every cycle once, each camera, and the report."""
 
 from __future__ import annotations
 
@@ -29,40 +29,31 @@ class _CameraAccount:
 
 
 class BusAccounts:
-    """Counts what happens and writes the report.
+    """Counts events and writes the report.
 
-    Parameters
-    ----------
-    notes
-        What this computer does not allow the process.
-
-    Attributes
-    ----------
-    lateness, round_trip
-        Of the cycles.
+    `lateness` and `round_trip` are histograms of the cycles; `notes` lists what this computer does
+    not allow the process.
     """
 
     def __init__(self, settings: BusSettings, notes: Sequence[str]) -> None:
         self.journal = Journal()
-        """Events."""
         self.lateness = Durations()
         self.round_trip = Durations()
         self.cycles: Counter[str] = Counter()
         """Verdicts by name; they add up to ``elapsed``."""
         self.elapsed = 0
-        """Cycles so far."""
         self._settings = settings
         self._notes = tuple(notes)
         self._cameras = {camera.name: _CameraAccount() for camera in settings.cameras}
 
     def cycle(self, verdict: str, skipped: str, elapsed: int) -> None:
-        """Count one read: its own verdict, and that of the other cycles it stands for."""
+        """Count one read: its verdict, and `skipped` for the cycles missed before it."""
         self.cycles[verdict] += 1
         self.cycles[skipped] += elapsed - 1
         self.elapsed += elapsed
 
     def taken(self, record: CameraPast, header: Header, schedule: Schedule) -> bool:
-        """Count the frames of an accepted header; say whether the camera was restarted before."""
+        """Count the frames of an accepted header; return whether the camera was restarted."""
         account = self._cameras[record.name]
         first = first_frame(header, schedule)
         end = first + header.frames_valid
@@ -84,7 +75,7 @@ class BusAccounts:
         self._cameras[camera].emergencies += 1
 
     def lost(self, frames: int) -> None:
-        """Count frames of every camera that no bring-up brings back."""
+        """Count frames of every camera that a bring-up cannot recover."""
         for account in self._cameras.values():
             account.frames_lost += frames
 
@@ -97,20 +88,18 @@ class BusAccounts:
         celsius: Mapping[str, float],
         pace: float | None,
     ) -> BusReport:
-        """Return everything as it is now.
+        """Return the current report.
 
         Parameters
         ----------
-        bus, supervisor, objects, phase_ns
-            Who knows it, and where on the bus clock the cycles begin.
-        celsius
-            How warm the cameras are, by name.
+        phase_ns
+            Position of the cycles on the bus clock.
         pace
-            Of a bus whose time waits for this computer; None for every other one.
+            Pace of a bus whose time waits for this computer; None for others.
         """
         settings, session, view = self._settings, bus.session, bus.view
         known = view.cameras if len(view.cameras) == len(settings.cameras) else ()
-        # Where a bring-up has found a camera; one that failed leaves it in INIT.
+        # After bring-up has found a camera; a failed one leaves it in INIT.
         idle = "PREOP" if session.places and session.master else "INIT"
         cameras = tuple(
             self._camera(

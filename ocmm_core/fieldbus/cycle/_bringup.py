@@ -1,8 +1,8 @@
-"""From a cable to cameras in operation, step by step.
+"""Step-by-step bring-up, from the link to cameras in operation.
 
-Everything here may be repeated at any time: a fault that goes deeper than a fall to SAFEOP is
-answered with a complete new bring-up, because only that proves again which camera is where. The
-steps are small, so that whoever takes them can do something else in between.
+Every step is repeatable: faults deeper than a fall to SAFEOP are answered with a complete bring-up,
+because only that re-identifies each camera. Steps are short, so that the caller can do other work
+in between.
 """
 
 from __future__ import annotations
@@ -64,10 +64,10 @@ _CLOCK_READINGS = 20
 _CLOCK_TIMEOUT_S = 3.0
 _CLOCK_PAUSE_S = 0.001
 _LEAD_NS = 60_000_000
-"""From programming the first exposure until it happens; the states change in this time."""
+"""Time from programming to the first exposure; the states change meanwhile."""
 _OBJECTS_PER_STEP = 8
 OWN_SIZES = (INPUT_DTYPE.itemsize, OUTPUT_STRUCT.size)
-"""Process data of our own cameras."""
+"""Process data sizes of our own cameras."""
 
 _TIME = 0x0910
 _SYNC_UNIT = 0x0980
@@ -77,28 +77,25 @@ _SYNC_CYCLES = 0x09A0
 _SYNC_OFF, _SYNC_BOTH = b"\x00", b"\x07"
 _FIRMWARE = 0x100A
 _SENSOR = (1, 2, 3)
-"""Entries of the information: serial number, width and height of the sensor."""
+"""Information entries: serial number, sensor width and height."""
 
 
 @dataclass(frozen=True, slots=True)
 class BusSettings:
-    """Which cameras are expected where, and how fast they run."""
+    """Expected cameras and their timing."""
 
     interface: str
-    """Network interface of the bus."""
     cameras: tuple[CameraIdentity, ...]
-    """Cameras of the rig, in its order."""
     frame_period_ns: int = DEFAULT_FRAME_PERIOD_NS
     cycle_period_ns: int = 1_000_000
-    """`frame_period_ns`, `cycle_period_ns`: Between two exposures, and between two bus cycles."""
     force: bool = False
     """Use the interface although the computer uses it for its network."""
     redundant_interface: str = ""
-    """Interface at the other end of the ring; empty without a redundancy cable."""
+    """Interface at the other end of the ring; empty without redundancy."""
     device: DeviceDescription | None = None
     lenses: tuple[Intrinsics, ...] = ()
-    """`device`, `lenses`: What the cameras are and, where they correct by themselves, with what
-    each does; None and empty for our own."""
+    """`device`, `lenses`: camera description and, if the cameras correct, the intrinsics of each;
+    None and empty for our own."""
 
     @property
     def interfaces(self) -> tuple[str, ...]:
@@ -108,45 +105,41 @@ class BusSettings:
 
 @dataclass(slots=True)
 class Session:
-    """The bus from one bring-up to the next."""
+    """Bus state from one bring-up to the next."""
 
     master: Master | None = None
-    """The open master, from the phase SCAN on."""
+    """Open master, from the phase SCAN on."""
     ring_is_line: bool = False
-    """There is a redundancy cable, and one of its two ends has no link."""
+    """A redundancy cable exists, but one ring end has no link."""
     serials: tuple[int | None, ...] = ()
-    """Serial numbers in the order of the wire, as the last look at it found them, in this bring-up
-    or an earlier one."""
+    """Serial numbers in wire order, as last scanned in this or an earlier bring-up."""
     places: tuple[int, ...] = ()
-    """For each camera of the rig, its position on the wire, 0 first."""
+    """Wire position of each rig camera, 0 first."""
     layouts: tuple[InputLayout, ...] = ()
     image: ProcessImage | None = None
     translators: tuple[InputTranslator, ...] = ()
-    """`image`, `translators`: Of cameras that a file describes; None and empty for our own."""
+    """`image`, `translators`: for cameras described by a file; None and empty for our own."""
     stations: tuple[int, ...] = ()
     areas: tuple[MailboxAreas, ...] = ()
-    """`stations`, `areas`: Their station addresses and mailboxes."""
+    """`stations`, `areas`: their station addresses and mailboxes."""
     firmware: tuple[str, ...] = ()
-    """Versions that they tell."""
     start_host_ns: int = 0
-    """Monotonic host time of the first exposure, as well as a read of the bus clock tells."""
+    """Monotonic host time of the first exposure, as accurate as a bus clock read."""
     schedule: Schedule | None = None
-    """When they expose; complete once all steps were taken."""
+    """Exposure schedule; complete after all steps."""
 
     @property
     def own_time(self) -> bool:
-        """Return whether the cameras have no clock in common, so that this computer's counts."""
+        """Return whether the cameras share no clock, so that this computer's is used."""
         return bool(self.translators) and not self.translators[0].shares_clock
 
     def outputs(self, next_frame: int, token: int) -> bytes:
-        """Return what a camera gets in the cycle ``token``.
+        """Return the outputs of a camera in the cycle `token`.
 
         Parameters
         ----------
         next_frame
-            Number of the first exposure that is still wanted; all before it are acknowledged.
-        token
-            Number of the cycle; 0 before the first one.
+            Number of the first frame still needed; acknowledges all before it.
         """
         if self.image is not None:
             return self.image.pack_outputs(token)
@@ -154,37 +147,35 @@ class Session:
         return OUTPUT_STRUCT.pack(control, 0, (next_frame - 1) % COUNTER_MODULUS, token)
 
     def close(self) -> None:
-        """Leave the cameras in INIT and give the interface back; may be called twice."""
+        """Leave the cameras in INIT and release the interface; idempotent."""
         if self.master is not None:
             self.master.close()
             self.master = None
 
 
 def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> Iterator[BusPhase]:
-    """Find, check, configure and synchronise the cameras and bring them to operation.
+    """Find, check, configure and synchronise the cameras and bring them to OP.
 
     Parameters
     ----------
-    settings
-        What to open and what to find there.
     session
-        Filled on the way; the caller closes it, whatever happens.
+        Filled in; the caller must close it in any case.
 
     Yields
     ------
     BusPhase
-        What the next step belongs to. A step blocks for some 0.2 s at most.
+        Phase of the next step. A step blocks for about 0.2 s at most.
 
     Raises
     ------
     BusError
-        With the camera, the state or the object at fault, and what to do.
+        With the camera, state or object at fault, and the remedy.
     """
     yield BusPhase.LINK
     for interface in settings.interfaces:
         check_interface(interface, force=settings.force)
     before, session.serials = session.serials, ()
-    # An end of the ring without link leaves a line, which needs no redundancy.
+    # A ring end without link leaves a line, which needs no redundancy.
     live = _live_interfaces(settings)
     _await_devices(settings, live, host_time)
     session.serials = before
@@ -219,7 +210,7 @@ def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> It
     if shared:
         yield from _settle_clocks(settings, session, master, host_time)
     yield BusPhase.START
-    # Nobody takes exposures before the first cycle.
+    # No frames are read before the first cycle.
     host_time.hold()
     if shared:
         start_ns = _program_exposures(settings, session, master, host_time)
@@ -243,14 +234,13 @@ def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> It
     master.request(OP)
     silent = ServiceChannel()
     for _ in master.steps_to(OP):
-        # No step in between: without outputs the cameras' watchdogs would bite.
+        # No step in between: without outputs the cameras' watchdogs expire.
         master.cycle(0, _START_TIMEOUT_NS, silent, ())
     master.begin_cycles()
     master.port.tally.forget()
 
 
 def _live_interfaces(settings: BusSettings) -> tuple[str, ...]:
-    """Return the interfaces that have a link, or the first one where none has."""
     live = []
     for interface in settings.interfaces:
         with contextlib.closing(LinkWatch(interface)) as link:
@@ -260,7 +250,7 @@ def _live_interfaces(settings: BusSettings) -> tuple[str, ...]:
 
 
 def _await_devices(settings: BusSettings, live: tuple[str, ...], host_time: HostTime) -> None:
-    """Ask with one frame of our own whether anybody is there, before pysoem waits for them."""
+    """Probe for devices with one frame before pysoem waits for them."""
     port = Port(live, host_time)
     try:
         trouble = port.link_trouble()
@@ -279,7 +269,7 @@ def _await_devices(settings: BusSettings, live: tuple[str, ...], host_time: Host
                 "Check the cable and that the cameras are switched on.",
             )
         if port.ring is not None and 0 < (port.ring.reached or 0) < count:
-            # The time of the first part would reach the second one late by an unknown delay.
+            # The second ring part would receive the reference time with an unknown delay.
             raise BusError(
                 "bus.redundancy",
                 f"The ring is open behind camera {port.ring.reached}, so the camera clocks on "
@@ -291,7 +281,7 @@ def _await_devices(settings: BusSettings, live: tuple[str, ...], host_time: Host
 
 
 def _configure(settings: BusSettings, session: Session, master: Master) -> Iterator[BusPhase]:
-    """Check the mapping, set the configuration and read it back."""
+    """Check the mapping; write the configuration and read it back."""
     if settings.device is not None:
         yield from _configure_described(settings.device, settings, session, master)
         return
@@ -345,7 +335,7 @@ def _configure(settings: BusSettings, session: Session, master: Master) -> Itera
 def _configure_described(
     device: DeviceDescription, settings: BusSettings, session: Session, master: Master
 ) -> Iterator[BusPhase]:
-    """Check that cameras are mapped as their description says, and write what it wants written."""
+    """Check the mapping of described cameras, and write their start-up values."""
     areas = []
     for place, camera in zip(session.places, settings.cameras, strict=True):
         yield BusPhase.CONFIGURE
@@ -381,7 +371,7 @@ def _configure_described(
 def _settle_clocks(
     settings: BusSettings, session: Session, master: Master, host_time: HostTime
 ) -> Iterator[BusPhase]:
-    """Pass the reference time on until every camera's clock follows it."""
+    """Distribute the reference time until every camera's clock has settled."""
     deadline = time.monotonic() + host_time.patience * _CLOCK_TIMEOUT_S
     calm = 0
     while calm < _CLOCK_READINGS:
@@ -390,7 +380,7 @@ def _settle_clocks(
         worst_ns, worst = 0, ""
         for place, camera in zip(session.places, settings.cameras, strict=True):
             raw = master.read_register(place, f"'{camera.name}'", TIME_DIFFERENCE, 4)
-            # The highest bit is the sign.
+            # Sign bit.
             difference = int.from_bytes(raw, "little") & 0x7FFFFFFF
             if difference > worst_ns:
                 worst_ns, worst = difference, camera.name
@@ -407,7 +397,6 @@ def _settle_clocks(
 def _program_exposures(
     settings: BusSettings, session: Session, master: Master, host_time: HostTime
 ) -> int:
-    """Program the same first exposure into all cameras and return its time."""
     period, cycle = settings.frame_period_ns, settings.cycle_period_ns
     now = int.from_bytes(master.read_register(session.places[0], "on the bus", _TIME, 8), "little")
     start = (now + _LEAD_NS) // cycle * cycle

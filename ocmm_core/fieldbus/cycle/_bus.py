@@ -1,4 +1,4 @@
-"""The camera bus: brings the cameras of the rig to operation and runs its cycles."""
+"""The camera bus: brings the rig's cameras to OP and runs cycles."""
 
 from __future__ import annotations
 
@@ -19,21 +19,13 @@ from ocmm_core.fieldbus.wire import SAFEOP, HostTime, Master, Passage, ServiceCh
 __all__ = ["BusSettings", "CameraBus"]
 
 _LIFT_CYCLES = 5
-"""A camera gets so long to take the next step towards OP before it is asked again."""
+"""Cycles between requests for the next step towards OP."""
 _LATE_CYCLES = 100
-"""Answers that came late count for the words of a fault for so long."""
+"""Late answers are part of a fault message for this many cycles."""
 
 
 class CameraBus:
-    """The bus with its cameras; one thread owns it from open to close.
-
-    Parameters
-    ----------
-    settings
-        What to open and what to find there.
-    objects
-        Requests to the cameras that are served beside the cycle.
-    """
+    """Bus with its cameras; one thread owns it from open to close."""
 
     def __init__(
         self,
@@ -49,9 +41,8 @@ class CameraBus:
         self._service = ServiceChannel()
         self._watch = StateWatch(())
         self.clock = BusClock(settings.cycle_period_ns)
-        """The bus clock as seen from this computer."""
         self.passage: Passage | None = None
-        """How the last cycle went over the wire; None before the first one."""
+        """Wire times of the last cycle; None before the first."""
         self._cycles = 0
         self._silent = 0
         self._late_at = -_LATE_CYCLES
@@ -59,27 +50,27 @@ class CameraBus:
 
     @property
     def session(self) -> Session:
-        """Return what the last bring-up found."""
+        """Return the result of the last bring-up."""
         return self._session
 
     @property
     def schedule(self) -> Schedule:
-        """Return when the cameras expose; known once the bus is open."""
+        """Return the exposure schedule; available once the bus is open."""
         if self._session.schedule is None:
             raise _closed()
         return self._session.schedule
 
     @property
     def view(self) -> WatchView:
-        """Return what the cameras last said about their states."""
+        """Return the last reported states of the cameras."""
         return self._watch.view
 
     def look_closer(self) -> None:
-        """Ask the cameras in the next cycle what they count at their ports."""
+        """Read the cameras' port error counters in the next cycle."""
         self._watch.hurry()
 
     def port_news(self) -> list[tuple[str, PortTrouble]]:
-        """Return what ports counted since the last call, each with the name of the camera."""
+        """Return new port errors since the last call, with camera names."""
         news = self._watch.news
         return [
             (self._settings.cameras[place].name, trouble)
@@ -88,37 +79,37 @@ class CameraBus:
 
     @property
     def stray_answers(self) -> int:
-        """Return how many answers nobody waited for, since the start."""
+        """Return the number of unexpected answers since the start."""
         master = self._session.master
         now = 0 if master is None else master.port.tally.stray
         return self._stray_before + now + self._service.stray
 
     @property
     def foreign_frames(self) -> int:
-        """Return how many frames of another master came in this session."""
+        """Return the number of frames of another master in this session."""
         master = self._session.master
         return 0 if master is None else master.port.foreign
 
     @property
     def redundancy_broken(self) -> bool:
-        """Return whether there is a redundancy cable and the ring is open somewhere."""
+        """Return whether a redundancy cable exists and the ring is open."""
         session = self._session
         ring = None if session.master is None else session.master.port.ring
         return session.ring_is_line or (ring is not None and ring.is_open)
 
     def open(self) -> None:
-        """Find, check, configure and synchronise the cameras and bring them to operation.
+        """Bring the cameras to OP, see `bring_up`.
 
         Raises
         ------
         BusError
-            With the camera, the state or the object at fault, and what to do.
+            With the camera, state or object at fault, and the remedy.
         """
         for _ in self.open_steps():
             pass
 
     def open_steps(self) -> Iterator[BusPhase]:
-        """Open, or open again, step by step; see `bring_up`."""
+        """Open or reopen step by step; see `bring_up`."""
         self.close()
         self._time.flow()
         session = self._session = Session(serials=self._session.serials)
@@ -147,10 +138,7 @@ class CameraBus:
         Parameters
         ----------
         next_frames
-            For each camera, the exposure number of the first frame that is still wanted; all
-            before it are acknowledged.
-        timeout_ns
-            How long to wait for the answer.
+            Number of the first frame still needed of each camera; acknowledges all before it.
         """
         session, master = self._session, self._session.master
         if master is None:
@@ -174,12 +162,12 @@ class CameraBus:
         return self._answer(master, passage, next_frames)
 
     def link_trouble(self) -> str:
-        """Return why no frame can pass the interface; empty in good order."""
+        """Return why no frame can pass the interface; empty if it can."""
         master = self._session.master
         return "" if master is None else master.port.link_trouble()
 
     def close(self) -> None:
-        """Leave the cameras in INIT and give the interface back; may be called twice."""
+        """Leave the cameras in INIT and release the interface; idempotent."""
         master = self._session.master
         if master is not None:
             self._stray_before += master.port.tally.stray
@@ -190,7 +178,7 @@ class CameraBus:
         inputs: tuple[bytes, ...] = ()
         clock_ns = master.clock_ns
         if session.own_time:
-            # Without a common clock the time of this computer stands for it.
+            # Without a common clock, this computer's time is used.
             clock_ns = self._time.passage(passage.sent_ns, passage.answered_ns)[0]
         expected = master.expected_working_counter
         plausible = True
@@ -230,7 +218,7 @@ class CameraBus:
         )
 
     def _lift(self) -> None:
-        """Ask cameras that fell back to SAFEOP for the way to OP."""
+        """Request OP from cameras that fell back to SAFEOP."""
         if self._cycles % _LIFT_CYCLES:
             return
         for camera, view in enumerate(self._watch.view.cameras):

@@ -1,41 +1,34 @@
 """Lock the master's cycle to the bus clock: pure arithmetic on times, ns.
 
-The bus clock is read with every cycle, but when exactly a frame passed the reference camera is
-only known to lie between sending it and its answer. A proportional-integral filter turns these
-readings into a line from host time to bus time; its slope is the drift. The same interval tells
-a reading that cannot be true: then the bus clock jumped.
+The bus clock is read in every cycle; the moment of reading is only bounded by the send and answer
+times. A proportional-integral filter maps host to bus time; its slope is the drift. A reading
+outside these bounds indicates a jump of the bus clock.
 """
 
 from __future__ import annotations
 
 _GAIN = 0.02
-"""Of the phase, for each reading once settled; about 50 readings are averaged."""
+"""Phase gain per reading once settled; averages about 50 readings."""
 _RATE_GAIN = _GAIN * _GAIN / 4.0
-"""Of the slope: critically damped."""
+"""Slope gain: critically damped."""
 _SETTLED = 50
 """Readings with a larger gain after a start."""
 _ERROR_LIMIT_NS = 50_000.0
-"""A reading further off is a stall of this computer; it must not wind up the integral."""
+"""A larger error is a stall of this computer; it must not wind up the integral."""
 _CERTAIN_NS = 100_000
-"""Round trips that are longer tell proportionally less."""
+"""Longer round trips have proportionally less weight."""
 _RATE_LIMIT = 1e-3
 """Crystals are a hundred times better."""
 _MARGIN_NS = 250_000.0
 _UNSETTLED_MARGIN_NS = 2_000_000.0
 _MARGIN_RATE = 5e-4
 _SLEW_NS = 20_000
-"""How far one cycle may be moved to meet the bus clock."""
+"""Limit of the shift of one cycle towards the bus clock."""
 _REPORT_GAIN = 1.0 / 500.0
 
 
 class BusClock:
-    """The bus clock as this computer sees it.
-
-    Parameters
-    ----------
-    period_ns
-        Between two readings, nominally.
-    """
+    """Bus clock as observed by this computer."""
 
     def __init__(self, period_ns: int) -> None:
         self._period_ns = period_ns
@@ -51,11 +44,11 @@ class BusClock:
 
     @property
     def drift_ppm(self) -> float:
-        """Return how much faster than this computer the bus clock runs, smoothed over seconds."""
+        """Return the bus clock's rate minus this computer's, smoothed over seconds."""
         return self._slow_rate * 1e6
 
     def restart(self) -> None:
-        """Forget the time but not the drift: the clocks were set anew."""
+        """Forget the time but not the drift, after the clocks were set."""
         self._readings = 0
 
     def bus_time(self, host_ns: int) -> int:
@@ -69,20 +62,7 @@ class BusClock:
         return self._host_ns + round(since - since * self._rate / (1.0 + self._rate))
 
     def observe(self, sent_ns: int, answered_ns: int, bus_ns: int) -> bool:
-        """Take a reading of the bus clock.
-
-        Parameters
-        ----------
-        sent_ns, answered_ns
-            Host times between which the clock was read.
-        bus_ns
-            What it showed.
-
-        Returns
-        -------
-        bool
-            False where that cannot be: the reading is refused.
-        """
+        """Record a clock reading between two host times; return False if implausible."""
         middle = (sent_ns + answered_ns) // 2
         if not self._readings:
             self._host_ns, self._bus_ns, self._fraction_ns = middle, bus_ns, 0.0
@@ -114,37 +94,31 @@ class BusClock:
 
 
 class CyclePacer:
-    """When the next cycle begins, and how many cycles have gone by.
+    """Start times of the cycles, and the number of elapsed cycles.
 
-    Without a bus clock the cycles follow the clock of this computer.
-
-    Parameters
-    ----------
-    now_ns
-        Host time of the first cycle.
+    Without a bus clock the cycles follow this computer's clock.
     """
 
     def __init__(self, period_ns: int, now_ns: int) -> None:
         self._period_ns = period_ns
         self.deadline_ns = now_ns
-        """Host time at which the next cycle begins."""
         self.phase_ns = 0.0
-        """Where on the bus clock the cycles begin, against where they should; smoothed."""
+        """Smoothed deviation of the cycle starts from their target on the bus clock."""
 
     def begin(self, now_ns: int) -> int:
-        """Begin the cycle that is due; return how many it stands for, 1 where none was missed."""
+        """Start the due cycle; return the elapsed cycles, 1 if none was missed."""
         elapsed = 1 + max(0, now_ns - self.deadline_ns) // self._period_ns
         self.deadline_ns += elapsed * self._period_ns
         return elapsed
 
     def passed(self, now_ns: int) -> int:
-        """Count the cycles that are over without an exchange; may be none."""
+        """Return the number of cycles that passed without an exchange."""
         elapsed = max(0, now_ns - self.deadline_ns) // self._period_ns
         self.deadline_ns += elapsed * self._period_ns
         return elapsed
 
     def follow(self, clock: BusClock, target_ns: int) -> None:
-        """Move the next cycle towards the bus time ``target_ns`` plus whole periods."""
+        """Move the next cycle towards the bus time `target_ns` modulo the period."""
         bus_ns = clock.bus_time(self.deadline_ns)
         cycles = (bus_ns - target_ns + self._period_ns // 2) // self._period_ns
         wanted = clock.host_time(target_ns + cycles * self._period_ns)

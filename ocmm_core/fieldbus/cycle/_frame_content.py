@@ -1,4 +1,4 @@
-"""Can the numbers in the frames be true? A check sum may have been made over nonsense."""
+"""Plausibility of frame contents: a checksum may cover nonsense."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ocmm_core.fieldbus.device import FRAME_DTYPE, HEADER_STRUCT, INPUT_DTYPE, N
 from ocmm_core.fieldbus.report import Alarm
 
 _SPOT_LIMIT = 8192 * SUBPIXELS
-"""No sensor is larger; in pixels on the wire."""
+"""Larger than any sensor; wire units."""
 _KNOWN_FRAME_FLAGS = 0x000F
 _FRAME_WORDS = FRAME_DTYPE.itemsize // 4
 _HEADER_WORDS = HEADER_STRUCT.size // 4
@@ -18,10 +18,9 @@ _WRONG_MARKS = ~(_KNOWN_FRAME_FLAGS << 16 | (1 << N_SLOTS) - 1)
 
 
 def all_sound(inputs: Sequence[bytes]) -> bool:
-    """Say whether no number of any camera can be wrong in itself: one look for all of them.
+    """Return whether all numbers of all cameras are plausible, in one pass.
 
-    It also looks at what stands behind the valid frames. Where it says no, `frames_complaint`
-    looks at each camera alone.
+    Includes the area behind the valid frames; if False, check each camera with `frames_complaint`.
     """
     together = b"".join(inputs)
     if not together or len(together) != len(inputs) * INPUT_DTYPE.itemsize:
@@ -36,12 +35,12 @@ def all_sound(inputs: Sequence[bytes]) -> bool:
 
 
 def frames_complaint(content: bytes, count: int) -> tuple[Alarm, str] | None:
-    """Return what is wrong with the frames themselves: the check sum was made over nonsense."""
+    """Return what is implausible in the valid frames, or None."""
     if not count:
         return None
     words = np.frombuffer(content, "<i4", count=count * _FRAME_WORDS, offset=HEADER_STRUCT.size)
     frames = words.reshape(count, _FRAME_WORDS)
-    # Two numbers of 16 bits each stand before the spots.
+    # Two 16-bit numbers precede the spots.
     marks = int(np.bitwise_or.reduce(frames[:, 0]))
     if (marks & 0xFFFF) >> N_SLOTS:
         return Alarm.PAYLOAD, f"claims spots in more than {N_SLOTS} slots"

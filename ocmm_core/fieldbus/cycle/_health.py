@@ -1,10 +1,9 @@
-"""Is what a bus cycle brought fresh and whole? Pure functions of what came.
+"""Freshness and integrity of a bus cycle: pure functions of its answers.
 
-A full working counter proves nothing: cameras in SAFEOP and cameras whose program stands still
-answer too. A cycle is accepted only when the working counter, the state, the cycle counter, the
-frame counter, the configuration and the exposure times of every camera fit together; then frames
-that are already known are left out, by their counter. Nothing doubtful is passed on, and because
-it is not acknowledged either, the camera sends it again.
+A full working counter proves nothing: cameras in SAFEOP or with hung firmware still answer. A cycle
+is accepted only if working counter, state, cycle counter, frame counter, configuration and exposure
+times of every camera agree; frames already received are skipped by their counter. Suspect data is
+discarded and not acknowledged, so the camera sends it again.
 """
 
 from __future__ import annotations
@@ -28,13 +27,13 @@ from ocmm_core.fieldbus.device import (
 from ocmm_core.fieldbus.report import Alarm
 
 MAX_AHEAD_NS = 20_000_000
-"""The answers of one cycle may be this much apart; an exposure time beyond that is not real."""
+"""Maximum spread of the answers of one cycle; later exposure times are invalid."""
 MAX_AGE_NS = 200_000_000
-"""Older frames are not news; a camera's buffer holds less than this at 8 kHz."""
+"""Maximum frame age; a camera buffers less at 8 kHz."""
 CLOCK_LIMIT_NS = 20_000
-"""A camera whose clock is further off the bus clock exposes at another time than it says."""
+"""With a larger clock offset a camera's exposure times are wrong."""
 _SILENT_CYCLES = 3
-# Plain numbers: a flag of an enumeration costs more than the question.
+# Plain integers: enumeration flags are slower.
 _OPERATIONAL, _SYNCHRONISED = int(CameraStatus.OPERATIONAL), int(CameraStatus.SYNCHRONISED)
 _INIT, _PREOP, _SAFEOP, _OP = 1, 2, 4, 8
 _AL_WATCHDOG = 0x001B
@@ -43,87 +42,77 @@ _AL_SYNC = {0x001A, 0x002C, 0x002D, *range(0x0030, 0x0038)}
 
 
 class Trouble(Enum):
-    """Why a cycle brought nothing."""
+    """Reason for a cycle without data."""
 
     LOST = "lost"
-    """No answer."""
     BAD = "bad"
     """An answer that must not be used."""
 
 
 @dataclass(frozen=True, slots=True)
 class CycleFault:
-    """What was wrong with a cycle."""
+    """Fault of a cycle."""
 
     trouble: Trouble
-    """What became of the cycle."""
     alarm: Alarm
     reason: str
     camera: str = ""
-    """Name of the camera at fault; empty for the whole bus."""
+    """Camera at fault; empty for the whole bus."""
     deep: bool = False
-    """A camera lost what it was told at the bring-up; waiting is of no use."""
+    """A camera lost its bring-up settings; waiting does not help."""
 
 
 @dataclass(frozen=True, slots=True)
 class Schedule:
-    """When the cameras expose, and the configuration that they must show."""
+    """Exposure schedule and expected configuration."""
 
     start_ns: int
     period_ns: int
-    """`start_ns`, `period_ns`: Exposure k happens at ``start_ns + k * period_ns`` of the bus clock.
-    """
+    """`start_ns`, `period_ns`: exposure k is at ``start_ns + k * period_ns`` of the bus clock."""
     config_crc: int
-    """Check sum of the configuration."""
 
 
 class CameraPast(NamedTuple):
-    """What is known about one camera from the cycles before."""
+    """State of one camera from previous cycles."""
 
     name: str
     next_frame: int = 0
-    """Exposure number of the first frame that is still wanted."""
     cycle_counter: int | None = None
     boot_counter: int | None = None
-    """`cycle_counter`, `boot_counter`: As last accepted; None before the first answer."""
+    """`cycle_counter`, `boot_counter`: last accepted; None before the first answer."""
     layout: InputLayout = NEWEST_LAYOUT
     mark: int = 0
-    """`layout`, `mark`: Of its inputs, and what a sound one of this camera shows
-    (`InputLayout.mark`)."""
+    """`layout`, `mark`: input layout, and the mark of a valid input (`InputLayout.mark`)."""
 
 
 class CycleAnswer(NamedTuple):
-    """What one bus cycle brought."""
+    """Answers of one bus cycle."""
 
     whole: bool
-    """All answers to the process data came in time."""
+    """All process data answers arrived in time."""
     working_counter: int
     expected_working_counter: int
-    """`working_counter`, `expected_working_counter`: As counted by the wire and as it should be."""
     clock_ns: int
     clock_plausible: bool
-    """`clock_ns`, `clock_plausible`: Bus clock in this cycle, and whether it fits to the cycles
-    before."""
+    """`clock_ns`, `clock_plausible`: bus clock, and whether it agrees with earlier cycles."""
     view: WatchView
-    """What the cameras say about their states."""
     inputs: tuple[bytes, ...]
     headers: tuple[Header, ...]
-    """`inputs`, `headers`: Of each camera, in the order of the rig; empty where there was no
-    answer."""
+    """`inputs`, `headers`: per camera in rig order; empty without answer."""
     link: str = ""
-    """Why no frame can pass the interface; empty in good order."""
+    """Why no frame can pass the interface; empty if it can."""
     silent_cycles: int = 0
-    """Over how many cycles nothing at all has come, this one included."""
+    """Consecutive cycles without any answer, including this one."""
     late: bool = False
-    """Answers have come too late recently."""
+    """Answers recently came too late."""
     untaken: bool = False
-    """All answers came, and this computer did not take all of them."""
+    """All answers arrived, but this computer did not receive all of them."""
 
 
 def judge(
     answer: CycleAnswer, records: Sequence[CameraPast], schedule: Schedule
 ) -> CycleFault | None:
-    """Return what is wrong with ``answer``, or None where it may be used."""
+    """Return the fault of an answer, or None if it may be used."""
     names = [record.name for record in records]
     if not answer.whole:
         return _no_answer(answer, names)
@@ -133,7 +122,7 @@ def judge(
     if answer.working_counter != answer.expected_working_counter:
         return _not_all_took_part(answer, records)
     if answer.view.age:
-        # A clock may have jumped since; the cameras send these frames again.
+        # A clock may have jumped since; the cameras resend these frames.
         return _bad(
             Alarm.LOST_ANSWERS,
             "Camera state unknown for 1 cycle."
@@ -155,12 +144,12 @@ def judge(
 
 
 def first_frame(header: Header, schedule: Schedule) -> int:
-    """Return the exposure number of the first frame of a header that `judge` accepted."""
+    """Return the number of the first frame of a header accepted by `judge`."""
     return (header.start_ns - schedule.start_ns) // schedule.period_ns
 
 
 def advance(record: CameraPast, header: Header, schedule: Schedule) -> CameraPast:
-    """Return the record after the frames of an accepted header were taken."""
+    """Return the record after accepting the frames of a header."""
     return record._replace(
         next_frame=max(record.next_frame, first_frame(header, schedule) + header.frames_valid),
         cycle_counter=header.cycle_counter,
@@ -169,7 +158,7 @@ def advance(record: CameraPast, header: Header, schedule: Schedule) -> CameraPas
 
 
 def _not_all_took_part(answer: CycleAnswer, records: Sequence[CameraPast]) -> CycleFault:
-    """Return who did not take part, by its counter of inputs, and which port says why."""
+    """Return the absent cameras by input counter, with the port at fault."""
     counted = f"working counter {answer.working_counter} of {answer.expected_working_counter}"
     names = [record.name for record in records]
     absent = [
@@ -189,14 +178,14 @@ def _not_all_took_part(answer: CycleAnswer, records: Sequence[CameraPast]) -> Cy
             name or absent[0],
         )
     if answer.headers:
-        # Everybody's input is new: either outputs did not arrive, or the count is not true.
+        # Either outputs did not arrive, or the count is wrong.
         reason = f"The inputs of all cameras are new, but the count is wrong ({counted})."
         return _bad(Alarm.WORKING_COUNTER, f"{reason}{port}", name)
     return _bad(Alarm.WORKING_COUNTER, f"No camera took part in the cycle ({counted}).{port}", name)
 
 
 def _port_words(view: WatchView, names: Sequence[str]) -> tuple[str, str]:
-    """Return whose port counted most lately, and the sentence; both empty where none did."""
+    """Return the camera and sentence of the latest port error; empty if none."""
     found = [
         (camera.trouble, name)
         for camera, name in zip(view.cameras, names, strict=False)
@@ -224,7 +213,7 @@ def _no_answer(answer: CycleAnswer, names: Sequence[str]) -> CycleFault:
 
 
 def _bus_fault(view: WatchView, names: Sequence[str]) -> CycleFault | None:
-    """Return what the cameras' own answers say against them."""
+    """Return the fault in the cameras' own states, or None."""
     for camera, name in zip(view.cameras, names, strict=True):
         if camera.answers > 1:
             return _bad(
@@ -265,8 +254,8 @@ def _state_fault(camera: CameraView, name: str) -> CycleFault | None:
             deep=camera.state != _SAFEOP and camera.state != _OP,
         )
     if camera.clock_offset_ns is not None and abs(camera.clock_offset_ns) > CLOCK_LIMIT_NS:
-        # What it exposed meanwhile is kept by the camera and would come later: only a bring-up
-        # starts the exposures of all cameras anew.
+        # The camera buffers exposures made meanwhile and would send them later: only a bring-up
+        # restarts all exposures.
         return _bad(
             Alarm.CLOCK_JUMP,
             f"The clock of camera '{name}' is {camera.clock_offset_ns} ns off the bus clock.",
@@ -276,7 +265,7 @@ def _state_fault(camera: CameraView, name: str) -> CycleFault | None:
 
 
 def _not_its_own(mark: int, record: CameraPast, records: Sequence[CameraPast]) -> CycleFault:
-    """Return what is wrong with an input whose check sum is not that of its camera."""
+    """Return the fault of an input whose checksum is not its camera's."""
     other = next((one.name for one in records if one.mark == mark != 0), "")
     if other:
         return _bad(

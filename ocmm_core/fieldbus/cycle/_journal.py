@@ -1,4 +1,4 @@
-"""What happened on the bus, in few words: events that are alike are one, and never flood."""
+"""Bus events; similar events are merged, so they never flood."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from ocmm_core.fieldbus.report import EDGES_US, MAX_EVENTS, BusEvent, Histogram, alarm_of_code
 
 OPERATION = "bus.operation"
-"""Code of the event that the bus is in operation (again)."""
+"""Event code: bus in operation (again)."""
 ERROR_OVER = "bus.error_over"
-"""Code of the event that a camera tells the end of an error."""
+"""Event code: a camera reports the end of an error."""
 _GROUP_NS = 1_000_000_000
-"""Alike and not further apart than this: one event."""
+"""Similar events closer than this are merged."""
 
 
 @dataclass(slots=True)
@@ -31,11 +31,11 @@ class _Entry:
 
 
 class Journal:
-    """The newest events."""
+    """Ring of the newest events."""
 
     def __init__(self) -> None:
         self.dropped = 0
-        """Older ones that are gone."""
+        """Dropped older events."""
         self._entries: deque[_Entry] = deque()
         self._open: dict[tuple[str, str], _Entry] = {}
         self._number = 0
@@ -51,14 +51,9 @@ class Journal:
         remedy: str = "",
         cycles: int = 1,
     ) -> bool:
-        """Take down what happened; say whether it is something new.
+        """Record an event, see `BusEvent`; return whether it is new.
 
-        Parameters
-        ----------
-        code, what, camera, remedy, cycles
-            As in `BusEvent`; the remedy of an alarm need not be given.
-        cycle, now_ns
-            When: bus cycle and monotonic host time.
+        An alarm's remedy may be omitted; `now_ns` is monotonic host time.
         """
         entry = self._open.get((code, camera))
         if entry is not None and now_ns - entry.last_ns <= _GROUP_NS:
@@ -80,7 +75,7 @@ class Journal:
         return True
 
     def events(self) -> tuple[BusEvent, ...]:
-        """Return the newest events, the newest last."""
+        """Return the newest events, newest last."""
         return tuple(
             BusEvent(
                 number=entry.number,
@@ -97,7 +92,7 @@ class Journal:
 
 
 class Durations:
-    """Counts durations into the bins of a report."""
+    """Counts durations in the bins of a report."""
 
     def __init__(self) -> None:
         self._edges_ns = [int(edge * 1000) for edge in EDGES_US]

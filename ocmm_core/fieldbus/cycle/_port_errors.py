@@ -1,8 +1,8 @@
-"""Which cable is it? What the controllers of the cameras count at each of their ports.
+"""Faulty cables: error counters at the ports of the cameras' controllers.
 
-A controller counts frames that arrive broken at a port and links that were lost there (ETG.1000.4,
-6.5: registers 0x0300 to 0x0313). A broken frame was broken on the cable that ends at that port: the
-controllers behind it count it as forwarded, which says nothing about their own cables.
+A controller counts broken frames and lost links per port (ETG.1000.4, 6.5: registers 0x0300 to
+0x0313). A frame counted as broken was damaged on the cable at that port; controllers behind it
+count it as forwarded, which implies nothing about their own cables.
 """
 
 from __future__ import annotations
@@ -10,26 +10,25 @@ from __future__ import annotations
 from typing import NamedTuple
 
 PORT_ERRORS, PORT_ERRORS_BYTES = 0x0300, 20
-"""Two bytes a port of broken frames, eight that say nothing about a port, one a port of links."""
+"""Two bytes of broken frames per port, eight unused, one byte of lost links per port."""
 _N_PORTS = 4
 _LOST_LINKS = 16
 _FULL = 255
-"""A counter stays there."""
+"""Counters saturate here."""
 _PORT_NAMES = ("IN", "OUT", "2", "3")
 
 
 class PortTrouble(NamedTuple):
-    """What went wrong at one port of one camera."""
+    """Errors at one port of one camera."""
 
     port: int
     """0 towards the computer, 1 towards the next camera."""
     broken: int
     lost: int
-    """`broken`, `lost`: Frames that arrived broken, and links that were lost, since the last look;
-    where a counter is full, what it shows."""
+    """`broken`, `lost`: broken frames and lost links since the last sample; the counter value if
+    saturated."""
 
     def words(self, camera: str) -> str:
-        """Return it as a sentence."""
         parts = []
         if self.broken:
             parts.append(f"{self.broken} broken frame{'s' if self.broken > 1 else ''}")
@@ -42,13 +41,9 @@ class PortTrouble(NamedTuple):
 
 
 def port_trouble(before: bytes, now: bytes) -> PortTrouble | None:
-    """Return the port at which most was counted since ``before``; None where nothing was.
+    """Return the port with the most new errors since `before`, or None.
 
-    Parameters
-    ----------
-    before, now
-        The registers, `PORT_ERRORS_BYTES` each. Where a counter went down the camera was started
-        anew or its counters were cleared, and all that it shows is new.
+    The registers have `PORT_ERRORS_BYTES`. A decreased counter was reset: its whole value is new.
     """
     found = [
         PortTrouble(
@@ -63,7 +58,7 @@ def port_trouble(before: bytes, now: bytes) -> PortTrouble | None:
 
 
 def errors_at_ports(counters: bytes) -> int:
-    """Return how much all ports of a camera counted."""
+    """Return the error count of all ports of a camera."""
     return sum(counters[: 2 * _N_PORTS]) + sum(counters[_LOST_LINKS:])
 
 

@@ -1,9 +1,9 @@
-"""What to do about a fault: wait, lift, or bring the bus up again. A pure state machine.
+"""Reaction to bus faults: wait, lift or restart. A pure state machine.
 
-It is told what became of each cycle and each step, and says what comes next. A fall to SAFEOP is
-lifted while the cycle goes on. What puts the identity of a camera in doubt - a broken link, a
-restart, a lost or doubled address, a jump of the clock, silence - is answered with a complete new
-bring-up, repeated with a growing pause until it succeeds. The bus never ends by itself.
+It receives the outcome of each cycle and step and returns the next action. A fall to SAFEOP is
+lifted during cycles. Faults that make a camera's identity uncertain - broken link, restart, lost or
+duplicate address, clock jump, silence - trigger complete bring-ups with growing pauses until one
+succeeds. The bus never stops without a command.
 """
 
 from __future__ import annotations
@@ -17,62 +17,48 @@ from ocmm_core.fieldbus.report import AlarmResponse, BusPhase, alarm_of_error
 FIRST_PAUSE_NS = 50_000_000
 LONGEST_PAUSE_NS = 500_000_000
 PATIENCE_NS = 150_000_000
-"""Without one good cycle for so long, only a new bring-up helps."""
+"""Without a good cycle for this long, only a bring-up helps."""
 LIFT_PATIENCE_NS = 500_000_000
-"""So long may the way from SAFEOP back to OP take."""
+"""Time limit from SAFEOP back to OP."""
 SETTLED_NS = 300_000_000
-"""Good for so long after a bring-up: the next fault begins with the shortest pause."""
+"""After this long in good order the next fault starts with the shortest pause."""
 _DISTURBED_CYCLES = 3
 _ALARM_NS = 500_000_000
-"""An alarm is shown for so long after its last sign."""
+"""Display time of an alarm after its last occurrence."""
 
 _DEEP_CYCLES = 2
-"""One answer alone may have been damaged on the way."""
+"""One answer alone may have been damaged in transit."""
 
 
 def alarm_of(error: BusError) -> str:
-    """Return the alarm that stands for an error of the bring-up.
+    """Return the alarm of a bring-up error.
 
-    An error that is no alarm, such as missing rights, keeps its own code; it has its own remedy.
+    Errors without an alarm, such as missing rights, keep their code and remedy.
     """
     return alarm_of_error(error.code) or error.code
 
 
 class Next(Enum):
-    """What the owner of the bus does next."""
+    """Next action of the bus owner."""
 
     CYCLE = auto()
-    """Exchange process data."""
     STEP = auto()
-    """Take the next step of the bring-up."""
     RESTART = auto()
-    """Begin a new bring-up."""
     PAUSE = auto()
-    """Do nothing for a moment."""
 
 
 class Supervisor:
-    """Decides after every cycle and step; see the module.
+    """Decides after every cycle and step; times are monotonic host time.
 
-    Parameters
-    ----------
-    now_ns
-        Monotonic host time, as in all calls.
-
-    Attributes
-    ----------
-    alarm, message, camera
-        What disturbs it now; empty in good order.
+    `alarm`, `message` and `camera` describe the current fault; empty in good order.
     """
 
     def __init__(self, now_ns: int) -> None:
         self.phase = BusPhase.CLOSED
-        """Where the bus is."""
         self.alarm = ""
         self.message = ""
         self.camera = ""
         self.recoveries = 0
-        """How often operation was reached again."""
         self._next = Next.RESTART
         self._alarm_ns = now_ns
         self._good_ns = now_ns
@@ -86,22 +72,22 @@ class Supervisor:
         self._fell = False
 
     def next(self, now_ns: int) -> Next:
-        """Return what to do now."""
+        """Return the next action."""
         if self._next is Next.RESTART and now_ns < self._until_ns:
             return Next.PAUSE
         return self._next
 
     def pause_left_ns(self, now_ns: int) -> int:
-        """Return how long the pause lasts."""
+        """Return the remaining pause."""
         return max(0, self._until_ns - now_ns)
 
     def stepping(self, phase: BusPhase) -> None:
-        """Note that a bring-up goes on."""
+        """Record a bring-up step."""
         self._next = Next.STEP
         self.phase = BusPhase.RECOVERING if self._was_operational else phase
 
     def brought_up(self, now_ns: int) -> None:
-        """Note that the cameras are in OP; only a good cycle proves it."""
+        """Record that the cameras are in OP; only a good cycle proves it."""
         self._next = Next.CYCLE
         self._good_ns = now_ns
         self._good_since_ns = None
@@ -110,12 +96,12 @@ class Supervisor:
             self.phase = BusPhase.START
 
     def failed(self, error: BusError, now_ns: int) -> None:
-        """Note that a bring-up failed."""
+        """Record a failed bring-up."""
         self._show(alarm_of(error), error.what, "", now_ns)
         self._restart(now_ns)
 
     def good(self, now_ns: int) -> bool:
-        """Note a good cycle; say whether it ends a start, a recovery or a fall from OP."""
+        """Record a good cycle; return whether it ends a start, recovery or fall."""
         self._row = self._bad_row = 0
         self._row_alarm = ""
         self._good_ns = now_ns
@@ -127,7 +113,7 @@ class Supervisor:
             self.alarm = self.message = self.camera = ""
         reached = self.phase is not BusPhase.OPERATION
         if reached:
-            # What was wrong before operation was reached is over.
+            # Faults before operation are over.
             self.alarm = self.message = self.camera = ""
         again = self.phase is BusPhase.RECOVERING or self._fell
         self.recoveries += again and self._was_operational
@@ -138,7 +124,7 @@ class Supervisor:
         return first or again
 
     def bad(self, fault: CycleFault, now_ns: int) -> None:
-        """Note a cycle that was lost or refused."""
+        """Record a lost or refused cycle."""
         self._show(fault.alarm, fault.reason, fault.camera, now_ns)
         self._bad_row += 1
         spec = fault.alarm.spec

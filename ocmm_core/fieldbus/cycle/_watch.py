@@ -1,4 +1,4 @@
-"""What the cameras say about themselves, asked for in every cycle through the service channel."""
+"""Camera states, read in every cycle through the service channel."""
 
 from __future__ import annotations
 
@@ -23,55 +23,44 @@ _STATE, _ERROR = 0x0F, 0x10
 _ACKNOWLEDGE = 0x10
 _SAFEOP, _OP = 4, 8
 _SLOW_CYCLES = 4
-"""Error counters of the cameras are asked for in turn, every so many cycles."""
+"""Error counters are read in turn, every this many cycles."""
 _MOST_NEWS = 64
 _FRESH_CYCLES = 500
-"""What a port counted explains a fault for so long."""
+"""Port errors explain a fault for this long."""
 
 
 class CameraView(NamedTuple):
-    """What is known about one camera from its own answers."""
+    """State of one camera from its own answers."""
 
     answers: int = 1
-    """How many devices answered to its address: 1 in good order, 0 where it is gone."""
+    """Devices answering at its address: 1 in good order, 0 if absent."""
     state: int = 0
     error: bool = False
     code: int = 0
-    """`state`, `error`, `code`: AL state, its error bit and the AL status code, as last told."""
+    """`state`, `error`, `code`: AL state, error bit and AL status code."""
     clock_offset_ns: int | None = None
-    """Its clock against the reference clock; None before it told."""
+    """Offset from the reference clock; None if not yet read."""
     link_errors: int | None = None
-    """Errors that its controller counted at its ports; None before it told."""
     trouble: PortTrouble | None = None
-    """What went wrong lately at the worst of its ports."""
+    """Recent errors at its worst port."""
 
 
 class WatchView(NamedTuple):
-    """What is known about all cameras."""
+    """State of all cameras."""
 
     age: int
-    """Cycles since they last answered."""
+    """Cycles since the last answer."""
     devices: int
-    """How many devices are on the bus."""
     cameras: tuple[CameraView, ...]
-    """In the order of the rig."""
 
 
 class StateWatch:
-    """Asks the cameras for their states, clocks and error counters.
-
-    Parameters
-    ----------
-    stations
-        Station addresses, in the order of the rig.
-    before
-        Who watched the same cameras until now.
-    """
+    """Reads the cameras' states, clocks and error counters, in rig order."""
 
     def __init__(self, stations: Sequence[int], before: StateWatch | None = None) -> None:
         self._stations = tuple(stations)
         self.news: deque[tuple[int, PortTrouble]] = deque(maxlen=_MOST_NEWS)
-        """What ports counted and nobody has taken yet: place of the camera, and what."""
+        """Port errors not yet fetched: rig index and errors."""
         self._counted: dict[int, bytes] = {} if before is None else before.counters
         self._counted_at: dict[int, int] = {}
         self._hurried = False
@@ -81,7 +70,7 @@ class StateWatch:
         self._seen = 0
         self._newest = 0
         self._lifts: dict[int, int] = {}
-        # The same in every cycle.
+        # Same in every cycle.
         self._whether = Datagram(Command.BRD, 0, AL_STATUS, bytes(2))
         self._states = [Datagram(Command.FPRD, at, AL_STATUS, bytes(_AL_BYTES)) for at in stations]
         self._clocks = [Datagram(Command.FPRD, at, TIME_DIFFERENCE, bytes(4)) for at in stations]
@@ -91,25 +80,24 @@ class StateWatch:
 
     @property
     def view(self) -> WatchView:
-        """Return what is known now."""
         return WatchView(self._cycle - self._seen, self._devices, tuple(self._cameras))
 
     @property
     def counters(self) -> dict[int, bytes]:
-        """Return what the ports of each camera showed last, by its place in the rig."""
+        """Return the last port counters by rig index."""
         return dict(self._counted)
 
     def lift(self, camera: int) -> None:
-        """Ask a camera that fell back to SAFEOP for the next step towards OP."""
+        """Request the next step towards OP from a camera in SAFEOP."""
         view = self._cameras[camera]
         self._lifts[camera] = _SAFEOP | _ACKNOWLEDGE if view.error else _OP
 
     def hurry(self) -> None:
-        """Ask all cameras for the counters of their ports in the next cycle: something is wrong."""
+        """Read all port counters in the next cycle, after a fault."""
         self._hurried = True
 
     def jobs(self) -> Iterator[Job]:
-        """Yield the questions of this cycle."""
+        """Yield the requests of this cycle."""
         self._cycle += 1
         cycle = self._cycle
         lifts, self._lifts = self._lifts, {}
@@ -125,7 +113,7 @@ class StateWatch:
                 self._states[camera],
                 lambda answer, camera=camera: self._state(camera, cycle, answer),  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
             )
-            # In every cycle: no frame may be taken that was exposed by another clock.
+            # In every cycle: frames exposed with a wrong clock must not be accepted.
             yield Job(
                 self._clocks[camera],
                 lambda answer, camera=camera: self._clock(camera, answer),  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
@@ -145,7 +133,7 @@ class StateWatch:
             self._devices = answer.working_counter
 
     def _state(self, camera: int, cycle: int, answer: Datagram | None) -> None:
-        # An answer that came late must not replace a newer one.
+        # A late answer must not replace a newer one.
         if answer is None or cycle < self._newest:
             return
         self._newest = self._seen = cycle
@@ -165,7 +153,7 @@ class StateWatch:
     def _clock(self, camera: int, answer: Datagram | None) -> None:
         if answer is not None and answer.working_counter == 1:
             raw = int.from_bytes(answer.data, "little")
-            # The highest bit is the sign.
+            # Sign bit.
             size = raw & 0x7FFFFFFF
             offset = -size if raw >> 31 else size
             known = self._cameras[camera]

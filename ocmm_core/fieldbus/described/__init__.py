@@ -1,14 +1,12 @@
-"""Cameras that are not ours: described by a file, brought to operation and read like ours.
+"""Cameras of other makers, described by a file and read like our own.
 
-In: a document `ocmm.device/1` and the bytes of such a camera. Out: the same inputs that our own
-cameras send, so that everything behind them is the same; and what the camera cannot prove, in
-words.
+In: a document `ocmm.device/1` and the bytes of such a camera. Out: inputs in the layout of our own
+cameras, and a list of what the camera cannot prove.
 
-Read `_device_file` (the document), `_device_check` with `_device_places` (what it must not say),
-`_proof` (what the camera cannot prove, and what that costs), `_process_image` (bytes by the
-document), `_lens` (from corrected millimetres back to pixels), `_translator` (its inputs as those
-of our cameras).
-It must not know sockets or cycles.
+Start with `_device_file` (document), `_device_check` and `_device_places` (its checks), `_proof`
+(missing proofs and their cost), `_process_image` (process data layout), `_lens` (corrected
+millimetres back to pixels), `_translator` (conversion of inputs).
+It must not import sockets or cycles.
 """
 
 from __future__ import annotations

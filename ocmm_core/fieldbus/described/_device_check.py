@@ -1,4 +1,4 @@
-"""Reading a description, and what it must not say."""
+"""Loading and checking of device descriptions."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _OF_SPOTS = {Role.X, Role.Y, Role.INTENSITY}
 _WHOLE = {Role.VALID, Role.COUNTER, Role.TIME, Role.BUTTON}
 _LONG_NAME = 60
 _TIME_BYTES = 4
-"""A time of the bus clock that begins again sooner proves no order."""
+"""A bus time with an earlier overflow proves no order."""
 _SHORTEST_NS = 50_000
 """Between two exposures."""
 
@@ -43,14 +43,14 @@ def load_device(name: str, beside: Path | None = None) -> DeviceDescription:
     Parameters
     ----------
     name
-        A description that is shipped, e.g. ``"thesis-camera"``, or the path of a file.
+        Shipped description, such as ``"thesis-camera"``, or a path.
     beside
-        Document that names it: a relative path counts from its folder.
+        Document with the reference; relative paths start at its folder.
 
     Raises
     ------
     InputError
-        There is none, or it contradicts itself; the sentence names file and field.
+        It is missing or inconsistent; with file and field.
     """
     if "/" in name or name.endswith(".toml"):
         path = Path(name)
@@ -199,7 +199,7 @@ def _check_roles(path: Path, device: DeviceDescription, image: ProcessImage) -> 
 
 
 def _check_order(path: Path, device: DeviceDescription, image: ProcessImage) -> None:
-    """Refuse what would seem to prove age or order and does not."""
+    """Refuse fields that seem to prove age or order but do not."""
     placed = [entry for _index, entries in image.inputs for entry in entries]
     for role in _WHOLE:
         places = [one.exposure for one in placed if one.role is role]

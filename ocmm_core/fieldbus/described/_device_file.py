@@ -1,8 +1,7 @@
-"""The document that describes a camera of another maker: ``ocmm.device/1``.
+"""Description of a camera of another maker: document ``ocmm.device/1``.
 
-It says which device it is for, how its process data are laid out, what each number in them is, by
-which clock it exposes, and what has to be written into it before it runs. A camera that follows it
-needs no line of code.
+It defines the device, its process data layout, the meaning of each value, the exposure clock, and
+the values written at start-up. A camera that follows it needs no code.
 """
 
 from __future__ import annotations
@@ -26,77 +25,71 @@ FORMATS: dict[TypeName, str] = {
 
 
 class Sends(StrEnum):
-    """What the numbers of a spot are."""
+    """Unit of spot coordinates."""
 
     PIXELS = "pixels"
-    """Where the light is on the sensor, px times ``step``."""
+    """Sensor position, px times ``step``."""
     ONE_STEP = "corrected mm, one step"
-    """Image points in mm, corrected in one step as the thesis does (2.4.1): x = xd - d(xd)."""
+    """Image points, mm, corrected in one step as in the thesis (2.4.1): x = xd - d(xd)."""
     EXACT = "corrected mm, exact"
-    """Image points in mm, corrected exactly: xd = x + d(x)."""
+    """Image points, mm, exactly corrected: xd = x + d(x)."""
 
 
 class Clock(StrEnum):
-    """By what the camera exposes, and so how the time of an exposure is known."""
+    """Exposure clock, and so the source of exposure times."""
 
     DISTRIBUTED = "distributed"
-    """SYNC0 of the distributed clock: all cameras at the same moment."""
+    """SYNC0 of the distributed clock: all cameras at once."""
     ARRIVAL = "arrival"
-    """Its own clock: an exposure is as old as its arrival says, within the doubt."""
+    """Camera clock: exposure time from arrival, within `doubt_ns`."""
 
 
 class Role(StrEnum):
-    """What an entry of the process data is."""
+    """Meaning of a process data entry."""
 
     X = "x"
     Y = "y"
     INTENSITY = "intensity"
-    """Brightness of a spot; a spot of zero intensity is not there."""
+    """Spot brightness; zero means no spot."""
     VALID = "valid"
     """Bit s: slot s holds a spot."""
     COUNTER = "counter"
-    """One more at each renewal of the inputs."""
+    """Increments at each renewal of the inputs."""
     TIME = "time"
-    """Of the first exposure in the inputs, ns of the bus clock."""
+    """First exposure in the inputs, ns of the bus clock."""
     BUTTON = "button"
-    """Anything but zero: the button of the probe is pressed."""
     HEARTBEAT = "heartbeat"
-    """Output: the number of the bus cycle."""
     CONSTANT = "constant"
-    """Output: ``value``."""
     IGNORED = "ignored"
-    """Not used."""
 
 
 class Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One entry of a process data object, or one for each slot."""
+    """Entry of a process data object, or one per slot."""
 
     index: int
     sub: int
-    """`index`, `sub`: Place in the object dictionary."""
     type: TypeName
-    """On the wire, low byte first."""
+    """Little-endian on the wire."""
     role: tuple[Role, ...]
-    """What it is; several roles are so many entries one behind the other, e.g. x and y."""
+    """Roles; several roles are consecutive entries, such as x and y."""
     slots: bool = False
-    """Whether there is one for each slot, one behind the other."""
+    """One entry per slot, consecutive."""
     value: int = 0
 
 
 class ProcessObject(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One process data object."""
+    """A process data object."""
 
     index: int
     entries: tuple[Entry, ...]
-    """In the order of the wire."""
     exposures: bool = False
-    """Whether there is one for each exposure of a cycle, one behind the other; indices of the
-    mapping objects and of their entries then go up by ``step``."""
+    """One object per exposure of a cycle, consecutive; indices of mapping objects and entries
+    increase by ``step``."""
     step: int = 1
 
 
 class StartUp(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A value that is written, and read back, before the camera runs."""
+    """A value written and read back before operation."""
 
     index: int
     sub: int
@@ -105,7 +98,7 @@ class StartUp(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
     @property
     def content(self) -> bytes:
-        """Return the value as on the wire."""
+        """Return the value in wire format."""
         form = np.dtype(FORMATS[self.type])
         number = np.array(self.value if form.kind == "f" else round(self.value))
         return number.astype(form).tobytes()
@@ -118,38 +111,31 @@ class DeviceDescription(Document, frozen=True, kw_only=True):
     vendor: int
     product: int
     revisions: tuple[int, int]
-    """`vendor`, `product`, `revisions`: Which devices it is for; the lowest and the highest
-    revision."""
+    """`vendor`, `product`, `revisions`: matching devices; lowest and highest revision."""
     sends: Sends
-    """What the numbers of a spot are."""
     step: float
-    """Of these numbers, px or mm."""
+    """Resolution of these coordinates, px or mm."""
     slots: int
-    """How many spots an exposure has, 1 to 8."""
+    """Spots per exposure, 1 to 8."""
     exposures: int
-    """How many exposures a cycle brings, 1 to 12."""
+    """Exposures per cycle, 1 to 12."""
     clock: Clock
-    """By what it exposes."""
     doubt_ns: int
-    """How wrong the time of an exposure can be."""
+    """Uncertainty of exposure times."""
     inputs: tuple[ProcessObject, ...]
     outputs: tuple[ProcessObject, ...]
-    """`outputs`, `inputs`: Process data objects."""
     cycle_ns: int = 1_000_000
-    """The bus cycle that it needs; an exposure takes that divided by their number."""
+    """Required bus cycle; the exposure period is this over `exposures`."""
     latency_ns: int = 0
-    """From the end of a block of exposures until its inputs are renewed."""
+    """From the end of a block of exposures to the renewal of its inputs."""
     lens_doubt_px: float = 0.0
-    """How far the pixels that the corrected points are led back to can be wrong, px, because the
-    camera computes with numbers of its own."""
+    """Error of pixels recovered from corrected points, px, due to the camera's own arithmetic."""
     start_up: tuple[StartUp, ...] = ()
-    """What is written before it runs."""
     mailbox: tuple[int, int, int, int] = (0x1000, 256, 0x1100, 256)
     """Start and size of the mailbox out, start and size of the mailbox in."""
     memory: tuple[int, int] = (0x1400, 0x1800)
-    """Where outputs and inputs begin in the controller."""
+    """Start of outputs and inputs in the controller."""
     note: str = ""
-    """Where the description is from."""
 
     @property
     def period_ns(self) -> int:
@@ -162,10 +148,10 @@ class DeviceDescription(Document, frozen=True, kw_only=True):
         return self.sends is not Sends.PIXELS
 
     def has(self, role: Role) -> bool:
-        """Return whether its inputs hold such a number."""
+        """Return whether its inputs contain a role."""
         return any(role in entry.role for pdo in self.inputs for entry in pdo.entries)
 
     def is_for(self, vendor: int, product: int, revision: int) -> bool:
-        """Return whether a device is of this kind."""
+        """Return whether a device matches this description."""
         low, high = self.revisions
         return (vendor, product) == (self.vendor, self.product) and low <= revision <= high

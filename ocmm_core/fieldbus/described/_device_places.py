@@ -1,4 +1,4 @@
-"""Where the entries of a description are: in the object dictionary, and in the controller."""
+"""Positions of description entries, in the object dictionary and the controller."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from ocmm_core.fieldbus.described._process_image import MOST_BYTES, ProcessImage
 
 _RAM, _RAM_END = 0x1000, 0x3000
 _BUFFERS = 3
-"""A controller keeps process data in three buffers behind each other."""
+"""Controllers keep process data in three consecutive buffers."""
 _SMALLEST_MAILBOX = 16
-"""An SDO with its heads."""
+"""An SDO with headers."""
 _MOST = 0xFE
 """Entries of an object, and objects of a sync manager."""
 _FIRST, _LAST = 0x1000, 0xFFFF
 
 
 def check_index(path: Path, field: str, index: int) -> None:
-    """Refuse an object that no dictionary has."""
+    """Refuse indices outside the dictionary ranges."""
     if not _FIRST <= index <= _LAST:
         raise InputError(
             "device.field",
@@ -37,7 +37,7 @@ def check_index(path: Path, field: str, index: int) -> None:
 
 
 def check_objects(path: Path, field: str, device: DeviceDescription) -> None:
-    """Refuse process data objects that cannot be, before any of them is laid out."""
+    """Refuse impossible process data objects before laying any out."""
     objects = device.inputs if field == "inputs" else device.outputs
     count = sum(device.exposures if pdo.exposures else 1 for pdo in objects)
     if count > _MOST:
@@ -62,7 +62,7 @@ def check_objects(path: Path, field: str, device: DeviceDescription) -> None:
 
 
 def check_places(path: Path, device: DeviceDescription, image: ProcessImage) -> None:
-    """Refuse objects and entries that are there twice, or where none can be."""
+    """Refuse duplicate or misplaced objects and entries."""
     seen: set[tuple[int, int]] = set()
     for _index, entries in (*image.inputs, *image.outputs):
         for one in entries:
@@ -99,7 +99,7 @@ def check_places(path: Path, device: DeviceDescription, image: ProcessImage) -> 
 
 
 def check_values(path: Path, device: DeviceDescription) -> None:
-    """Refuse values that their type cannot hold: on the wire they would be others."""
+    """Refuse values out of range of their type."""
     for each in device.start_up:
         _check_value(path, "start_up", each.type, each.value)
     for pdo in device.outputs:
@@ -109,7 +109,7 @@ def check_values(path: Path, device: DeviceDescription) -> None:
 
 
 def check_memory(path: Path, device: DeviceDescription, image: ProcessImage) -> None:
-    """Refuse process data and mailboxes that do not fit into the memory of a controller."""
+    """Refuse process data and mailboxes that exceed the controller's memory."""
     if image.input_bytes > MOST_BYTES or image.output_bytes > MOST_BYTES:
         raise InputError(
             "device.size",
@@ -150,7 +150,7 @@ def check_memory(path: Path, device: DeviceDescription, image: ProcessImage) -> 
 
 
 def _farthest(device: DeviceDescription, pdo: ProcessObject) -> int:
-    """Return how far the last of the objects of all exposures is from the first."""
+    """Return the index offset of the last exposure's object."""
     return (device.exposures - 1) * pdo.step if pdo.exposures else 0
 
 

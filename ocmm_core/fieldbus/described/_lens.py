@@ -1,8 +1,8 @@
-"""From the corrected millimetres of a camera back to the pixels that it saw.
+"""Conversion of a camera's corrected millimetres back to raw pixels.
 
-All measuring starts from raw pixels and our own calibration. A camera that corrects by itself has
-computed x = g(xd) from the distorted point xd, with the numbers of its lens. With the same numbers
-the step is undone, so nothing of its correction remains, also where that was only approximate.
+Measurements use raw pixels and our own calibration. A correcting camera has computed x = g(xd) from
+the distorted point xd with its lens parameters. With the same parameters the correction is inverted
+exactly, even if it was approximate.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ _STEPS = 3
 
 
 def corrected_from_pixels(camera: CameraModel, uv: Float, sends: Sends) -> Float:
-    """Return what a camera sends for pixels (..., 2): corrected image points, mm.
+    """Return corrected image points, mm, as sent for pixels (..., 2).
 
-    The one step is that of the thesis, 2.4.1: the distortion of the *distorted* point is taken off,
-    ``x = xd - d(xd)``.
+    The one-step form is that of the thesis, 2.4.1: the distortion of the *distorted* point is
+    subtracted, ``x = xd - d(xd)``.
     """
     if sends is Sends.EXACT:
         return _exactly(camera, uv)
@@ -32,9 +32,9 @@ def corrected_from_pixels(camera: CameraModel, uv: Float, sends: Sends) -> Float
 
 
 def pixels_from_corrected(camera: CameraModel, corrected: Float, sends: Sends) -> Float:
-    """Return the pixels (..., 2) that a camera corrected to these image points (..., 2), mm.
+    """Return the pixels (..., 2) of corrected image points (..., 2), mm.
 
-    For the one step ``2 xd - (xd + d(xd)) = x`` is solved by Newton's method; its derivative is
+    The one-step form ``2 xd - (xd + d(xd)) = x`` is solved by Newton's method; its derivative is
     ``2 I - J`` with `distortion_jacobian` J.
     """
     if sends is Sends.EXACT:

@@ -1,4 +1,4 @@
-"""Process data by the document: every entry in its place, as numpy structure and as mapping."""
+"""Process data of a described camera, as numpy structure and as mapping."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ocmm_core.fieldbus.described._device_file import (
 )
 
 MOST_BYTES = 1024
-"""Of the inputs of one camera: four of them must fit into the process image of a bus."""
+"""Inputs of one camera: four must fit into the process image of a bus."""
 _CODES: dict[TypeName, int] = {
     "SINT": 0x02, "USINT": 0x05, "INT": 0x03, "UINT": 0x06, "DINT": 0x04, "UDINT": 0x07,
     "LINT": 0x15, "ULINT": 0x1B, "REAL32": 0x08, "REAL64": 0x11,
@@ -34,46 +34,35 @@ _SPOT = (Role.X, Role.Y, Role.INTENSITY)
 
 @dataclass(frozen=True, slots=True)
 class PlacedEntry:
-    """One entry where it is on the wire."""
+    """A placed entry."""
 
     index: int
     sub: int
     type: TypeName
     role: Role
-    """`index`, `sub`, `type`, `role`: As in the document."""
     slot: int
     exposure: int
-    """`slot`, `exposure`: Whose number it is; -1: of all."""
+    """`slot`, `exposure`: -1 if common to all."""
     at: int
-    """Where it begins, bytes."""
+    """Offset, bytes."""
     value: int
 
     @property
     def size(self) -> int:
-        """Return how many bytes it takes."""
         return np.dtype(FORMATS[self.type]).itemsize
 
     @property
     def mapping(self) -> int:
-        """Return the word that describes the entry in a mapping object."""
+        """Return the word of the entry in a mapping object."""
         return self.index << 16 | self.sub << 8 | 8 * self.size
 
     @property
     def code(self) -> int:
-        """Return the number of its type."""
         return _CODES[self.type]
 
 
 class ProcessImage:
-    """Inputs and outputs of a described camera.
-
-    Attributes
-    ----------
-    inputs, outputs
-        Mapping objects in the order of the wire, each with its entries.
-    input_bytes, output_bytes
-        Their sizes.
-    """
+    """Inputs and outputs of a described camera, mapping objects in wire order."""
 
     def __init__(self, device: DeviceDescription) -> None:
         self._device = device
@@ -115,7 +104,7 @@ class ProcessImage:
 
     @property
     def heartbeat(self) -> tuple[int, int]:
-        """Return where in the outputs the number of the cycle is, and its bytes; none: (0, 0)."""
+        """Return offset and size of the cycle number in the outputs; (0, 0) if none."""
         for _index, entries in self.outputs:
             for entry in entries:
                 if entry.role is Role.HEARTBEAT:
@@ -133,9 +122,9 @@ class ProcessImage:
         return found
 
     def number(self, content: bytes, role: Role, exposure: int = -1) -> int | None:
-        """Return the first whole number of a role, of an exposure or of all; None: there is none.
+        """Return the first integer of a role in an exposure, or None.
 
-        A number that is no part of an exposure belongs to all of them.
+        A number outside the exposures applies to all of them.
         """
         for entry in self._all:
             if entry.role is role and entry.exposure in (exposure, -1):
@@ -144,11 +133,11 @@ class ProcessImage:
         return None
 
     def spot_bytes(self, content: bytes) -> bytes:
-        """Return the bytes that say where the spots are and how bright, and nothing else."""
+        """Return only the bytes with spot positions and intensities."""
         return np.frombuffer(content, np.uint8)[self._of_spots].tobytes()
 
     def fits(self, role: Role, numbers: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return which numbers the type of a role can hold."""
+        """Return which numbers fit into the type of a role."""
         form = np.dtype(FORMATS[self._alike[role]])
         if form.kind == "f":
             return np.ones(numbers.shape, np.bool_)
@@ -156,17 +145,17 @@ class ProcessImage:
         return np.asarray((numbers >= limits.min) & (numbers <= limits.max))
 
     def of_each_exposure(self, role: Role) -> bool:
-        """Return whether each exposure has a number of its own of a role."""
+        """Return whether each exposure has its own value of a role."""
         return any(one.role is role and one.exposure >= 0 for one in self._all)
 
     def bits(self, role: Role) -> int:
-        """Return how many bits the first number of a role has."""
+        """Return the number of bits of a role's first value."""
         return next(8 * entry.size for entry in self._all if entry.role is role)
 
     def pack_inputs(self, values: dict[tuple[Role, int, int], float]) -> bytes:
-        """Return inputs with these values, by role, exposure and slot; all others are zero.
+        """Return inputs with values by role, exposure and slot; others are zero.
 
-        What a whole number cannot hold begins again, as a counter does.
+        Integers wrap around, as counters do.
         """
         found = [values.get((entry.role, entry.exposure, entry.slot), 0.0) for entry in self._all]
         return self._struct.pack(
@@ -217,7 +206,7 @@ def _wrapped(value: int, kind: TypeName) -> int:
 
 
 def _spread(entry: Entry, slots: int) -> Iterator[tuple[int, Role, int]]:
-    """Yield entry number, role and slot of all that an entry of the document stands for."""
+    """Yield sub-index, role and slot of an entry's expansion."""
     sub = entry.sub
     for slot in range(slots) if entry.slots else (-1,):
         for role in entry.role:

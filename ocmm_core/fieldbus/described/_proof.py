@@ -1,4 +1,4 @@
-"""What a described camera cannot prove, what that costs, and when it must not be used."""
+"""What a described camera cannot prove, the cost, and refusal criteria."""
 
 from __future__ import annotations
 
@@ -10,32 +10,29 @@ from ocmm_core.fieldbus.described._device_check import load_device
 from ocmm_core.fieldbus.described._device_file import FORMATS, Clock, DeviceDescription, Role
 
 UNPROVEN_CAMERAS = "CAMERAS UNPROVEN"
-"""State of everything that was measured with cameras that cannot prove all that ours do."""
+"""Status of results from cameras that prove less than ours."""
 
 REST_SPEED = 2.0
-"""mm/s: a ball that is said to rest moves slower than this; the doubt of a time costs so much."""
+"""mm/s: upper speed of a ball at rest; converts time uncertainty to length."""
 _TIGHT_NS = 5_000
-"""A clock that is kept within this costs a resting ball less than 0.01 µm."""
+"""A clock within this costs a resting ball less than 0.01 µm."""
 _COARSEST = 2.0
-"""Steps of so many standard deviations of the noise vanish in a mean; wider ones do not."""
+"""Steps up to this many standard deviations of noise average out."""
 _FINEST = 3.0
-"""What stays at a place of the sensor must be so many times the doubt of the lens: then that adds
-2 % to it at most (it is uniform)."""
+"""Ratio of pattern noise to lens error: adds 2 % at most (uniform distribution)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """Something that a camera cannot prove."""
+    """A property that a camera cannot prove."""
 
     code: str
-    """Stable."""
     words: str
-    """For people: what is missing and what follows from it."""
+    """Missing proof and its consequence."""
     costs_mm: float = 0.0
-    """What it can add to the place of a resting ball, mm; 0: nothing."""
+    """Contribution to the position of a resting ball, mm; 0: none."""
     of_age: bool = False
-    """Nothing in the data proves how old they are or in which order they came: a plan has to allow
-    such cameras."""
+    """Age and order of data are unproven: the plan must allow such cameras."""
 
 
 def doubts_of(device: DeviceDescription) -> tuple[Doubt, ...]:
@@ -99,24 +96,24 @@ def doubts_of(device: DeviceDescription) -> tuple[Doubt, ...]:
 
 
 def doubt_sentences(device: DeviceDescription) -> tuple[str, ...]:
-    """Return what a camera of this description cannot prove, in sentences that name it."""
+    """Return what a camera cannot prove, in sentences with its name."""
     return tuple(f"Cameras '{device.name}': {doubt.words}." for doubt in doubts_of(device))
 
 
 def doubt_line(device: DeviceDescription) -> str:
-    """Return the same in one sentence that has room in a bar: what is missing, by name."""
+    """Return what a camera cannot prove, in one short sentence."""
     missing = ", ".join(doubt.words.partition(":")[0] for doubt in doubts_of(device))
     return f"Cameras '{device.name}': {missing}. Job and report say what follows."
 
 
 def resting_doubt_mm(device: DeviceDescription) -> float:
-    """Return how far a ball at rest may be from where these cameras say, mm.
+    """Return the position error of a resting ball with these cameras, mm.
 
-    With an exposure that was at t + d instead of t, |d| <= ``doubt_ns``, a ball of the speed v is
-    off by v d. The mean over the window of a touch is off by the mean speed times d alone, and what
-    moved by more than 0.01 mm in 0.25 s was refused: 0.04 mm/s. `REST_SPEED` is fifty times that.
-    So much is needed where each camera is wrong by itself: two rays at the angle a that are off
-    by +s and -s cross s / tan(a / 2) away, 11 s where cameras see each other at 10 degrees.
+    With an exposure at t + d instead of t, |d| <= ``doubt_ns``, a ball of speed v is off by v d.
+    The mean over the window of a touch is off by the mean speed times d, and motion above 0.01 mm
+    in 0.25 s was refused: 0.04 mm/s. `REST_SPEED` is fifty times that. The margin covers
+    independent errors of the cameras: two rays at the angle a that are off by +s and -s cross s /
+    tan(a / 2) away, 11 s if cameras see each other at 10 degrees.
     """
     return sum(doubt.costs_mm for doubt in doubts_of(device))
 
@@ -124,23 +121,15 @@ def resting_doubt_mm(device: DeviceDescription) -> float:
 def refuse_coarse(
     device: DeviceDescription, *, white_px: float, pattern_px: float, pitch_mm: float
 ) -> None:
-    """Refuse cameras whose numbers are coarser than the noise that the uncertainty is made of.
+    """Raise InputError for cameras coarser than the noise behind the uncertainty.
 
-    Steps that are wider than the noise leave a resting ball at one of them, whatever is averaged,
-    and what the lens in the camera rounds stays at its place on the sensor: neither shows in the
-    scatter, so that U would be too small.
+    Steps wider than the noise hold a resting ball at one step whatever is averaged, and lens
+    rounding is fixed to the sensor position: neither shows in the scatter, so U would be too small.
 
     Parameters
     ----------
-    device
-        What the cameras are.
     white_px, pattern_px
-        Noise of the rig: from frame to frame, and what stays at a place of the sensor.
-
-    Raises
-    ------
-    InputError
-        They are coarser.
+        Noise of the rig: frame to frame, and fixed to the sensor position.
     """
     kinds = {entry.type for pdo in device.inputs for entry in pdo.entries if Role.X in entry.role}
     whole = any(not FORMATS[kind].startswith("<f") for kind in kinds)
@@ -166,9 +155,9 @@ def refuse_coarse(
 
 
 class AllowedBy(Enum):
-    """Which document may allow cameras that cannot prove the age or the order of their data.
+    """Document that may allow cameras with unproven age or order of data.
 
-    The value is what the document is called, what it is about, and the field that allows them.
+    The value holds the document's name, its subject, and the field.
     """
 
     PLAN = ("plan", "a part may be measured", "'cameras' of the plan")
@@ -182,27 +171,14 @@ class AllowedBy(Enum):
 
 
 def age_doubts(device: DeviceDescription) -> tuple[str, ...]:
-    """Return what a camera lacks to prove how old its data are and in which order they came."""
+    """Return which proofs of data age and order a camera lacks."""
     return tuple(doubt.words for doubt in doubts_of(device) if doubt.of_age)
 
 
 def refuse_unproven(
     device: DeviceDescription, *, allowed: bool, by: AllowedBy = AllowedBy.PLAN
 ) -> None:
-    """Refuse cameras that cannot prove the age or the order of their data, unless allowed.
-
-    Parameters
-    ----------
-    device
-        What the cameras are.
-    by
-        Which document that would be.
-
-    Raises
-    ------
-    InputError
-        They cannot prove it, and the document does not allow that.
-    """
+    """Raise InputError for cameras with unproven data age or order, unless allowed."""
     missing = age_doubts(device)
     if missing and not allowed:
         document, may, field = by.value
@@ -216,9 +192,9 @@ def refuse_unproven(
 
 
 def doubts_by_name(name: str) -> tuple[str, ...]:
-    """Return what cameras cannot prove whose description is named; nothing where they are ours.
+    """Return what cameras of a named description cannot prove; empty for our own.
 
-    A description that is not on this computer, or cannot be read, proves nothing.
+    A missing or unreadable description proves nothing.
     """
     if not name:
         return ()

@@ -1,11 +1,11 @@
-"""The inputs of a described camera as those that our own cameras send.
+"""Conversion of a described camera's inputs to the layout of our own cameras.
 
-Everything behind the bus is made for one layout: spots in pixels, numbered by the exposure, with
-counter, time and check sum. What such a camera says is checked against what the bus knows, then put
-into that layout; what it does not say is worked out from the bus clock. So `judge` refuses, of a
-described camera as well, what repeats, skips or contradicts itself.
+Everything behind the bus expects one layout: spots in pixels, numbered by exposure, with counter,
+time and checksum. Values that the camera sends are checked against the bus, missing ones derived
+from the bus clock. So `judge` also refuses repeated, skipped or contradictory data of described
+cameras.
 
-A camera has no buffer here: what a cycle loses is lost, and is counted so.
+Such a camera has no buffer here: frames lost in a cycle are counted as lost.
 """
 
 from __future__ import annotations
@@ -32,38 +32,31 @@ from ocmm_core.fieldbus.device import (
 )
 
 _SPOT_LIMIT_PX, _SPOT_LIMIT_MM = 8192.0, 100.0
-"""No sensor is larger."""
+"""Larger than any sensor."""
 _REPEATS = 3
-"""Without a counter, inputs with spots that are the same to the last bit for so many cycles are
-old: noise changes them."""
+"""Without a counter, inputs are old after this many cycles of bit-identical spots: noise would
+change them."""
 _EDGE_NS = 5_000
-"""Nearer to the renewal of the inputs it is not certain which ones were read."""
+"""Closer to the renewal of the inputs, the block read is ambiguous."""
 _RUNNING = int(CameraStatus.OPERATIONAL | CameraStatus.SYNCHRONISED)
 _OPERATIONAL = int(CameraStatus.OPERATIONAL)
 _OVERRUN = int(CameraStatus.OVERRUN)
 _WRONG = 1
-"""Added to the number of the exposure where the camera contradicts the clock: `judge` refuses."""
+"""Added to the exposure number if camera and clock disagree: `judge` refuses."""
 
 
 class Timing(NamedTuple):
-    """When the cameras expose."""
+    """Exposure schedule."""
 
     start_ns: int
     period_ns: int
-    """`start_ns`, `period_ns`: Exposure k happens at ``start_ns + k * period_ns``."""
     config_crc: int
-    """What `judge` wants to see."""
 
 
 class InputTranslator:
-    """One described camera, from bring-up to bring-up.
+    """Translator of one described camera, across bring-ups.
 
-    Parameters
-    ----------
-    lens
-        What it corrects with; needed where it sends corrected millimetres.
-    timing
-        When it exposes.
+    `lens` is required if the camera sends corrected millimetres.
     """
 
     def __init__(
@@ -92,24 +85,22 @@ class InputTranslator:
         return self._device.clock is Clock.DISTRIBUTED
 
     def translate(self, content: bytes, clock_ns: int, next_frame: int = 0) -> bytes:
-        """Return inputs of our own layout; no spot in them where the camera shows none.
+        """Return inputs in our own layout; without spots if the camera shows none.
 
         Parameters
         ----------
-        clock_ns
-            Bus clock of the cycle.
         next_frame
-            Number of the first exposure that is still wanted; those before this block are lost.
+            Number of the first frame still needed; those before this block are lost.
         """
         device, timing = self._device, self._timing
         cycle_ns = timing.period_ns * device.exposures
         since_ns = clock_ns - timing.start_ns - device.latency_ns
         block, into_ns = divmod(since_ns, cycle_ns)
-        # The block that ended last.
+        # Last complete block.
         block -= 1
         status, old, fits = _RUNNING, False, True
         if device.clock is Clock.DISTRIBUTED and not _EDGE_NS <= into_ns <= cycle_ns - _EDGE_NS:
-            # Another reading of this cycle may be of the block before.
+            # Another read in this cycle may belong to the block before.
             status = _OPERATIONAL
         before = self._block
         first, count = max(0, block) * device.exposures, device.exposures
@@ -127,10 +118,9 @@ class InputTranslator:
         return self._packed(spots, first if fits else first + _WRONG, first, count, status)
 
     def _order(self, content: bytes, block: int, *, seen: bool) -> tuple[bool, bool]:
-        """Say whether the inputs are those of an earlier cycle, and whether they fit the clock.
+        """Return whether the inputs are repeated, and whether they fit the clock.
 
-        A counter decides both. Without one, places that repeat to the last bit are old: whatever
-        else a camera that stands still may change, its spots stay.
+        Decided by the counter. Without one, bit-identical spots are old, whatever else may change.
         """
         image, exposures = self._image, self._device.exposures
         told = image.number(content, Role.COUNTER, 0)
@@ -150,7 +140,6 @@ class InputTranslator:
         return told == last, fits and (told - last - passed) % modulus == 0
 
     def _times_fit(self, content: bytes, first: int) -> bool:
-        """Say whether the times that the camera tells are those of the exposures."""
         timing, image = self._timing, self._image
         if not self._device.has(Role.TIME):
             return True
@@ -186,14 +175,14 @@ class InputTranslator:
     def spots(
         self, content: bytes
     ) -> tuple[NDArray[np.uint16], NDArray[np.uint16], NDArray[np.float64]]:
-        """Return which slots hold a spot, flags and pixels of all exposures of an input.
+        """Return spot masks, flags and pixels of all exposures of an input.
 
         Returns
         -------
         valid, flags
-            (n,): bit s says that slot s holds a spot; bit 0: the button is pressed.
+            (n,): bit s: slot s holds a spot; bit 0: button pressed.
         uv
-            (n, 8, 2), px; NaN where there is none.
+            (n, 8, 2), px; NaN without spot.
         """
         device = self._device
         count, slots = device.exposures, device.slots
@@ -208,14 +197,14 @@ class InputTranslator:
         for exposure in range(count):
             mask = self._image.number(content, Role.VALID, exposure)
             if mask is not None:
-                # A number of 64 bits may be too long to be shifted by numpy.
+                # numpy may be unable to shift a 64-bit number.
                 mask &= (1 << slots) - 1
                 seen[exposure] &= (mask >> np.arange(slots) & 1).astype(bool)
             flags[exposure] = bool(self._image.number(content, Role.BUTTON, exposure) or 0)
         values = np.where(seen[..., None], xy, 0.0) * device.step
         if self._lens is not None:
             values = pixels_from_corrected(self._lens, values, device.sends)
-        # A lens that is not this camera's, or nonsense, leads far away.
+        # A wrong lens or nonsense leads far away.
         with np.errstate(invalid="ignore"):
             seen &= (np.abs(values) < _SPOT_LIMIT_PX).all(axis=-1)
         uv = np.full((count, N_SLOTS, 2), np.nan)

@@ -1,14 +1,13 @@
-"""The one device model of the smart camera: objects, identity, ESI file, and its page.
+"""Device model of the smart camera: objects, identity, ESI file, and its page.
 
-In: nothing but the tables here. Out: what master, software camera, ESI file and page all use.
+In: only the tables here. Out: one model for master, software camera, ESI file and page.
 
-Read `_camera_objects` (the object dictionary) with `_object_entries` and `_profile_objects`,
-`_camera_slave` (process data and configuration), `_input_layout` (the header by the revision of a
-camera, and whose input it is), `_controller` (EEPROM and clock), `_identity` (which device is which
-camera), `_intrinsics` (the block of data in a camera), `_firmware` (its file), `_diagnosis`,
-`_esi`, and `_object_page` with `_page_of_the_wire` and
-`_page_of_the_protocol`, which writes docs/camera_objects.md.
-It must not know sockets, cycles or the virtual rig.
+Start with `_camera_objects` (object dictionary), `_object_entries` and `_profile_objects`; then
+`_camera_slave` (process data and configuration), `_input_layout` (header by revision),
+`_controller` (EEPROM and clock), `_identity` (device to camera assignment), `_intrinsics` (block
+stored in a camera), `_firmware` (file), `_diagnosis`, `_esi`, and `_object_page` with
+`_page_of_the_wire` and `_page_of_the_protocol`, which writes docs/camera_objects.md.
+It must not import sockets, cycles or the virtual rig.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The object dictionary of the smart camera: one table for camera, host, ESI file and page."""
+"""Object dictionary of the smart camera, shared by camera, host, ESI file and page."""
 
 from __future__ import annotations
 
@@ -41,19 +41,18 @@ HISTORY = 0x10F3
 TIMESTAMP = 0x10F8
 SM_TYPES = 0x1C00
 SM_ASSIGNMENT = 0x1C10
-"""Index of the assignment of sync manager 0."""
 OUTPUT_SYNC, INPUT_SYNC = 0x1C32, 0x1C33
 SYNC_MODE, SYNC_CYCLE = 1, 2
 SYNC_MISSED, SYNC_EXCEEDED, SYNC_ERROR = 0x0B, 0x0C, 0x20
 
 HISTORY_FIRST = 6
-"""Entry of the diagnosis history that holds the first message (ETG.1020)."""
+"""First message of the diagnosis history (ETG.1020)."""
 HISTORY_MESSAGES = 16
 _PDO_MAPPING_TYPE, _IDENTITY_TYPE = 0x0021, 0x0023
 
 
 class ErrorCode(IntEnum):
-    """Emergency messages that the camera sends (object 0x10F3 keeps them)."""
+    """Emergency messages of the camera, kept in object 0x10F3."""
 
     RESET = 0x0000
     OVER_TEMPERATURE = 0x4210
@@ -69,7 +68,6 @@ ERROR_TEXTS = {
     ErrorCode.STORED_DATA: "Stored data (intrinsics or black image) is damaged.",
     ErrorCode.WATCHDOG: "The master's outputs stayed away; the camera went to SAFEOP.",
 }
-"""For people, by code."""
 
 
 class ErrorRegister(IntFlag):
@@ -145,7 +143,7 @@ def object_dictionary(
 
 
 def configuration_values(config: CameraConfig) -> tuple[tuple[int, int, bytes], ...]:
-    """Return index, entry and value of everything that makes up the configuration."""
+    """Return index, entry and value of all configuration entries."""
     numbers = (number for window in config.all_windows for number in window)
     return (
         (CONFIGURATION, 1, struct.pack("<I", config.frame_period_ns)),

@@ -1,9 +1,9 @@
-"""The one device model of the smart camera: identity, process data and configuration.
+"""Device model of the smart camera: identity, process data and configuration.
 
-Everything that knows the layout of the camera is made from the tables in this module: the object
-dictionary and the SII image of the software camera, and the structure that the host decodes.
-The layout follows the oversampling convention of ETG.5001 devices: a header with the exposure
-time of the first frame, then a fixed number of frames. Lengths on the wire are 2^-16 px.
+The object dictionary and SII image of the software camera and the host's decoder are made from the
+tables in this module. The layout follows the oversampling convention of ETG.5001 devices: a header
+with the time of the first exposure, then a fixed number of frames. Lengths on the wire are 2^-16
+px.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ocmm_core.errors import BusError, InputError
 
 VENDOR_ID = 0xFA4E0001
-"""Not assigned by the EtherCAT Technology Group: it spells out that the device is not real."""
+"""Not assigned by the EtherCAT Technology Group; marks an unregistered device."""
 VENDOR_NAME = "OCMM"
 PRODUCT_CODE = 0x00CA3E01
 REVISION = 0x00030000
@@ -28,11 +28,11 @@ DEVICE_NAME = "OCMM smart camera"
 N_SLOTS = 8
 """Tracking windows of one camera."""
 FRAMES_PER_CYCLE = 12
-"""Frames that one cycle carries at most: the 8 of 1 ms and room to catch up."""
+"""Maximum frames per cycle: the 8 of 1 ms and room to catch up."""
 SUBPIXELS = 65536
 """Steps of a pixel on the wire."""
 SUBMILLIMETRES = 1 << 24
-"""Steps of a millimetre on the wire in mode CORRECTED: 0.06 nm, and +-128 mm fit."""
+"""Steps of a millimetre on the wire in mode CORRECTED: 0.06 nm, range +-128 mm."""
 DEFAULT_FRAME_PERIOD_NS = 125_000
 COUNTER_MODULUS = 1 << 32
 """The frame counter on the wire has 32 bits."""
@@ -79,25 +79,25 @@ class CameraStatus(IntFlag):
     OPERATIONAL = 1
     """The camera is in OP and received its outputs in time."""
     SYNCHRONISED = 2
-    """SYNC0 starts the exposures; without it the frame counters of two cameras do not agree."""
+    """SYNC0 starts the exposures; otherwise frame counters of cameras do not agree."""
     OVERRUN = 4
-    """The camera's buffer lost frames just before the first one of this block."""
+    """The camera's buffer lost frames just before this block."""
     DARK = 8
-    """A black image is being measured: the LEDs are off and no spot is valid."""
+    """Black image in progress: LEDs off, no valid spots."""
     DIAGNOSIS = 16
-    """The diagnosis history holds a message that nobody has acknowledged."""
+    """The diagnosis history holds an unacknowledged message."""
 
 
 class Control(IntFlag):
     """Bits of the control word."""
 
     STREAM = 1
-    """The acknowledge counter is valid; frames up to it are let go."""
+    """The acknowledge counter is valid; frames up to it are released."""
 
 
 @dataclass(frozen=True, slots=True)
 class PdoEntry:
-    """One mapped variable: its place in the object dictionary, name, type, unit and meaning."""
+    """A mapped variable: place in the object dictionary, name, type, unit and meaning."""
 
     index: int
     sub: int
@@ -108,18 +108,17 @@ class PdoEntry:
 
     @property
     def bits(self) -> int:
-        """Return the size on the wire."""
         return 8 * np.dtype(_FORMAT[self.kind]).itemsize
 
     @property
     def mapping(self) -> int:
-        """Return the word that describes the entry in a mapping object."""
+        """Return the word of the entry in a mapping object."""
         return self.index << 16 | self.sub << 8 | self.bits
 
 
 @dataclass(frozen=True, slots=True)
 class Pdo:
-    """One process data object: mapping object, name and entries in the order of the wire."""
+    """A process data object: mapping object, name and entries in wire order."""
 
     index: int
     name: str
@@ -172,7 +171,7 @@ FIRST_HEADER_PDO = Pdo(
         ("data_crc", DataType.UDINT, "", "CRC-32 of the whole input, this field being zero."),
     ),
 )  # fmt: skip
-"""Of the first cameras: no word says whose input it is, and 256 cycles later it looks like new."""
+"""First cameras: no serial number in the checksum, and the counter repeats after 256 cycles."""
 FRAME_PDOS = tuple(
     Pdo(
         0x1A10 + frame,
@@ -201,7 +200,7 @@ OUTPUT_PDO = Pdo(
 
 
 def plain_dtype(pdo: Pdo) -> list[tuple[str, str]]:
-    """Return the fields of a numpy structure that has the entries of a PDO."""
+    """Return the fields of a numpy structure with the entries of a PDO."""
     return [(entry.name, _FORMAT[entry.kind]) for entry in pdo.entries]
 
 
@@ -210,7 +209,7 @@ FRAME_DTYPE = np.dtype([("valid", "<u2"), ("flags", "<u2"), ("xy", "<i4", (N_SLO
 INPUT_DTYPE = np.dtype([("header", HEADER_DTYPE), ("frames", FRAME_DTYPE, (FRAMES_PER_CYCLE,))])
 OUTPUT_DTYPE = np.dtype(plain_dtype(OUTPUT_PDO))
 HEADER_STRUCT = struct.Struct("<IQIBBHHHI")
-"""Of every layout: fields change their places among those of their size."""
+"""Common to all layouts: fields only swap with fields of equal size."""
 OUTPUT_STRUCT = struct.Struct("<HHII")
 
 # Start, length, control, status, activate, type (1 to 4: mailbox out, in, outputs, inputs).
@@ -221,16 +220,16 @@ SYNC_MANAGERS = (
     (INPUT_START, INPUT_DTYPE.itemsize, 0x20, 0, 1, 4),
 )
 SYNC0_NS, SYNC1_NS = DEFAULT_FRAME_PERIOD_NS, 875_000
-"""Default periods of the clock's two signals: SYNC0 exposes, SYNC1 ends the bus cycle."""
+"""Default periods: SYNC0 exposes, SYNC1 ends the bus cycle."""
 
 
 class CameraMode(IntEnum):
-    """What the camera sends."""
+    """Unit of the spots sent by the camera."""
 
     RAW = 0
-    """Spots as the sensor sees them, px."""
+    """Spots on the sensor, px."""
     CORRECTED = 1
-    """Ideal image points, mm: the camera applies the intrinsics that it stores."""
+    """Ideal image points, mm: the camera applies its stored intrinsics."""
 
 
 Window = tuple[int, int, int, int]
@@ -239,29 +238,20 @@ Window = tuple[int, int, int, int]
 
 @dataclass(frozen=True, slots=True)
 class CameraConfig:
-    """What the master sets in objects 0x8000 and 0x8001 before the camera runs."""
+    """Settings of objects 0x8000 and 0x8001, written before operation."""
 
     frame_period_ns: int = DEFAULT_FRAME_PERIOD_NS
-    """Time between exposures."""
     exposure_ns: int = 20_000
-    """Duration of an exposure."""
     threshold: int = 200
     """Grey level above which a pixel belongs to a spot."""
     mode: CameraMode = CameraMode.RAW
-    """What the camera sends."""
     strobe: int = 0
     """Bit s lights LED s during the exposures; 0 lights all."""
     windows: tuple[Window, ...] = ()
-    """Up to 8 windows, one for each slot in turn; without any the camera chooses by itself."""
+    """Up to 8 windows, one per slot; if empty, the camera chooses."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be sent.
-
-        Raises
-        ------
-        InputError
-            A number does not fit into its object, or there are too many windows.
-        """
+        """Raise InputError for too many windows or a number that does not fit."""
         for name, value, bits in (
             ("frame_period_ns", self.frame_period_ns, 32),
             ("exposure_ns", self.exposure_ns, 32),
@@ -292,11 +282,11 @@ class CameraConfig:
 
     @property
     def all_windows(self) -> tuple[Window, ...]:
-        """Return 8 windows; those that are not set are empty."""
+        """Return 8 windows; unset ones are empty."""
         return self.windows + ((0, 0, 0, 0),) * (N_SLOTS - len(self.windows))
 
     def crc(self) -> int:
-        """Return the check sum that the camera must show while this configuration is in force.
+        """Return the checksum that the camera reports for this configuration.
 
         CRC-16/CCITT-FALSE of all values in the order of the objects, little-endian.
         """
@@ -310,7 +300,7 @@ class CameraConfig:
 
 
 def require_raw(config: CameraConfig) -> None:
-    """Raise BusError where a camera would send anything but raw pixel coordinates."""
+    """Raise BusError if a camera would send anything but raw pixel coordinates."""
     if config.mode != CameraMode.RAW:
         raise BusError(
             "bus.mode",
@@ -330,23 +320,16 @@ def encode_frames(
     uv: NDArray[np.float64],
     mode: CameraMode = CameraMode.RAW,
 ) -> NDArray[np.void]:
-    """Return frames as the camera sends them.
+    """Return frames in wire format: (n,) of `FRAME_DTYPE`.
 
     Parameters
     ----------
     valid
-        (n,): bit s says that slot s holds a spot.
+        (n,): bit s: slot s holds a spot.
     flags
         (n,): frame flags.
     uv
-        (n, 8, 2), px, or mm in mode CORRECTED; what is not valid is sent as zero.
-    mode
-        Which of the two it is.
-
-    Returns
-    -------
-    ndarray
-        (n,) of `FRAME_DTYPE`.
+        (n, 8, 2), px, or mm in mode CORRECTED; invalid ones are sent as zero.
     """
     frames = np.zeros(len(valid), FRAME_DTYPE)
     frames["valid"] = valid
@@ -360,9 +343,9 @@ def encode_frames(
 def decode_spots(
     frames: NDArray[np.void], mode: CameraMode = CameraMode.RAW
 ) -> NDArray[np.float64]:
-    """Return the spots (..., 8, 2) of frames (...) of `FRAME_DTYPE`; NaN where not valid.
+    """Return the spots (..., 8, 2) of frames (...) of `FRAME_DTYPE`; NaN if invalid.
 
-    They are in px in mode RAW and ideal image points in mm in mode CORRECTED.
+    px in mode RAW, ideal image points in mm in mode CORRECTED.
     """
     valid = frames["valid"]
     steps = SUBPIXELS if mode == CameraMode.RAW else SUBMILLIMETRES

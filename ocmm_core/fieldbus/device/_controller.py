@@ -1,7 +1,4 @@
-"""What the slave controller of the camera loads from its EEPROM, and what tools are told of it.
-
-ESI file and EEPROM are made from it, so that they cannot say anything else.
-"""
+"""EEPROM contents of the camera's slave controller, shared with the ESI file."""
 
 from __future__ import annotations
 
@@ -15,18 +12,17 @@ from ocmm_core.fieldbus.device._camera_slave import (
 )
 
 SII_BYTES = 4096
-"""Size of the EEPROM."""
 DEVICE_GROUP = "OpticalSensors"
-"""What tools list the camera under: the same word in ESI file and EEPROM."""
+"""Device group in ESI file and EEPROM."""
 PHYSICAL_PORTS = 0x0011
-"""A nibble a port, port 0 first: two of MII, the others not there (YY in the ESI file)."""
+"""A nibble per port, port 0 first: two MII ports, the others absent (YY in the ESI file)."""
 MAILBOX_REPEATS = 0x04
-"""Bit of the flags in the category General: the last mailbox is sent again when it is asked for;
-`DataLinkLayer` in the ESI file."""
+"""Bit in the category General: the last mailbox is repeated on request; `DataLinkLayer` in the ESI
+file."""
 MEMORY_END = INPUT_START + 3 * INPUT_DTYPE.itemsize
-"""So far the memory of a controller must reach: process data have three buffers in a row."""
+"""Required controller memory: process data have three consecutive buffers."""
 SYNC_PULSE_NS = 10_000
-"""How long a pulse of SYNC0 and SYNC1 is: shorter than their shortest distance."""
+"""Pulse length of SYNC0 and SYNC1: shorter than their shortest distance."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,15 +30,14 @@ class ControllerWords:
     """Configuration that a slave controller loads from its EEPROM (ETG.1000.4, PDI registers)."""
 
     controller: str
-    """The chip, and how the camera's processor is connected to it."""
+    """The chip, and its connection to the camera's processor."""
     pdi_control: int
-    """Registers 0x0140 and 0x0141: low byte the kind of connection (5: SPI, 0x80: on-chip bus);
-    high byte bit 1 enhanced link detection, and on an ET1100 bit 2 the unit that gives SYNC0 and
-    SYNC1 out: without it there is no signal, whatever a master activates."""
+    """Registers 0x0140 and 0x0141: low byte PDI type (5: SPI, 0x80: on-chip bus); high byte bit 1
+    enhanced link detection, and on an ET1100 bit 2 the SYNC0/SYNC1 output unit, without which no
+    signal appears."""
     pdi_configuration: int
-    """Registers 0x0150 and 0x0151: low byte the connection (SPI mode 3: clock and data), high byte
-    the pins. 0xEE: both are outputs, push-pull and active high, and both raise an interrupt. With 0
-    they were inputs."""
+    """Registers 0x0150 and 0x0151: low byte PDI (SPI mode 3), high byte pins. 0xEE: both are
+    outputs, push-pull, active high, and raise an interrupt. 0 makes them inputs."""
 
     @property
     def content(self) -> bytes:
@@ -55,26 +50,25 @@ CONTROLLERS = (
     ControllerWords("ET1100, connected by SPI", 0x0E05, 0xEE03),
     ControllerWords("IP core in the camera's FPGA, on-chip bus", 0x0280, 0xEE00),
 )
-"""The first is what ESI file and software camera have; who builds with another takes its words."""
+"""The first is used by ESI file and software camera; use another entry's words for other hardware.
+"""
 SII_CONFIGURATION = CONTROLLERS[0].content
-"""Its first words without station alias: what the controller loads at power-on."""
+"""First words of the EEPROM without station alias, loaded at power-on."""
 DC_ACTIVATE = 0x0700
-"""What a master writes into the activation register (0x0980) for both signals."""
+"""Value of the activation register (0x0980) for both signals."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClockMode:
-    """A way to use the distributed clock, as ESI file and EEPROM offer it."""
+    """A distributed clock mode offered in ESI file and EEPROM."""
 
     name: str
     text: str
-    """`name`, `text`: For people."""
     activate: int
-    """Content of the activation register."""
     sync0_factor: int = 0
     sync1_factor: int = 0
-    """`sync0_factor`, `sync1_factor`: Periods by the bus cycle: negative is a part of it, positive
-    so many of it."""
+    """`sync0_factor`, `sync1_factor`: period relative to the bus cycle; negative: a fraction,
+    positive: a multiple."""
 
 
 CLOCK_MODES = (

@@ -23,16 +23,13 @@ class DiagnosisMessage:
     """One entry of the error history."""
 
     code: int
-    """Error code of the emergency message; 0 says that the error before is over."""
+    """Error code of the emergency message; 0: the previous error is over."""
     time_ns: int
-    """Bus time."""
     register: int
-    """Error register (0x1001) as it was then."""
     data: bytes
-    """Five bytes that go with the code."""
 
     def encode(self) -> bytes:
-        """Return the message as the object holds it."""
+        """Return the message in object format."""
         level = _ERROR_LEVEL if self.code else _INFO_LEVEL
         return _MESSAGE.pack(
             _EMERGENCY_CODE, self.code, _TWO_PARAMETERS | level, self.code, self.time_ns,
@@ -41,7 +38,7 @@ class DiagnosisMessage:
 
     @classmethod
     def decode(cls, content: bytes) -> DiagnosisMessage:
-        """Return the message in ``content``; raise BusError where it is none of this camera."""
+        """Return the message; raise BusError if it is not of this camera."""
         if len(content) == MESSAGE_BYTES:
             kind, code, flags, _text, time_ns, usint, register, octets, data = _MESSAGE.unpack(
                 content

@@ -1,4 +1,4 @@
-"""The ESI file of the smart camera (ETG.2000), which tells other masters what the camera is.
+"""ESI file of the smart camera (ETG.2000), for other masters.
 
 Generated from the table of the objects by ``python -m ocmm_core.fieldbus.device._object_page``.
 """
@@ -40,17 +40,16 @@ from ocmm_core.fieldbus.device._controller import (
 from ocmm_core.fieldbus.device._object_entries import DictionaryObject, ObjectEntry
 
 ESI_FILE = ("ethercat", "ocmm_camera.xml")
-"""Where it is in the resources."""
 
 _BOOTSTRAP = (
     struct.pack("<HHHH", MAILBOX_OUT_START, MAILBOX_BYTES, MAILBOX_IN_START, MAILBOX_BYTES)
     .hex()
     .upper()
 )
-"""Mailboxes in BOOT: where they always are."""
+"""Mailboxes in BOOT, at fixed addresses."""
 _ENGLISH = "1033"
 _COUNT_BITS = 16
-"""Entry 0 takes so many bits in a record."""
+"""Size of entry 0 in a record."""
 _TYPE_NAMES = {DataType.BOOLEAN: "BOOL"}
 _SM_NAMES = ("MBoxOut", "MBoxIn", "Outputs", "Inputs")
 
@@ -106,7 +105,7 @@ def esi_document() -> bytes:
 
 
 def type_name(entry: ObjectEntry) -> str:
-    """Return the name of an entry's type as ESI files write it."""
+    """Return the ESI name of an entry's type."""
     if entry.kind == DataType.VISIBLE_STRING:
         return f"STRING({entry.room})"
     if entry.kind == DataType.OCTET_STRING:
@@ -152,8 +151,8 @@ def _add_profile(device: Element) -> None:
 
 
 def _room_bits(sub: int, entry: ObjectEntry) -> int:
-    """Return how many bits an entry takes up in its record."""
-    # A bit takes a byte of its own, so that all other entries begin on a whole byte.
+    """Return the size of an entry in its record."""
+    # A bit is padded to a byte, so that all other entries start on a byte.
     return max(8, entry.bits) if sub else _COUNT_BITS
 
 
@@ -187,7 +186,7 @@ def _add_object(objects: Element, index: int, item: DictionaryObject) -> None:
         for entry in item.entries.values():
             part = _add(info, "SubItem")
             _add(part, "Name", entry.name)
-            # The schema of ETG wants it in every one, also where there is no default.
+            # The ETG schema requires it even without a default.
             _add_default(_add(part, "Info"), entry)
     else:
         _add(element, "BitSize", str(first.bits))

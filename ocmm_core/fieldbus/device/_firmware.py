@@ -1,10 +1,9 @@
-"""Firmware of a camera as a file: what it is for, its content, and who signed it.
+"""Firmware file of a camera: target devices, content, and signature.
 
 Letters ``OCFW``, version UINT 1, length of the version text UINT, product UDINT, lowest and highest
 revision UDINT each, length of the content UDINT, SHA-256 of the content (32 bytes), the version in
 ASCII, the content, and at the end the Ed25519 signature (64 bytes, RFC 8032) over all before it.
-A camera takes only what the key of its maker signed, and the master looks at the same before it
-sends anything.
+Cameras accept only files signed with their maker's key; the master checks the same before sending.
 """
 
 from __future__ import annotations
@@ -28,17 +27,16 @@ _LONGEST_VERSION = 60
 
 @dataclass(frozen=True, slots=True)
 class Firmware:
-    """Firmware that somebody signed."""
+    """Signed firmware."""
 
     version: str
     product: int
     revisions: tuple[int, int]
-    """`product`, `revisions`: For which devices; lowest and highest revision."""
+    """`product`, `revisions`: target devices; lowest and highest revision."""
     content: bytes
-    """What runs in the camera."""
 
     def signed(self, key: Ed25519PrivateKey) -> bytes:
-        """Return the file, signed with the key of the maker."""
+        """Return the file, signed with the maker's key."""
         text = self.version.encode("ascii")
         head = _HEAD.pack(
             _MAGIC, _VERSION, len(text), self.product, *self.revisions, len(self.content),
@@ -49,17 +47,9 @@ class Firmware:
 
     @classmethod
     def read(cls, image: bytes, maker: Ed25519PublicKey | None = None) -> Firmware:
-        """Return the firmware in a file.
+        """Return the firmware in a file; raise InputError if damaged or of another signer.
 
-        Parameters
-        ----------
-        maker
-            Whose signature it must carry; None: only its check sums are looked at.
-
-        Raises
-        ------
-        InputError
-            It is none, is damaged, or somebody else signed it.
+        `maker` None verifies the checksums only.
         """
         if len(image) < _HEAD.size + _SIGNATURE_BYTES or len(image) > MOST_FIRMWARE_BYTES:
             raise _unfit(f"it has {len(image)} bytes")
@@ -81,12 +71,12 @@ class Firmware:
         except InvalidSignature as error:
             raise _unfit("the maker of the camera did not sign it") from error
         if not (0 < len(text) <= _LONGEST_VERSION and text.isprintable()):
-            # It is shown to people, and compared with what the camera then says.
+            # It is displayed, and compared with the version the camera reports.
             raise _unfit("its version is no text")
         return cls(text, product, (low, high), content)
 
     def check_for(self, product: int = PRODUCT_CODE, revision: int = REVISION) -> None:
-        """Raise InputError where it is for other devices."""
+        """Raise InputError if it is for other devices."""
         low, high = self.revisions
         if self.product != product or not low <= revision <= high:
             raise InputError(

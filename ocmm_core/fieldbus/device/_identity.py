@@ -1,8 +1,7 @@
-"""Which device on the wire is which camera of the rig: decided by serial number and alias.
+"""Assignment of wire devices to rig cameras, by serial number and alias.
 
-Two cameras that were exchanged while they were off answer exactly as before; only their serial
-numbers tell. A calibration belongs to one serial number, so nothing but a complete and unique
-match is accepted.
+Cameras swapped while off answer exactly as before; only serial numbers distinguish them. A
+calibration belongs to one serial number, so only a complete and unique match is accepted.
 """
 
 from __future__ import annotations
@@ -17,37 +16,35 @@ from ocmm_core.fieldbus.device._input_layout import INPUT_LAYOUTS
 
 @dataclass(frozen=True, slots=True)
 class CameraIdentity:
-    """A camera of the rig, as its calibration knows it."""
+    """A camera of the rig, from its calibration."""
 
     name: str
     serial: int
     alias: int
-    """`name`, `serial`, `alias`: What the rig calls it, its serial number and its EtherCAT station
-    alias."""
+    """`name`, `serial`, `alias`: rig name, serial number and EtherCAT station alias."""
     sensor: int = 0
     width: int = 0
     height: int = 0
-    """`sensor`, `width`, `height`: Serial number and size, px, of the sensor that was calibrated;
-    0: not known."""
+    """`sensor`, `width`, `height`: serial number and size, px, of the calibrated sensor; 0:
+    unknown."""
 
 
 @dataclass(frozen=True, slots=True)
 class FoundDevice:
-    """What a device on the wire says it is."""
+    """Identity reported by a wire device."""
 
     vendor: int
     product: int
     revision: int
-    """`vendor`, `product`, `revision`: What it is."""
     serial: int | None
-    """Its serial number, of object 0x1018 where it could be asked; None where it does not tell."""
+    """Serial number from object 0x1018; None if it cannot be read."""
     alias: int
     stored_serial: int | None = None
-    """The serial number in its EEPROM (SII word 0x0E); 0: none; None: not looked at."""
+    """Serial number in its EEPROM (SII word 0x0E); 0: none; None: not read."""
 
 
 IsKind = Callable[[int, int, int], bool]
-"""Whether vendor, product and revision are those of a camera."""
+"""Returns whether vendor, product and revision match a camera kind."""
 
 
 def assign(
@@ -55,18 +52,18 @@ def assign(
     expected: Sequence[CameraIdentity],
     described: tuple[str, IsKind] | None = None,
 ) -> tuple[int, ...]:
-    """Return, for each expected camera, the position on the wire (0 first) where it is.
+    """Return the wire position (0 first) of each expected camera.
 
     Parameters
     ----------
     described
-        Name and kind of the cameras that a file describes; None: our own cameras.
+        Name and kind of cameras described by a file; None: our own cameras.
 
     Raises
     ------
     BusError
-        A device is no camera of this kind, a serial number or alias is there twice, a camera is
-        missing or not of the rig, or it carries the alias of another one.
+        A device is of another kind, a serial number or alias is duplicated, a camera is missing or
+        foreign, or it carries the alias of another one.
     """
     for position, device in enumerate(found, start=1):
         if described is None:
@@ -121,13 +118,7 @@ def assign(
 
 
 def check_sensor(camera: CameraIdentity, serial: int, width: int, height: int) -> None:
-    """Compare the sensor that a camera has (object 0x9000) with the one that was calibrated.
-
-    Raises
-    ------
-    BusError
-        It is another one: the calibration does not belong to it.
-    """
+    """Raise BusError unless the sensor (object 0x9000) is the calibrated one."""
     if camera.width and (camera.width, camera.height) != (width, height):
         raise BusError(
             "bus.sensor",
@@ -185,7 +176,7 @@ def _check_serial(position: int, device: FoundDevice) -> None:
             "Power-cycle the camera; if that does not help, have it repaired.",
         )
     if device.stored_serial not in (None, 0, device.serial):
-        # A scan reads the one and a bring-up the other; they must be one truth.
+        # A scan reads the EEPROM and a bring-up the object; they must agree.
         raise BusError(
             "bus.two_serials",
             f"The camera at position {position} has two serial numbers: {device.serial} in its "

@@ -1,8 +1,8 @@
-"""Layouts of a camera's input, by the revision of the camera: where the header says what.
+"""Input layouts of a camera by its revision.
 
-Since revision 3 the check sum begins with the serial number of the camera, so that an input which
-reaches the place of another one is not taken for that camera's, and the counter of inputs has 16
-bits. Cameras of revision 2 are still read; what they cannot prove stays unproven.
+Since revision 3 the checksum starts with the camera's serial number, so that swapped inputs are
+detected, and the input counter has 16 bits. Cameras of revision 2 are still read; these properties
+remain unproven.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from ocmm_core.fieldbus.device._camera_slave import (
 
 DATA_CRC = struct.Struct("<I")
 DATA_CRC_AT = HEADER_STRUCT.size - DATA_CRC.size
-"""Where the check sum of the input stands in it."""
+"""Offset of the input's checksum."""
 _NO_CRC = bytes(DATA_CRC.size)
 _SERIAL = struct.Struct("<I")
 _NO_INPUT = bytes(INPUT_DTYPE.itemsize)
 
 
 class Header(NamedTuple):
-    """The header of one camera's process data, decoded; see `HEADER_PDO`."""
+    """Decoded header of one camera's process data; see `HEADER_PDO`."""
 
     counter: int
     start_ns: int
@@ -46,21 +46,19 @@ class Header(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InputLayout:
-    """How cameras of one revision lay out their input; its size is the same in all."""
+    """Input layout of one camera revision; all have the same size."""
 
     revision: int
     header_pdo: Pdo
-    """What stands in front of the frames."""
     cycle_counters: int
-    """The counter of inputs begins again after so many."""
+    """Modulus of the input counter."""
     longest_advance: int
-    """Where the counter of inputs seems to have gone on by more, it has gone back."""
+    """A larger advance of the input counter is a step back."""
     says_serial: bool
-    """The check sum begins with the serial number."""
 
     @property
     def input_pdos(self) -> tuple[Pdo, ...]:
-        """Return what the input is made of."""
+        """Return the PDOs of the input."""
         return (self.header_pdo, *FRAME_PDOS)
 
     def decode(self, content: bytes) -> Header:
@@ -72,28 +70,28 @@ class InputLayout:
         return Header._make(found)
 
     def encode(self, header: Header) -> bytes:
-        """Return a header as the camera sends it."""
+        """Return a header in wire format."""
         small, large = header.cycle_counter, header.status
         if self.says_serial:
             small, large = large, small
         return HEADER_STRUCT.pack(*header[:4], small, large, *header[6:])
 
     def crc_begin(self, serial: int) -> int:
-        """Return what the check sum of a camera's input begins with."""
+        """Return the initial value of the checksum of a camera's input."""
         return zlib.crc32(_SERIAL.pack(serial)) if self.says_serial else 0
 
     def crc(self, content: bytes | bytearray | memoryview, serial: int) -> int:
-        """Return the check sum (CRC-32 of ISO 3309) of a camera's whole input.
+        """Return the checksum (CRC-32 of ISO 3309) of a camera's whole input.
 
-        The field that holds it counts as zero.
+        Its own field counts as zero.
         """
         return _crc(content, self.crc_begin(serial))
 
     def mark(self, serial: int) -> int:
-        """Return the `data_mark` that every sound input of a camera has.
+        """Return the `data_mark` of every valid input of a camera.
 
-        A check sum is linear: with another beginning it differs by the same bits, whatever the
-        content is. So one look tells that an input is sound, and whose it is.
+        A CRC is linear: another initial value changes it by the same bits for any content. So one
+        comparison proves integrity and origin.
         """
         return _crc(_NO_INPUT, self.crc_begin(serial)) ^ _crc(_NO_INPUT, 0)
 
@@ -105,17 +103,17 @@ INPUT_LAYOUTS = {
         InputLayout(0x00020000, FIRST_HEADER_PDO, 1 << 8, 200, says_serial=False),
     )
 }
-"""Those that are read, by revision; the newest first."""
+"""Supported layouts by revision, newest first."""
 NEWEST_LAYOUT = INPUT_LAYOUTS[REVISION]
 NO_MARK = -1
-"""No sound input has it."""
+"""Mark of no valid input."""
 
 
 def data_mark(content: bytes) -> int:
-    """Return the check sum of a camera's whole input less the one that it brought.
+    """Return the checksum of a camera's whole input XOR the received one.
 
-    It is `InputLayout.mark` of its camera where the input arrived as the camera sent it, and
-    `NO_MARK` where it is no whole input.
+    Equals `InputLayout.mark` of its camera for an undamaged input, and `NO_MARK` for incomplete
+    ones.
     """
     if len(content) != INPUT_DTYPE.itemsize:
         return NO_MARK

@@ -1,9 +1,9 @@
-"""The block of data that holds a camera's intrinsics inside the camera.
+"""Intrinsics block stored inside a camera.
 
 Little-endian: the four letters OCIN, version (UINT, 1), reserved (UINT, 0), serial number (UDINT),
 date of the calibration in seconds since 1970 UTC (ULINT), width and height in px (UINT each), nine
-numbers of 64 bits (pitch mm, focal mm, aspect, u0 px, v0 px, k1 mm^-2, k2 mm^-4, p1 mm^-1,
-p2 mm^-1) and the CRC-32 of all before it.
+numbers of 64 bits (pitch mm, focal mm, aspect, u0 px, v0 px, k1 mm^-2, k2 mm^-4, p1 mm^-1, p2
+mm^-1) and the CRC-32 of all before it.
 """
 
 from __future__ import annotations
@@ -26,15 +26,13 @@ BLOB_BYTES = _HEAD.size + _NUMBERS.size + _CRC.size
 
 @dataclass(frozen=True, slots=True)
 class Intrinsics:
-    """What a camera's lens and sensor do, without its place in the world; see `CameraModel`."""
+    """Lens and sensor parameters of a camera, without its pose; see `CameraModel`."""
 
     serial: int
-    """Serial number of the camera that it belongs to."""
     date_s: int
-    """When it was found, s since 1970 UTC."""
+    """Calibration date, s since 1970 UTC."""
     width: int
     height: int
-    """`width`, `height`: Sensor, px."""
     pitch_mm: float
     focal: float
     aspect: float
@@ -44,11 +42,11 @@ class Intrinsics:
     k2: float
     p1: float
     p2: float
-    """`pitch_mm`, `focal`, `aspect`, `u0`, `v0`, `k1`, `k2`, `p1`, `p2`: As in `CameraModel`."""
+    """`pitch_mm`, `focal`, `aspect`, `u0`, `v0`, `k1`, `k2`, `p1`, `p2`: as in `CameraModel`."""
 
     @classmethod
     def of(cls, camera: CameraModel, date_s: int) -> Intrinsics:
-        """Return the intrinsics of ``camera``, found at ``date_s``."""
+        """Return the intrinsics of `camera`, dated `date_s`."""
         return cls(
             camera.serial, date_s, camera.width, camera.height, camera.pitch_mm, camera.focal,
             camera.aspect, camera.u0, camera.v0, camera.k1, camera.k2, camera.p1, camera.p2,
@@ -56,13 +54,7 @@ class Intrinsics:
 
     @classmethod
     def decode(cls, content: bytes) -> Intrinsics:
-        """Return the intrinsics in a block.
-
-        Raises
-        ------
-        BusError
-            ``bus.intrinsics``: the block is damaged, of another version, or no camera is like that.
-        """
+        """Return the intrinsics; BusError ``bus.intrinsics`` if damaged or implausible."""
         if len(content) != BLOB_BYTES:
             raise _unfit(f"it has {len(content)} bytes instead of {BLOB_BYTES}")
         magic, version, reserved, serial, date_s, width, height = _HEAD.unpack_from(content)
@@ -75,13 +67,7 @@ class Intrinsics:
         return found
 
     def encode(self) -> bytes:
-        """Return the block.
-
-        Raises
-        ------
-        BusError
-            ``bus.intrinsics``: a number cannot be that of a camera.
-        """
+        """Return the block; BusError ``bus.intrinsics`` for implausible values."""
         self._check()
         try:
             head = _HEAD.pack(

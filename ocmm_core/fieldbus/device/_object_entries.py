@@ -1,4 +1,4 @@
-"""What an object dictionary is made of: entries with type, access, limits, unit and meaning."""
+"""Elements of an object dictionary: entries with type, access, limits, unit and meaning."""
 
 from __future__ import annotations
 
@@ -17,19 +17,17 @@ SIZES = {
     DataType.UDINT: 4,
     DataType.ULINT: 8,
 }
-"""Bytes of the types of fixed length, in a transfer of a single entry."""
+"""Bytes of fixed-length types in a single-entry transfer."""
 _SIGNED = (DataType.INT, DataType.DINT)
 GENERAL_RECORD = 0x002A
-"""Data type of a record without a type of its own (ETG.1020)."""
+"""Data type of a record without its own type (ETG.1020)."""
 
 
 class Access(Enum):
-    """Who may change an entry, and when."""
+    """Write access to an entry."""
 
     READ = "ro"
-    """Nobody."""
     WRITE = "rw"
-    """The master."""
     WRITE_PREOP = "rw in PREOP"
     """The master, while no frames are made."""
 
@@ -41,43 +39,38 @@ class ObjectEntry:
     name: str
     kind: DataType
     value: bytes
-    """What it holds at power-on, as on the wire."""
     writable: bool = False
     preop_only: bool = False
-    """`writable`, `preop_only`: The master may change it; only while no frames are made."""
+    """`writable`, `preop_only`: writable by the master; only while no frames are made."""
     unit: str = ""
     text: str = ""
-    """`unit`, `text`: For people: the unit of the number, and what it means."""
     low: int | None = None
     high: int | None = None
-    """`low`, `high`: Limits of a number that may be written; None where the type is the limit."""
+    """`low`, `high`: limits of a writable number; None: limits of the type."""
     max_bytes: int = 0
-    """Of text or octets whose length may change; 0 for a fixed length."""
+    """Maximum length of variable text or octets; 0: fixed length."""
     live: bool = False
-    """It is worked out when it is read; ``value`` only shows its length."""
+    """Computed when read; ``value`` only defines its length."""
     mapped: bool = False
-    """It is part of the process data."""
 
     @property
     def access(self) -> Access:
-        """Return who may change it, and when."""
         if not self.writable:
             return Access.READ
         return Access.WRITE_PREOP if self.preop_only else Access.WRITE
 
     @property
     def room(self) -> int:
-        """Return how many bytes it has at most."""
+        """Return its maximum size in bytes."""
         return max(len(self.value), self.max_bytes)
 
     @property
     def is_number(self) -> bool:
-        """Return whether it is a number, not text or octets."""
         return self.kind in SIZES
 
     @property
     def bits(self) -> int:
-        """Return the size that descriptions give."""
+        """Return the size given in descriptions."""
         return 1 if self.kind == DataType.BOOLEAN else 8 * self.room
 
     def number(self, value: bytes) -> int:
@@ -87,17 +80,14 @@ class ObjectEntry:
 
 @dataclass(frozen=True, slots=True)
 class DictionaryObject:
-    """One object: a single value (entry 0) or a record (entry 0 holds the number of the last)."""
+    """An object: a single value (entry 0) or a record (entry 0 is the last number)."""
 
     name: str
     entries: Mapping[int, ObjectEntry]
-    """By number."""
     record: bool
-    """It is a record."""
     kind: int = GENERAL_RECORD
-    """Data type for descriptions: of the single value, or of the record."""
+    """Data type in descriptions: of the single value or the record."""
     text: str = ""
-    """What it is for."""
 
 
 def number(
@@ -135,7 +125,7 @@ def octets(
     live: bool = True,
     value: bytes = b"",
 ) -> ObjectEntry:
-    """Return an entry that holds up to so many bytes."""
+    """Return an entry of up to `max_bytes` octets."""
     return ObjectEntry(
         name, DataType.OCTET_STRING, value, access is not Access.READ, text=text,
         max_bytes=max_bytes, live=live,

@@ -1,6 +1,6 @@
-"""The page about the camera's objects, and the command that writes page and ESI file.
+"""The page about the camera's objects, and the command that writes it and the ESI file.
 
-``python -m ocmm_core.fieldbus.device._object_page`` writes both from the table of the objects.
+``python -m ocmm_core.fieldbus.device._object_page`` writes both from the object tables.
 """
 
 from __future__ import annotations
@@ -45,7 +45,6 @@ from ocmm_core.fieldbus.device._page_of_the_protocol import CATEGORIES, MAILBOXE
 from ocmm_core.fieldbus.device._page_of_the_wire import SII_WORDS, WIRE
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "camera_objects.md"
-"""Where the page is in the repository."""
 
 _STATUS = {
     CameraStatus.OPERATIONAL: "in OP, outputs arrive in time",

@@ -1,6 +1,6 @@
-"""What the page of the camera's objects says about states, mailboxes and the EEPROM's categories.
+"""Sections of the object page on states, mailboxes and EEPROM categories.
 
-`ocmm camera conform` tries every sentence of it.
+`ocmm camera conform` tests every sentence.
 """
 
 from __future__ import annotations

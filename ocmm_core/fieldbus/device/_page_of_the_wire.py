@@ -1,4 +1,4 @@
-"""What the page of the camera's objects says about the wire: words, deadlines and limits."""
+"""Sections of the object page on the wire: words, deadlines and limits."""
 
 from __future__ import annotations
 

@@ -35,37 +35,35 @@ VERSIONS = 0x9010
 COUNTERS = 0xA000
 
 CHUNK_BYTES = 4096
-"""Of a snapshot, in one transfer."""
+"""Bytes of a snapshot per transfer."""
 NOTE_BYTES = 1200
 MAX_BLACK_FRAMES = 4096
 MAX_GREY_LEVEL = (1 << 14) - 1
-"""The sensor converts to 14 bits."""
+"""14-bit sensor."""
 
 
 class BlackCommand(IntEnum):
-    """What can be done with the black image (0x8020:01)."""
+    """Commands of the black image (0x8020:01)."""
 
     MEASURE = 1
-    """Switch the LEDs off, average exposures and use the mean from then on."""
+    """Switch the LEDs off, average exposures and apply the mean."""
     STORE = 2
-    """Keep the one in use across a loss of power."""
+    """Store the active image permanently."""
     LOAD = 3
-    """Use the stored one."""
     CLEAR = 4
-    """Use none and forget the stored one."""
+    """Disable and delete the stored image."""
 
 
 class SnapshotCommand(IntEnum):
-    """What can be done with the snapshot (0x8030:05)."""
+    """Commands of the snapshot (0x8030:05)."""
 
     TAKE = 1
-    """Take a raw picture of the region and hold it."""
+    """Capture a raw image of the region and hold it."""
     RELEASE = 2
-    """Let go of it, or stop taking it."""
 
 
 class Work(IntEnum):
-    """State of a command that takes its time."""
+    """State of a lengthy command."""
 
     IDLE = 0
     BUSY = 1
@@ -74,19 +72,19 @@ class Work(IntEnum):
 
 
 class BlackImage(IntFlag):
-    """Which black images there are (0x8020:05)."""
+    """Available black images (0x8020:05)."""
 
     IN_USE = 1
     STORED = 2
     SAME = 4
-    """The one in use is the one that is stored."""
+    """The active image equals the stored one."""
 
 
 _WINDOW = (("left", "px"), ("top", "px"), ("width", "px"), ("height", "px"))
 
 
 def profile_objects(serial: int, layout: InputLayout) -> dict[int, DictionaryObject]:
-    """Return the objects 0x6000 and above of the camera with this serial number, by index."""
+    """Return objects 0x6000 and above of the camera with this serial number, by index."""
     objects = {
         CONFIGURATION: _configuration(),
         WINDOWS: record(

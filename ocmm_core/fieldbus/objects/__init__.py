@@ -1,12 +1,11 @@
-"""Objects of the cameras beside the cycle: mailboxes, transfers, pictures, temperatures.
+"""Acyclic camera objects: mailboxes, transfers, images, temperatures.
 
-In: requests for objects. Out: their values, pictures and emergencies; never a late cycle.
+In: requests for objects. Out: their values, images and emergencies, without delaying the cycle.
 
-Read `_requests` (what may be asked, one JSON line each), `_objects` (the service beside the
-cycle), `_mailbox_line` and `_sdo` (the transfers), `_emergency`, `_coe_texts` (why a camera
-refuses). On the host's side: `_object_access`, `_camera_client`, `_camera_pictures`,
-`_thermometer`.
-It must not know bring-up or supervision; `cycle` gives it the channel.
+Start with `_requests` (one JSON line each) and `_objects` (acyclic service); then `_mailbox_line`
+and `_sdo` (transfers), `_emergency`, `_coe_texts` (refusal texts). Host side: `_object_access`,
+`_camera_client`, `_camera_pictures`, `_thermometer`.
+It must not import bring-up or supervision; `cycle` provides the channel.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a host does with the objects of one camera: intrinsics, black image, snapshot, errors."""
+"""Host access to one camera's objects: intrinsics, black image, snapshot, errors."""
 
 from __future__ import annotations
 
@@ -42,28 +42,26 @@ _HASH_BYTES = 32
 
 @dataclass(frozen=True, slots=True)
 class CameraTexts:
-    """What a camera says it is."""
+    """Names and versions reported by a camera."""
 
     name: str
     hardware: str
     software: str
-    """`name`, `hardware`, `software`: Objects 0x1008, 0x1009, 0x100A."""
+    """`name`, `hardware`, `software`: objects 0x1008, 0x1009, 0x100A."""
     serial: int
-    """Of the device (0x1018:04)."""
     firmware: str
     sensor_logic: str
     boot_loader: str
-    """`firmware`, `sensor_logic`, `boot_loader`: Versions (0x9010)."""
+    """`firmware`, `sensor_logic`, `boot_loader`: versions (0x9010)."""
     width: int
     height: int
-    """`width`, `height`: Sensor, px."""
     operating_hours: int
-    """Powered since it was made."""
+    """Hours powered since production."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraCounters:
-    """Object 0xA000; see the page of the camera's objects."""
+    """Object 0xA000; see docs/camera_objects.md."""
 
     frames_lost: int
     watchdog_events: int
@@ -102,12 +100,12 @@ def read_temperature(access: ObjectAccess) -> float:
 
 
 def read_counters(access: ObjectAccess) -> CameraCounters:
-    """Return what the camera counted since it was switched on; for tests."""
+    """Return the camera's counters since power-on; for tests."""
     return CameraCounters(*(read_number(access, COUNTERS, sub, 4) for sub in range(1, 7)))
 
 
 def read_error_history(access: ObjectAccess) -> tuple[DiagnosisMessage, ...]:
-    """Return the errors that the camera remembers, oldest first."""
+    """Return the camera's stored errors, oldest first."""
     newest = read_number(access, HISTORY, 2, 1)
     if newest == 0:
         return ()
@@ -122,31 +120,30 @@ def read_error_history(access: ObjectAccess) -> tuple[DiagnosisMessage, ...]:
 
 
 def blink(access: ObjectAccess, seconds: int) -> int:
-    """Let the camera blink for so long, 0 to 600 s; return how long it says it will."""
+    """Make the camera blink for 0 to 600 s; return the accepted time."""
     access.write(IDENTIFY, 1, seconds.to_bytes(2, "little"))
     return read_number(access, IDENTIFY, 2, 2)
 
 
 def clear_error_history(access: ObjectAccess) -> None:
-    """Let the camera forget its errors."""
+    """Clear the camera's error history."""
     access.write(HISTORY, 3, b"\x00")
 
 
 def write_intrinsics(access: ObjectAccess, intrinsics: Intrinsics, note: str = "") -> None:
-    """Store intrinsics in the camera and make sure that they are there.
+    """Store intrinsics in the camera and verify them.
 
     Parameters
     ----------
     intrinsics
-        What to store; the camera refuses those of another serial number.
+        The camera refuses those of another serial number.
     note
-        Free text to keep beside them, at most 1200 bytes as UTF-8.
+        Free text stored with them, at most 1200 bytes as UTF-8.
 
     Raises
     ------
     BusError
-        ``bus.intrinsics`` where the camera holds something else afterwards; ``bus.refused`` where
-        it does not take them.
+        ``bus.intrinsics`` if verification fails; ``bus.refused`` if the camera refuses them.
     """
     block, words = intrinsics.encode(), note.encode("utf-8")
     if len(words) > NOTE_BYTES:
@@ -166,13 +163,7 @@ def write_intrinsics(access: ObjectAccess, intrinsics: Intrinsics, note: str = "
 
 
 def read_intrinsics(access: ObjectAccess) -> Intrinsics | None:
-    """Return the intrinsics that the camera stores, or None.
-
-    Raises
-    ------
-    BusError
-        ``bus.intrinsics`` where they are damaged.
-    """
+    """Return the stored intrinsics, or None; BusError ``bus.intrinsics`` if damaged."""
     block = access.read(CALIBRATION, 1, room=BLOB_BYTES)
     sha256 = access.read(CALIBRATION, 3, room=_HASH_BYTES)
     if not block:

@@ -1,4 +1,4 @@
-"""Black image and snapshot of one camera, as a host has them made and fetches them."""
+"""Black image and snapshot of one camera, from the host."""
 
 from __future__ import annotations
 
@@ -26,33 +26,29 @@ from ocmm_core.fieldbus.objects._object_access import ObjectAccess, Progress, re
 
 _POLL_S = 0.02
 _STALL_S = 10.0
-"""A camera whose work gets no further for so long does not work any more."""
+"""Time limit without progress of a camera command."""
 _HASH_BYTES = 32
 _LARGEST_PX = 1 << 26
-"""The two numbers of a size may say 4.3 gigapixels; no sensor of a smart camera has 67 million."""
+"""Sizes up to 4.3 gigapixels can be encoded; no smart camera has 67 million."""
 
 
 @dataclass(frozen=True, slots=True)
 class BlackImageState:
-    """Which black images a camera has."""
+    """Available black images of a camera."""
 
     images: BlackImage
     sha256: str
-    """Of the pixels in use, hexadecimal; empty where there is none."""
+    """SHA-256 of the active pixels, hexadecimal; empty without one."""
     mean: float
 
 
 def measure_black_image(
     access: ObjectAccess, frames: int, progress: Progress | None = None
 ) -> BlackImageState:
-    """Let the camera average so many exposures without light and use the mean from then on.
+    """Average `frames` exposures without light, and apply the mean.
 
-    There are no spots meanwhile. The image is lost with the power until `store_black_image`.
-
-    Raises
-    ------
-    BusError
-        ``bus.black_image`` where the camera fails or gets no further.
+    No spots are sent meanwhile. The image is volatile until `store_black_image`. Raises BusError
+    ``bus.black_image`` if the camera fails or stalls.
     """
     if not 1 <= frames <= MAX_BLACK_FRAMES:
         raise InputError(
@@ -65,22 +61,22 @@ def measure_black_image(
 
 
 def store_black_image(access: ObjectAccess) -> BlackImageState:
-    """Keep the black image in use across a loss of power."""
+    """Store the active black image permanently."""
     return _black_command(access, BlackCommand.STORE)
 
 
 def load_black_image(access: ObjectAccess) -> BlackImageState:
-    """Use the stored black image."""
+    """Apply the stored black image."""
     return _black_command(access, BlackCommand.LOAD)
 
 
 def clear_black_image(access: ObjectAccess) -> BlackImageState:
-    """Use no black image and forget the stored one."""
+    """Disable and delete the black image."""
     return _black_command(access, BlackCommand.CLEAR)
 
 
 def read_black_image(access: ObjectAccess) -> BlackImageState:
-    """Return which black images there are."""
+    """Return the available black images."""
     return BlackImageState(
         BlackImage(read_number(access, BLACK_IMAGE, 5, 1)),
         access.read(BLACK_IMAGE, 6, room=_HASH_BYTES).hex(),
@@ -91,26 +87,20 @@ def read_black_image(access: ObjectAccess) -> BlackImageState:
 def take_snapshot(
     access: ObjectAccess, region: Window | None = None, progress: Progress | None = None
 ) -> NDArray[np.uint16]:
-    """Take a raw picture and fetch it.
+    """Capture a raw image and fetch it: (height, width), grey levels.
 
     Parameters
     ----------
     region
         Left, top, width and height, px; None for the whole sensor.
     progress
-        Told bytes fetched and in all, often; what it raises ends the operation, and the camera
-        lets go of the picture.
-
-    Returns
-    -------
-    ndarray
-        (height, width), grey levels.
+        Called with bytes fetched and in total; its exceptions abort, and the camera releases the
+        image.
 
     Raises
     ------
     BusError
-        ``bus.snapshot`` where the camera fails, gets no further or another picture arrived than
-        it took.
+        ``bus.snapshot`` if the camera fails or stalls, or the image differs from the captured one.
     """
     for sub, value in enumerate(region or (0, 0, 0, 0), start=1):
         access.write(SNAPSHOT, sub, struct.pack("<H", value))
@@ -144,7 +134,6 @@ def take_snapshot(
 
 
 def _before(progress: Progress) -> Progress:
-    """Return a progress that reports nothing fetched yet, so that it may end the operation."""
     return lambda _done, _total: progress(0, 0)
 
 
@@ -152,7 +141,7 @@ def _release_after_failure(access: ObjectAccess) -> None:
     try:
         access.write(SNAPSHOT, 5, bytes([SnapshotCommand.RELEASE]))
     except BusError:
-        # The first error says more; the camera lets go of the picture with the next one.
+        # The first error is more specific; the next capture releases the image.
         return
 
 
@@ -167,7 +156,7 @@ def _black_command(
 def _wait(
     access: ObjectAccess, index: int, state_sub: int, what: str, progress: Progress | None
 ) -> None:
-    """Wait for the end of a command; the entry behind the state tells the progress in %."""
+    """Wait for the end of a command; the entry after the state is the progress in %."""
     last, moved = -1, time.monotonic()
     while (state := read_number(access, index, state_sub, 1)) == Work.BUSY:
         percent = read_number(access, index, state_sub + 1, 1)

@@ -1,4 +1,4 @@
-"""Why a camera refuses a mailbox or a transfer, in words (ETG.1000.4 and ETG.1000.6)."""
+"""Reasons why a camera refuses a mailbox or transfer (ETG.1000.4 and ETG.1000.6)."""
 
 from __future__ import annotations
 

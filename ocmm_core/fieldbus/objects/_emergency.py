@@ -1,4 +1,4 @@
-"""Emergency messages: what a camera tells without being asked (ETG.1000.6, 5.6.4)."""
+"""Emergency messages, sent by a camera unrequested (ETG.1000.6, 5.6.4)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ocmm_core.fieldbus.objects._sdo import SERVICE_EMERGENCY, coe_content
 
 _CONTENT = struct.Struct("<HB5s")
 
-# The first match counts: special codes first, then classes by their highest digits.
+# First match: specific codes, then classes by their highest digits.
 _TEXTS = (
     (0xFFFF, 0x0000, "error reset"),
     (0xFFFF, 0xA000, "state change impossible"),
@@ -43,23 +43,20 @@ _TEXTS = (
 
 @dataclass(frozen=True, slots=True)
 class Emergency:
-    """One message."""
-
     code: int
-    """Error code; 0 says that the error before is over."""
+    """Error code; 0: the previous error is over."""
     register: int
-    """The error register (object 0x1001): bit 0 any error, 3 temperature, 4 communication."""
+    """Error register (object 0x1001): bit 0 any error, 3 temperature, 4 communication."""
     data: bytes
-    """Five bytes that only the maker of the camera knows."""
 
     @property
     def is_over(self) -> bool:
-        """Return whether the message says that the error before is over (ETG.1000.6, 5.6.4.1)."""
+        """Return whether the previous error is over (ETG.1000.6, 5.6.4.1)."""
         return self.code == 0
 
     @property
     def text(self) -> str:
-        """Return what the code means, by its class."""
+        """Return the meaning of the code's class."""
         for mask, value, text in _TEXTS:
             if self.code & mask == value:
                 return text
@@ -67,7 +64,7 @@ class Emergency:
 
 
 def parse_emergency(mailbox: bytes) -> Emergency | None:
-    """Return the emergency message in a mailbox, or None where it is none."""
+    """Return the emergency message in a mailbox, or None."""
     parts = coe_content(mailbox)
     if parts is None:
         return None

@@ -1,4 +1,4 @@
-"""Sending firmware by FoE, without a clock and without a wire (ETG.1000.6, 5.8)."""
+"""Firmware upload by FoE, without clock or wire (ETG.1000.6, 5.8)."""
 
 from __future__ import annotations
 
@@ -11,25 +11,13 @@ _WRITE, _DATA, _ACK, _ERROR, _BUSY = 2, 3, 4, 5, 6
 _HEAD = struct.Struct("<BBI")
 _MAILBOX_HEAD = struct.Struct("<HHBB")
 FIRMWARE_NAME = b"firmware"
-"""What a camera calls its firmware."""
 
 
 class FoeWrite:
-    """One file on its way to a camera.
+    """Upload of one file.
 
-    Parameters
-    ----------
-    name
-        Of the file, as the camera knows it.
-    mailbox_bytes
-        Size of one mailbox, head included.
-
-    Attributes
-    ----------
-    done
-        The camera has acknowledged the last packet.
-    busy
-        It wants the same mailbox again.
+    `done`: the camera has acknowledged the last packet; `busy`: resend the same mailbox.
+    `mailbox_bytes` includes the header.
     """
 
     def __init__(self, name: bytes, content: bytes, mailbox_bytes: int) -> None:
@@ -42,22 +30,22 @@ class FoeWrite:
 
     @property
     def undecided(self) -> bool:
-        """Return whether the camera may have the whole file without having said so."""
+        """Return whether the camera may hold the whole file without acknowledgement."""
         sent = self._number > 0 and self._number * self._room > len(self._content)
         return sent and not (self.done or self._refused)
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Return how many bytes of how many the camera has."""
+        """Return acknowledged and total bytes."""
         sent = max(0, self._number - 1) * self._room
         return min(sent, len(self._content)), len(self._content)
 
     def request(self, counter: int) -> bytes:
-        """Return the mailbox that is due."""
+        """Return the next mailbox."""
         if self._number == 0:
             content = _HEAD.pack(_WRITE, 0, 0) + self._name
         else:
-            # A last packet is shorter than a whole one, and be it empty.
+            # The last packet is shorter than a full one, possibly empty.
             begin = (self._number - 1) * self._room
             part = self._content[begin : begin + self._room]
             content = _HEAD.pack(_DATA, 0, self._number) + part
@@ -65,15 +53,10 @@ class FoeWrite:
         return head + content
 
     def answer(self, mailbox: bytes) -> bool:
-        """Take the camera's answer; say whether a mailbox is due, or another answer.
+        """Process the camera's answer; return whether a mailbox is due next.
 
-        The packet before may be acknowledged twice, where it came twice. A camera that is ``busy``
-        wants the same mailbox again, after a while.
-
-        Raises
-        ------
-        BusError
-            It refuses, or its answer is none.
+        A duplicate acknowledgement of the previous packet is accepted. A `busy` camera must get the
+        same mailbox again after a pause. Raises BusError if the camera refuses or answers wrongly.
         """
         length, _address, _channel, kind = _MAILBOX_HEAD.unpack_from(mailbox.ljust(6, b"\x00"))
         body = mailbox[_MAILBOX_HEAD.size : _MAILBOX_HEAD.size + length]

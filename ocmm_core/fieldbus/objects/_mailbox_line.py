@@ -1,7 +1,7 @@
-"""The mailboxes of one camera, worked through the service channel (ETG.1000.4, 5.6.2 and 6.7).
+"""Mailboxes of one camera over the service channel (ETG.1000.4, 5.6.2 and 6.7).
 
-A mailbox is written and read with single datagrams. An answer that was lost on its way back took
-the mailbox with it; the camera keeps a copy, which the repeat bit of its sync manager asks for.
+Mailboxes are written and read with single datagrams. A lost read answer loses the mailbox; the
+camera keeps a copy, requested by the repeat bit of its sync manager.
 """
 
 from __future__ import annotations
@@ -15,58 +15,45 @@ from ocmm_core.fieldbus.wire import Command, Datagram, Job
 
 SYNC_MANAGERS = 0x0800
 SYNC_MANAGER_BYTES = 16
-"""Registers of the two sync managers of the mailboxes."""
+"""Registers of the two mailbox sync managers."""
 _STATUS_IN = 0x080D
 _ACTIVATE_IN = 0x080E
 _FULL = 0x08
 _ACTIVE, _REPEAT = 0x01, 0x02
 _IDLE_CYCLES = 8
-"""Between two looks for a message that nobody asked for."""
+"""Cycles between polls for unsolicited messages."""
 _UNSURE_CYCLES = 25
-"""A mailbox that may have arrived is not written again before its answer had time to come."""
+"""A possibly delivered mailbox is not rewritten before its answer could have arrived."""
 
 
 @dataclass(frozen=True, slots=True)
 class MailboxAreas:
-    """Where the mailboxes of a camera are, as its sync managers say."""
+    """Mailbox areas of a camera, from its sync managers."""
 
     out_start: int
     out_bytes: int
     in_start: int
     in_bytes: int
-    """`out_start`, `out_bytes`, `in_start`, `in_bytes`: Of the mailbox to the camera, and of the
-    one from it."""
+    """`out_start`, `out_bytes`, `in_start`, `in_bytes`: mailbox to and from the camera."""
     repeat: bool
-    """Present repeat bit of the second one."""
 
     @classmethod
     def decode(cls, content: bytes) -> MailboxAreas:
-        """Return what registers `SYNC_MANAGERS` and following say."""
+        """Return the areas in the registers from `SYNC_MANAGERS` on."""
         out_start, out_bytes = struct.unpack_from("<HH", content, 0)
         in_start, in_bytes = struct.unpack_from("<HH", content, 8)
         return cls(out_start, out_bytes, in_start, in_bytes, bool(content[14] & _REPEAT))
 
 
 class MailboxLine:
-    """Mailboxes to and from one camera.
-
-    Parameters
-    ----------
-    station
-        Station address of the camera.
-    areas
-        Where its mailboxes are.
-    deliver
-        Gets every mailbox that came, once.
-    """
+    """Mailboxes to and from one camera; `deliver` gets each received mailbox once."""
 
     def __init__(self, station: int, areas: MailboxAreas, deliver: Callable[[bytes], None]) -> None:
         self.areas = areas
         self.repeats = 0
-        """How often a lost mailbox was asked for again."""
         self._station = station
         self._deliver = deliver
-        # The same each time, so that the frame with it is known.
+        # Reused objects, so that the frame's form is cached.
         self._ask_status = Datagram(Command.FPRD, station, _STATUS_IN, bytes(3))
         self._ask_mailbox = Datagram(Command.FPRD, station, areas.in_start, bytes(areas.in_bytes))
         self._out: bytes | None = None
@@ -87,28 +74,25 @@ class MailboxLine:
         return self._counter
 
     def send(self, content: bytes, *, expect: bool = True) -> None:
-        """Write a mailbox as soon as the camera has room; replaces one still waiting.
+        """Write a mailbox once the camera has room; replaces a waiting one.
 
-        Parameters
-        ----------
-        expect
-            The camera answers it, so look for the answer in every cycle.
+        With `expect`, every cycle polls for the answer.
         """
         self._out = content
         self._unsure = 0
         self._expecting = expect
 
     def expect(self) -> None:
-        """Go on looking for an answer in every cycle: what came was something else."""
+        """Keep polling in every cycle: the received mailbox was not the answer."""
         self._expecting = True
 
     def stop_waiting(self) -> None:
-        """Expect no answer any more; one that comes is delivered all the same."""
+        """Stop polling; late answers are still delivered."""
         self._out = None
         self._expecting = False
 
     def jobs(self) -> Iterator[Job]:
-        """Yield the questions of this cycle."""
+        """Yield the requests of this cycle."""
         if self._unsure:
             self._unsure -= 1
         if self._out is not None and not self._writing and not self._unsure:
@@ -132,7 +116,7 @@ class MailboxLine:
             return
         self._asking = True
         wanted = bytes([_ACTIVE | (_REPEAT if self._repeat_bit else 0)])
-        # Written again each time, which changes nothing where it arrived before.
+        # Rewriting is harmless if it arrived before.
         yield Job(Datagram(Command.FPWR, self._station, _ACTIVATE_IN, wanted), lambda _answer: None)
         yield Job(self._ask_status, self._status)
 
@@ -160,7 +144,7 @@ class MailboxLine:
             return
         self._seen_counter = counter
         if self._unsure:
-            # Its answer proves that the mailbox arrived.
+            # The answer proves that the mailbox arrived.
             self._out, self._unsure = None, 0
         self._expecting = False
         self._deliver(answer.data)

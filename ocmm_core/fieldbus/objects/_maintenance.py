@@ -1,8 +1,7 @@
-"""What changes a camera for good: its station alias, and its firmware. The bus is not in operation.
+"""Permanent changes to a camera while the bus is idle: station alias and firmware.
 
-Both are done with datagrams over an idle wire, one after the other, and each is looked at again
-before it counts: the alias is read back from the EEPROM, and of the firmware the camera that comes
-back says which it runs.
+Single datagrams over an idle wire. Each change is verified: the alias is read back from the EEPROM,
+and the restarted camera must report the new firmware version.
 """
 
 from __future__ import annotations
@@ -45,23 +44,17 @@ _STATE_S, _ANSWER_S, _ERASE_S = 5.0, 2.0, 10.0
 _POLL_S = 0.002
 _BUSY_S = 0.05
 _LATE = 8
-"""So many answers may come that belong to what was asked before."""
+"""Tolerated number of answers to earlier requests."""
 _WRITE_FILE = 2
-"""What a request to write begins with (ETG.1000.6, 5.8)."""
+"""FoE write opcode (ETG.1000.6, 5.8)."""
 _VERSION, _VERSION_BYTES = 0x100A, 64
 
 Told = Callable[[int, int], None]
-"""Is told how many bytes of how many are done."""
+"""Called with bytes done and in total."""
 
 
 def find_camera(exchange: Exchange, serial: int) -> tuple[int, ScannedDevice]:
-    """Return the place on the wire, 0 first, of the camera with a serial number, and what it says.
-
-    Raises
-    ------
-    BusError
-        It is not there, or two have the number.
-    """
+    """Return wire position and identity of a camera; raise BusError unless unique."""
     devices = scan_devices(exchange)
     places = [n for n, each in enumerate(devices) if each.device.serial == serial]
     if len(places) != 1:
@@ -76,17 +69,17 @@ def find_camera(exchange: Exchange, serial: int) -> tuple[int, ScannedDevice]:
 
 
 def write_alias(exchange: Exchange, serial: int, alias: int) -> int:
-    """Store a station alias in the EEPROM of a camera; return the one before.
+    """Store a station alias in the EEPROM of a camera; return the previous one.
 
-    It is in force after the camera was switched off and on. The check sum over the first words of
-    the EEPROM is written with it: without it a controller takes none of them.
+    Takes effect after a power cycle. Also updates the checksum of the first EEPROM words, without
+    which a controller ignores all of them.
 
     Raises
     ------
     InputError
         The alias is not 1 to 65535.
     BusError
-        The camera is not there, another one has that alias, or its EEPROM did not keep it.
+        The camera is absent, the alias is in use, or the EEPROM did not keep it.
     """
     if not 1 <= alias <= 0xFFFF:
         raise InputError(
@@ -102,7 +95,7 @@ def write_alias(exchange: Exchange, serial: int, alias: int) -> int:
             )
     head = bytearray(read_words(exchange, place, 0, _HEAD_WORDS))
     struct.pack_into("<H", head, 2 * _ALIAS_WORD, alias)
-    # The sum first: with a wrong one the controller keeps what it has until both are there.
+    # Checksum first: while it is wrong the controller keeps its values until both are written.
     write_word(exchange, place, _SUM_WORD, _check_sum(bytes(head)))
     write_word(exchange, place, _ALIAS_WORD, alias)
     stored = read_words(exchange, place, 0, _HEAD_WORDS + 1)
@@ -118,22 +111,17 @@ def write_alias(exchange: Exchange, serial: int, alias: int) -> int:
 def update_firmware(
     exchange: Exchange, serial: int, image: bytes, told: Told = lambda _done, _total: None
 ) -> Firmware:
-    """Send firmware to a camera, bring it to PREOP with it, which makes it stay, and ask it.
+    """Upload firmware to a camera, confirm it by reaching PREOP, and verify it.
 
-    The camera writes it beside the one that runs. Where the transfer is interrupted, by the cable
-    or the power, the old one runs at the next start; where the new one does not reach PREOP, too.
-
-    Parameters
-    ----------
-    told
-        Progress.
+    The camera stores it in a second bank. After an interrupted transfer, or if the new firmware
+    does not reach PREOP, the old one runs at the next start.
 
     Raises
     ------
     InputError
-        The file is none, is damaged, or is for another device.
+        The file is invalid, damaged, or for another device.
     BusError
-        The camera is not there, refuses, does not come back, or runs something else then.
+        The camera is absent, refuses, does not return, or runs another version.
     """
     firmware = Firmware.read(image)
     place, found = find_camera(exchange, serial)
@@ -142,7 +130,7 @@ def update_firmware(
     _set_mailboxes(exchange, place)
     _go(exchange, place, _BOOT)
     _send(exchange, place, FoeWrite(FIRMWARE_NAME, image, MAILBOX_BYTES), told)
-    # It starts anew with what it got; only a master that can use it makes it stay.
+    # The camera starts the new firmware on trial; only PREOP confirms it.
     _set_mailboxes(exchange, place)
     _go(exchange, place, PREOP)
     runs = _version(exchange, place)
@@ -158,7 +146,7 @@ def update_firmware(
 
 
 def _send(exchange: Exchange, place: int, transfer: FoeWrite, told: Told) -> None:
-    """Send a file to a camera in BOOT and bring it to INIT, whatever becomes of the file."""
+    """Upload a file to a camera in BOOT and bring it to INIT, also after failures."""
     counter = 1
     try:
         deadline = time.monotonic() + _ERASE_S
@@ -191,7 +179,6 @@ def _send(exchange: Exchange, place: int, transfer: FoeWrite, told: Told) -> Non
 
 
 def _version(exchange: Exchange, place: int) -> str:
-    """Return which firmware a camera in PREOP says it runs."""
     transfer = SdoRead(_VERSION, 0, _VERSION_BYTES, mailbox_bytes=MAILBOX_BYTES)
     counter = 1
     while not transfer.done:
@@ -208,7 +195,6 @@ def _version(exchange: Exchange, place: int) -> str:
 
 
 def _go(exchange: Exchange, place: int, state: int) -> None:
-    """Bring a camera to a state."""
     target = -place & 0xFFFF
     control = (state | _ACKNOWLEDGE).to_bytes(2, "little")
     exchange(Datagram(Command.APWR, target, _AL_CONTROL, control))
@@ -237,12 +223,11 @@ def _set_mailboxes(exchange: Exchange, place: int) -> None:
 
 
 def _ask(exchange: Exchange, place: int, mailbox: bytes) -> bytes:
-    """Write a mailbox and return the camera's answer."""
     question = Datagram(
         Command.APWR, -place & 0xFFFF, MAILBOX_OUT_START, mailbox.ljust(MAILBOX_BYTES, b"\x00")
     )
     deadline = time.monotonic() + _ANSWER_S
-    # A mailbox that is full may hold this very one, whose way back over the wire was lost.
+    # A full mailbox may hold this very one, if its return frame was lost.
     while not exchange(question).working_counter and not _is_answered(exchange, place):
         if time.monotonic() > deadline:
             raise _silent(place)
@@ -252,7 +237,6 @@ def _ask(exchange: Exchange, place: int, mailbox: bytes) -> bytes:
 
 
 def _fetch(exchange: Exchange, place: int, patience_s: float) -> bytes:
-    """Return the mailbox that a camera gives out next."""
     deadline = time.monotonic() + patience_s
     while time.monotonic() < deadline:
         if _is_answered(exchange, place):
@@ -280,7 +264,6 @@ def _silent(place: int) -> BusError:
 
 
 def _check_sum(content: bytes) -> int:
-    """Return the CRC-8 of the first 14 bytes of an EEPROM (ETG.2010, table 2)."""
     crc = 0xFF
     for byte in content:
         crc ^= byte

@@ -1,4 +1,4 @@
-"""The objects of one camera as a host reaches them, whatever is in between."""
+"""Transport-independent access to the objects of one camera."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from typing import Protocol
 from ocmm_core.errors import BusError
 
 Progress = Callable[[int, int], None]
-"""Called with how much of how much is done; what it raises ends the operation."""
+"""Called with the amount done and in total; its exceptions abort the operation."""
 
 STRING_BYTES = 64
-"""No text of the camera is longer."""
+"""Maximum length of texts in a camera."""
 
 
 class ObjectAccess(Protocol):
-    """The objects of one camera; each call waits for its end."""
+    """Objects of one camera; calls block."""
 
     def read(
         self, index: int, sub: int, *, room: int = ..., progress: Progress | None = None
     ) -> bytes:
-        """Return the value of an entry of at most ``room`` bytes."""
+        """Return the value of an entry of at most `room` bytes."""
         ...
 
     def write(
@@ -31,7 +31,7 @@ class ObjectAccess(Protocol):
 
 
 def read_exactly(access: ObjectAccess, index: int, sub: int, size: int) -> bytes:
-    """Return a value of so many bytes, or raise BusError."""
+    """Return a value of exactly `size` bytes, or raise BusError."""
     value = access.read(index, sub, room=size)
     if len(value) != size:
         raise unfit(index, sub, f"it has {len(value)} bytes instead of {size}")
@@ -39,7 +39,7 @@ def read_exactly(access: ObjectAccess, index: int, sub: int, size: int) -> bytes
 
 
 def read_number(access: ObjectAccess, index: int, sub: int, size: int) -> int:
-    """Return an unsigned number of so many bytes, or raise BusError."""
+    """Return an unsigned number of `size` bytes, or raise BusError."""
     return int.from_bytes(read_exactly(access, index, sub, size), "little")
 
 
@@ -52,7 +52,7 @@ def read_text(access: ObjectAccess, index: int, sub: int) -> str:
 
 
 def unfit(index: int, sub: int, why: str) -> BusError:
-    """Return the error of an entry that this program cannot use."""
+    """Return the error for an unusable entry."""
     return BusError(
         "bus.object",
         f"Object {index:#06x}:{sub:02x} of the camera cannot be used: {why}.",

@@ -1,7 +1,7 @@
-"""Requests for objects and EEPROM words of the cameras, served beside the cycle.
+"""Acyclic requests for objects and EEPROM words of the cameras.
 
-Every camera has its own line: one that hangs makes only its own requests fail, each after half
-a second without progress. A transfer that was disturbed begins again from its start.
+Each camera has its own queue: one that hangs fails only its own requests, after half a second
+without progress. Disturbed transfers restart from the beginning.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ocmm_core.fieldbus.report import Alarm
 from ocmm_core.fieldbus.wire import EepromRead, Job
 
 STALL_NS = 500_000_000
-"""A transfer that gets no further for so long has failed."""
+"""Time limit of a transfer without progress."""
 _TRIES = 4
 _OUT_OF_STEP = (b"\x03\x05", b"\x04\x05")
 """High words of abort codes: toggle bit, unknown command (ETG.1000.6, table 41)."""
@@ -29,14 +29,14 @@ Request = ObjectRequest | EepromRequest
 
 
 class RequestPort(Protocol):
-    """Where requests come from and answers go; nothing in it waits."""
+    """Source of requests and sink of replies; never blocks."""
 
     def take(self) -> Request | None:
         """Return the next request, or None."""
         ...
 
     def is_cancelled(self, number: int) -> bool:
-        """Return whether nobody waits for this request any more."""
+        """Return whether a request was cancelled."""
         ...
 
     def reply(self, reply: ObjectReply) -> None:
@@ -45,13 +45,7 @@ class RequestPort(Protocol):
 
 
 class CameraLine:
-    """The requests to one camera, one after the other.
-
-    Parameters
-    ----------
-    on_emergency
-        Gets the camera's emergency messages.
-    """
+    """Sequential requests to one camera."""
 
     def __init__(
         self,
@@ -75,17 +69,17 @@ class CameraLine:
         self._moved_ns = self._told_ns = 0
 
     def unfinished(self) -> list[Request]:
-        """Return all requests that are not answered, the one under way first."""
+        """Return all unanswered requests, the current one first."""
         return ([] if self._request is None else [self._request]) + list(self.queue)
 
     def jobs(self) -> Iterator[Job]:
-        """Yield the questions of this cycle."""
+        """Yield the requests of this cycle."""
         yield from self._mailbox.jobs()
         if self._eeprom is not None:
             yield from self._eeprom.jobs()
 
     def work(self, now_ns: int, port: RequestPort) -> ObjectReply | None:
-        """Go on with the transfer; return the last answer of one that ended."""
+        """Continue the transfer; return the last reply of a finished one."""
         if self._request is None:
             if not self.queue:
                 return None
@@ -179,20 +173,9 @@ class CameraLine:
 
 
 class ObjectService:
-    """Takes requests from a port and spreads them over the cameras.
+    """Distributes requests from a port to the cameras, named in rig order.
 
-    Parameters
-    ----------
-    port
-        Where requests come from; None where nobody asks.
-    names
-        Of the cameras, in the order of the rig.
-
-    Attributes
-    ----------
-    done, failed
-        Transfers that went well, and those that did not; without our own questions, which have
-        negative numbers.
+    `done` and `failed` count transfers, excluding our own (negative numbers).
     """
 
     def __init__(self, port: RequestPort | None, names: tuple[str, ...]) -> None:
@@ -202,12 +185,12 @@ class ObjectService:
         self._turn = 0
         self.done = self.failed = 0
         self.emergencies: deque[tuple[str, Emergency]] = deque(maxlen=64)
-        """Messages that came and were not yet taken: camera and message."""
+        """Messages not yet fetched: camera and message."""
         self.failures: deque[tuple[str, ObjectReply]] = deque(maxlen=64)
-        """Requests that failed and were not yet taken: camera and last answer."""
+        """Failed requests not yet fetched: camera and last reply."""
 
     def attach(self, stations: Mapping[str, tuple[int, MailboxAreas]]) -> None:
-        """Begin to talk to the cameras at these stations; what was under way begins anew."""
+        """Connect to the cameras at these stations; restart unfinished requests."""
         before, self._lines = self._lines, {}
         for name, (station, areas) in stations.items():
             line = CameraLine(name, station, areas, self._emergency)
@@ -216,14 +199,14 @@ class ObjectService:
             self._lines[name] = line
 
     def jobs(self) -> Iterator[Job]:
-        """Yield the questions of this cycle; the cameras take turns at being first."""
+        """Yield the requests of this cycle; the cameras take turns at being first."""
         lines = list(self._lines.values())
         self._turn = (self._turn + 1) % max(1, len(lines))
         for line in lines[self._turn :] + lines[: self._turn]:
             yield from line.jobs()
 
     def work(self, now_ns: int) -> None:
-        """Take new requests and go on with those under way; never waits."""
+        """Accept new requests and continue running ones; never blocks."""
         port = self._port
         if port is None:
             return
@@ -252,7 +235,7 @@ class ObjectService:
 
 
 def _is_disturbance(content: bytes) -> bool:
-    """Return whether a camera gave up because request and answer got out of step."""
+    """Return whether a camera aborted because request and answer got out of step."""
     parts = coe_content(content)
     return parts is not None and parts[1][6:8] in _OUT_OF_STEP
 

@@ -1,7 +1,7 @@
-"""What other programs may ask the owner of the bus for, and its answers: one line of JSON each.
+"""Requests from other programs to the bus owner, and replies: one line of JSON each.
 
-Only one process talks to the cameras. Everybody else writes requests to its standard input and
-reads the answers from its standard output; the bytes of objects travel as base64.
+Only one process accesses the cameras. Others write requests to its standard input and read replies
+from its standard output; object bytes are base64.
 """
 
 from __future__ import annotations
@@ -15,29 +15,26 @@ from ocmm_core.errors import InputError
 MAX_VALUE_BYTES = 1 << 20
 """Longest object; a snapshot of a whole 16-bit sensor of 512 x 512 pixels is half of it."""
 MAX_LINE_BYTES = 4 * MAX_VALUE_BYTES // 3 + 4096
-"""Longest line: the longest object in base64, and the words around it."""
+"""Longest line: the longest object in base64 plus the other fields."""
 MAX_EEPROM_WORDS = 2048
-"""One request reads at most the 4 KiB that a camera has."""
+"""A camera's 4 KiB."""
 
 
 Number = Annotated[int, msgspec.Meta(ge=0)]
-"""Of a request; those below zero are the bus process's own and are taken from nobody else."""
+"""Request number; negative ones are reserved for the bus process."""
 
 
 class ObjectRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="object"):
     """Read or write one entry of a camera's object dictionary."""
 
     number: Number
-    """Chosen by who asks; the answers carry it."""
+    """Chosen by the requester; repeated in replies."""
     camera: str
-    """Name of the camera in the rig."""
     index: int
     sub: int
-    """`index`, `sub`: Address of the entry."""
     value: bytes | None = None
-    """What to write; None to read."""
     room: int = MAX_VALUE_BYTES
-    """How many bytes the answer may have; a longer object is an error."""
+    """Maximum bytes of the answer; a longer object is an error."""
 
 
 class EepromRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="eeprom"):
@@ -45,15 +42,12 @@ class EepromRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag
 
     number: Number
     camera: str
-    """`number`, `camera`: As in `ObjectRequest`."""
     word: int
-    """Address of the first word."""
     words: int
-    """How many."""
 
 
 class CancelRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="cancel"):
-    """Give up the request with this number; there is no answer to it any more."""
+    """Cancel the request with this number; no reply follows."""
 
     number: Number
 
@@ -62,21 +56,19 @@ Request = ObjectRequest | EepromRequest | CancelRequest
 
 
 class ObjectReply(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """How far a request is, or how it ended."""
+    """Progress or result of a request."""
 
     number: int
-    """Of the request; 0 where the request could not be read."""
+    """Request number; 0 for unreadable requests."""
     done: int = 0
     total: int = 0
-    """`done`, `total`: Bytes so far and in all; a total of 0 is not known yet."""
+    """`done`, `total`: bytes; a total of 0 is unknown."""
     finished: bool = False
-    """This is the last answer."""
     value: bytes = b""
-    """What was read, in the last answer."""
     code: str = ""
     what: str = ""
     remedy: str = ""
-    """`code`, `what`, `remedy`: The error in the last answer; all empty where it went well."""
+    """`code`, `what`, `remedy`: error in the last reply; empty on success."""
 
 
 def encode_line(message: Request | ObjectReply) -> bytes:
@@ -85,13 +77,7 @@ def encode_line(message: Request | ObjectReply) -> bytes:
 
 
 def decode_request(line: bytes) -> Request:
-    """Return the request in ``line``.
-
-    Raises
-    ------
-    InputError
-        It is none, or asks for what no camera has.
-    """
+    """Return the request in `line`; raise InputError if invalid or out of range."""
     try:
         request: Request = msgspec.json.decode(line, type=Request)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
@@ -114,7 +100,7 @@ def decode_request(line: bytes) -> Request:
 
 
 def decode_reply(line: bytes) -> ObjectReply:
-    """Return the answer in ``line``; raise InputError where it is none."""
+    """Return the reply in `line`; raise InputError if invalid."""
     try:
         return msgspec.json.decode(line, type=ObjectReply)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:

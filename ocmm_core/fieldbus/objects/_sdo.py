@@ -1,8 +1,7 @@
-"""CANopen over EtherCAT, the master's side: transfers of objects as bytes in, bytes out.
+"""CANopen over EtherCAT, master side: object transfers as bytes in, bytes out.
 
-A transfer says what to write into the camera's mailbox next, and takes what the camera answers;
-when and how these travel is somebody else's business. Nothing here waits: a camera that says
-nothing leaves the transfer where it is. Source: ETG.1000.6, 5.6.2 (SDO services).
+A transfer provides the next mailbox and processes answers; the caller transports them. Nothing
+waits: without answer the transfer does not advance. Source: ETG.1000.6, 5.6.2 (SDO services).
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from ocmm_core.fieldbus.objects._coe_texts import ABORT_TEXTS, MAILBOX_ERRORS
 MAILBOX_HEAD = struct.Struct("<HHBB")
 COE_HEAD = struct.Struct("<H")
 MAX_COUNTER = 7
-"""Mailbox counters run from 1 to this and begin again; 0 is not used."""
+"""Mailbox counters run from 1 to this and wrap; 0 is unused."""
 SERVICE_EMERGENCY, SERVICE_SDO_REQUEST, SERVICE_SDO_RESPONSE = 1, 2, 3
 
 _KIND_ERROR, _KIND_COE = 0, 3
@@ -30,8 +29,6 @@ _SMALLEST_MAILBOX = MAILBOX_HEAD.size + COE_HEAD.size + _SDO_BYTES
 
 
 class _Client(IntEnum):
-    """Command specifiers of the requests."""
-
     DOWNLOAD_SEGMENT = 0
     DOWNLOAD = 1
     UPLOAD = 2
@@ -39,8 +36,6 @@ class _Client(IntEnum):
 
 
 class _Server(IntEnum):
-    """Command specifiers of the answers."""
-
     UPLOAD_SEGMENT = 0
     DOWNLOAD_SEGMENT = 1
     UPLOAD = 2
@@ -53,11 +48,11 @@ def sdo_mailbox(body: bytes, counter: int, size: int) -> bytes:
     Parameters
     ----------
     body
-        The SDO, from its command on.
+        SDO from its command on.
     counter
-        1 to `MAX_COUNTER`; a camera leaves out a mailbox that comes twice with the same one.
+        1 to `MAX_COUNTER`; a camera skips a repeated counter.
     size
-        Bytes of the mailbox; the camera takes it when its last byte is written.
+        Bytes of the mailbox; the camera accepts it when its last byte is written.
     """
     content = COE_HEAD.pack(SERVICE_SDO_REQUEST << 12) + body
     head = MAILBOX_HEAD.pack(len(content), 0, 0, _KIND_COE | counter << 4)
@@ -65,12 +60,12 @@ def sdo_mailbox(body: bytes, counter: int, size: int) -> bytes:
 
 
 def mailbox_counter(content: bytes) -> int:
-    """Return the counter of a mailbox, by which one that comes twice is known; 0 without one."""
+    """Return the counter of a mailbox, for duplicate detection; 0 without one."""
     return content[5] >> 4 & 7 if len(content) >= MAILBOX_HEAD.size else 0
 
 
 def coe_content(content: bytes) -> tuple[int, bytes] | None:
-    """Return CoE service and body of a mailbox, or None where it holds no whole CoE message."""
+    """Return CoE service and body of a mailbox, or None if incomplete or not CoE."""
     if len(content) < MAILBOX_HEAD.size + COE_HEAD.size:
         return None
     length, _address, _channel, kind = MAILBOX_HEAD.unpack_from(content)
@@ -84,15 +79,7 @@ def coe_content(content: bytes) -> tuple[int, bytes] | None:
 
 
 class SdoTransfer(ABC):
-    """One transfer: ask `request`, hand what comes to `answer`, until `done`.
-
-    Parameters
-    ----------
-    index, sub
-        Address of the entry.
-    mailbox_bytes
-        Size of the camera's mailboxes.
-    """
+    """One transfer: send `request`, pass answers to `answer`, until `done`."""
 
     def __init__(self, index: int, sub: int, mailbox_bytes: int) -> None:
         if mailbox_bytes < _SMALLEST_MAILBOX:
@@ -116,30 +103,30 @@ class SdoTransfer(ABC):
     @property
     @abstractmethod
     def result(self) -> bytes:
-        """Return the value that was read so far; nothing where one is written."""
+        """Return the value read so far; empty for writes."""
 
     @property
     @abstractmethod
     def progress(self) -> tuple[int, int]:
-        """Return how many bytes of how many; the second is 0 while it is not known."""
+        """Return bytes done and in total; 0 while unknown."""
 
     def request(self, counter: int) -> bytes:
-        """Return the mailbox to write next; the same one until an answer was taken."""
+        """Return the next mailbox; unchanged until an answer arrives."""
         return sdo_mailbox(self._body().ljust(_SDO_BYTES, b"\x00"), counter, self._mailbox_bytes)
 
     def abandon(self, counter: int) -> bytes:
-        """Return the mailbox that tells the camera that nobody waits any more; no answer comes."""
+        """Return the mailbox that aborts the transfer in the camera; it is not answered."""
         body = _SDO_HEAD.pack(_ABORT, self.index, self.sub) + struct.pack("<I", _ABORT_TIMEOUT)
         return sdo_mailbox(body, counter, self._mailbox_bytes)
 
     def answer(self, content: bytes) -> None:
-        """Take the camera's answer.
+        """Process the camera's answer.
 
         Raises
         ------
         BusError
-            ``bus.refused`` where the camera aborts the transfer; ``bus.mailbox`` where the answer
-            does not fit to the request. The transfer is over then.
+            ``bus.refused`` if the camera aborts; ``bus.mailbox`` if the answer does not match the
+            request. Both end the transfer.
         """
         if self._done:
             raise self._unfit("it comes after the end")
@@ -152,7 +139,7 @@ class SdoTransfer(ABC):
         # The standard sends an abort as a request; not every device does.
         if body[0] == _ABORT and service in (SERVICE_SDO_REQUEST, SERVICE_SDO_RESPONSE):
             _command, index, sub = _SDO_HEAD.unpack_from(body.ljust(_SDO_BYTES, b"\x00"))
-            # Of a transfer before this one, come late; some devices name nothing.
+            # Late abort of a previous transfer; some devices send no address.
             if index and (index, sub) != (self.index, self.sub):
                 raise self._unfit(f"it is about {index:#06x}:{sub:02x}")
             raise self._refused(body)
@@ -174,11 +161,11 @@ class SdoTransfer(ABC):
 
     @abstractmethod
     def _take_first(self, body: bytes) -> None:
-        """Take the answer to the first request; it has the right address and 8 bytes at least."""
+        """Process the first answer; address checked, 8 bytes at least."""
 
     @abstractmethod
     def _take_segment(self, body: bytes) -> None:
-        """Take the answer to a segment; it has one byte at least."""
+        """Process a segment; one byte at least."""
 
     def _check_segment(self, command: int, specifier: _Server) -> None:
         if command >> 5 != specifier:
@@ -212,12 +199,8 @@ class SdoRead(SdoTransfer):
 
     Parameters
     ----------
-    index, sub
-        Address of the entry.
     room
-        How many bytes it may have; a longer one is an error before it is read.
-    mailbox_bytes
-        Size of the camera's mailboxes.
+        Maximum bytes; a longer value fails before it is read.
     """
 
     def __init__(self, index: int, sub: int, room: int, *, mailbox_bytes: int) -> None:
@@ -228,12 +211,12 @@ class SdoRead(SdoTransfer):
 
     @property
     def result(self) -> bytes:
-        """Return what was read so far; all of it once `done`."""
+        """Return the value read so far; complete once `done`."""
         return bytes(self._value)
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Return how many bytes of how many; the second is 0 while it is not known."""
+        """Return bytes read and in total; 0 while unknown."""
         return len(self._value), self._total
 
     def _body(self) -> bytes:
@@ -278,17 +261,7 @@ class SdoRead(SdoTransfer):
 
 
 class SdoWrite(SdoTransfer):
-    """Write one entry.
-
-    Parameters
-    ----------
-    index, sub
-        Address of the entry.
-    value
-        What to write.
-    mailbox_bytes
-        Size of the camera's mailboxes.
-    """
+    """Write one entry."""
 
     def __init__(self, index: int, sub: int, value: bytes, *, mailbox_bytes: int) -> None:
         super().__init__(index, sub, mailbox_bytes)
@@ -301,12 +274,12 @@ class SdoWrite(SdoTransfer):
 
     @property
     def result(self) -> bytes:
-        """Return nothing: a value that is written brings none."""
+        """Return empty bytes."""
         return b""
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Return how many bytes the camera has taken, of how many."""
+        """Return acknowledged and total bytes."""
         return self._acknowledged, len(self._value)
 
     def _body(self) -> bytes:
@@ -343,7 +316,7 @@ class SdoWrite(SdoTransfer):
 
 
 def _complaint(content: bytes) -> str:
-    """Return why a mailbox is no CoE message; the camera's own complaint where it is one."""
+    """Return why a mailbox is not CoE, or the camera's own error."""
     if len(content) >= MAILBOX_HEAD.size + 4 and content[5] & 0x0F == _KIND_ERROR:
         (detail,) = struct.unpack_from("<H", content, MAILBOX_HEAD.size + 2)
         text = MAILBOX_ERRORS.get(detail, "unknown reason")

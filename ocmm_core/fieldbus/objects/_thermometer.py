@@ -1,4 +1,4 @@
-"""Asks the cameras how warm they are, one every few seconds, between the requests of others."""
+"""Camera temperatures, one camera every few seconds, between other requests."""
 
 from __future__ import annotations
 
@@ -10,21 +10,13 @@ from ocmm_core.fieldbus.objects._objects import Request, RequestPort
 from ocmm_core.fieldbus.objects._requests import ObjectReply, ObjectRequest
 
 INTERVAL_NS = 5_000_000_000
-"""From one question to the next; the cameras take turns."""
+"""Between readings; the cameras take turns."""
 _TEMPERATURE = 4
 _BYTES = 2
 
 
 class Thermometer:
-    """A port that passes requests on and puts a question of its own between them.
-
-    Parameters
-    ----------
-    port
-        Where the requests of others come from; None where nobody asks.
-    now_ns
-        Clock; monotonic.
-    """
+    """Port that inserts its own requests between those of another port."""
 
     def __init__(
         self,
@@ -33,7 +25,7 @@ class Thermometer:
         now_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         self.celsius: dict[str, float] = {}
-        """Last answers by camera; a camera that does not answer is not in it."""
+        """Last temperatures; cameras without answer are missing."""
         self._port = port
         self._names = names
         self._now_ns = now_ns
@@ -41,24 +33,24 @@ class Thermometer:
         self._turn = 0
 
     def take(self) -> Request | None:
-        """Return the next request of others, or the question that is due."""
+        """Return the next request of the other port, or a due reading."""
         request = None if self._port is None else self._port.take()
         now_ns = self._now_ns()
         if request is not None or now_ns < self._next_ns:
             return request
         self._next_ns = now_ns + INTERVAL_NS
         self._turn = (self._turn + 1) % len(self._names)
-        # Numbers of others are not negative.
+        # Numbers of other requests are not negative.
         return ObjectRequest(
             -1 - self._turn, self._names[self._turn], INFORMATION, _TEMPERATURE, room=_BYTES
         )
 
     def is_cancelled(self, number: int) -> bool:
-        """Return whether nobody waits for this request any more."""
+        """Return whether a request was cancelled."""
         return number >= 0 and self._port is not None and self._port.is_cancelled(number)
 
     def reply(self, reply: ObjectReply) -> None:
-        """Keep the answer to a question of our own; pass any other on."""
+        """Store the reply to a reading; pass any other on."""
         if reply.number >= 0:
             if self._port is not None:
                 self._port.reply(reply)

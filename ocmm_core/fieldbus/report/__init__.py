@@ -1,11 +1,10 @@
-"""What the bus says about itself: alarms, a snapshot, and both in words.
+"""Bus report: alarms, a snapshot, and their texts.
 
-In: counters and events as the bus process gives them. Out: JSON, sentences, and a text to mail.
+In: counters and events of the bus process. Out: JSON, sentences, and a text to mail.
 
-Read `_alarms` (one name, one sentence and one remedy each), `_report` (the snapshot and its JSON),
-`_messages` (what it means, in shares) and `_formatting` (the whole as plain text); `_statistics`
-(figures for other programs).
-It must not know the wire or the device: a screen on another computer can read a report.
+Start with `_alarms` (title and remedy of each) and `_report` (snapshot and JSON); then `_messages`
+(sentences and shares), `_formatting` (plain text), `_statistics` (figures for other programs).
+It must not import the wire or the device: another computer can display a report.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""What can go wrong on the bus: one entry for each alarm, which says all that the rest asks.
+"""Bus alarms: one entry with all properties of each.
 
-Supervisor, journal, Bus page, text report and the table of docs/wire.md read it here.
+Used by supervisor, journal, Bus page, text report and the table of docs/wire.md.
 """
 
 from __future__ import annotations
@@ -10,35 +10,32 @@ from enum import Enum, StrEnum, auto
 
 
 class AlarmResponse(Enum):
-    """What the program does about an alarm by itself."""
+    """Automatic response to an alarm."""
 
     NOTE = auto()
-    """Nothing: no cycle is refused for it."""
+    """None: no cycle is refused."""
     WAIT = auto()
-    """Refuse the cycle and wait for a good one; without one for long, a new bring-up."""
+    """Refuse the cycle and wait for a good one; after a long wait, a bring-up."""
     LIFT = auto()
-    """As before, and with more patience: cameras that fell to SAFEOP are lifted meanwhile."""
+    """As WAIT, with more patience: cameras in SAFEOP are lifted meanwhile."""
     BRING_UP = auto()
-    """Refuse the cycle; after some in a row waiting longer is of no use: a new bring-up."""
+    """Refuse the cycle; after some in a row, a bring-up."""
     REPEAT = auto()
-    """Only a bring-up finds it; the bring-up is repeated with a growing pause."""
+    """Found by bring-ups only; repeat them with a growing pause."""
 
 
 @dataclass(frozen=True, slots=True)
 class AlarmSpec:
-    """Everything about one alarm."""
-
     code: str
-    """Stable: it stands in logs, in reports and on the screen."""
+    """Stable; used in logs, reports and on screen."""
     title: str
     remedy: str
-    """`title`, `remedy`: What it means to people, and what they do about it."""
+    """`title`, `remedy`: user texts."""
     answer: AlarmResponse
-    """What the program does about it."""
     confirmed: int = 0
-    """After so many cycles in a row it is certain; zero for all but `AlarmResponse.BRING_UP`."""
+    """Consecutive cycles until confirmed; zero except for `AlarmResponse.BRING_UP`."""
     errors: tuple[str, ...] = ()
-    """Codes of the errors of a bring-up that mean the same."""
+    """Codes of bring-up errors with the same meaning."""
 
 
 class Alarm(StrEnum):
@@ -47,7 +44,7 @@ class Alarm(StrEnum):
     spec: AlarmSpec
 
     def __new__(cls, spec: AlarmSpec) -> Alarm:
-        """Make the member of an entry."""
+        """Create the member of an entry."""
         alarm = str.__new__(cls, spec.code)
         alarm._value_ = spec.code
         alarm.spec = spec
@@ -221,10 +218,10 @@ _BY_ERROR = {code: alarm for alarm in Alarm for code in alarm.spec.errors}
 
 
 def alarm_of_code(code: str) -> Alarm | None:
-    """Return the alarm with a code; None for an event of the bus that is no alarm."""
+    """Return the alarm with a code; None for other events."""
     return _BY_CODE.get(code)
 
 
 def alarm_of_error(code: str) -> Alarm | None:
-    """Return the alarm that an error of the bring-up means, by the code of either; None if none."""
+    """Return the alarm of a bring-up error, by the code of either; None if none."""
     return _BY_ERROR.get(code) or _BY_CODE.get(code)

@@ -1,4 +1,4 @@
-"""The report of the bus as plain text, made to be mailed to somebody who was not there."""
+"""Bus report as plain text, for mailing."""
 
 from __future__ import annotations
 
@@ -29,17 +29,7 @@ _MEANINGS = (
 
 
 def report_text(report: BusReport, *, rig: str, written: datetime) -> str:
-    """Return the report as text of at most 100 columns, with line ends.
-
-    Parameters
-    ----------
-    report
-        What the bus process said last.
-    rig
-        Name of the rig.
-    written
-        Now, with its time zone.
-    """
+    """Return the report as text of at most 100 columns, with line ends."""
     lines = [
         "OCMM bus report",
         "===============",
@@ -172,7 +162,7 @@ def _event(event: BusEvent) -> Iterable[str]:
 
 
 def _wrapped(head: str, text: str, columns: int = _COLUMNS) -> list[str]:
-    """Return ``text`` behind ``head``, its further lines below its first."""
+    """Return `text` after `head`, with hanging indentation."""
     return textwrap.wrap(text, columns, initial_indent=head, subsequent_indent=" " * len(head)) or [
         head
     ]

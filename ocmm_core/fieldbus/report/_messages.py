@@ -1,4 +1,4 @@
-"""What a report of the bus means, in words and shares: for the screen and for the text."""
+"""Sentences and shares of a bus report, for screen and text."""
 
 from __future__ import annotations
 
@@ -14,24 +14,18 @@ _BEFORE_CAMERAS = (BusPhase.CLOSED, BusPhase.LINK, BusPhase.SCAN)
 
 
 _SLOW = 0.95
-"""A virtual bus at this pace or faster is called as fast as real time."""
+"""A virtual bus at this pace or faster counts as real time."""
 
 
 def pace_words(pace: float | None) -> str:
-    """Return that a virtual bus is slower than real time; empty where it is not.
-
-    Parameters
-    ----------
-    pace
-        Bus time over real time; None for a bus that waits for nobody.
-    """
+    """Return a warning about a slow virtual bus (pace in bus over real time), or empty."""
     if pace is None or pace >= _SLOW:
         return ""
     return f"Virtual bus at {pace:.2f} of real time: this computer is too slow for 1.0."
 
 
 class Link(Enum):
-    """A piece of cable between two neighbours on the wire."""
+    """Cable between two neighbours on the wire."""
 
     WHOLE = "whole"
     BROKEN = "broken"
@@ -44,16 +38,14 @@ class WirePicture:
 
     interface: str
     redundant_interface: str
-    """`interface`, `redundant_interface`: Of the host; the second is empty without a redundancy
-    cable."""
+    """`interface`, `redundant_interface`: of the host; the second is empty without redundancy."""
     cameras: tuple[CameraReport, ...]
-    """As they stand on the wire; those that are not found come last."""
+    """In wire order; missing ones last."""
     links: tuple[Link, ...]
     """links[i] leads to cameras[i], from the host or from the camera before it."""
     redundancy: Link | None
-    """The cable back from the last camera; None without one."""
+    """Cable back from the last camera; None without one."""
     words: str
-    """The same in one or two sentences."""
 
 
 def is_present(camera: CameraReport) -> bool:
@@ -62,7 +54,7 @@ def is_present(camera: CameraReport) -> bool:
 
 
 def wire_picture(report: BusReport) -> WirePicture:
-    """Return how the wire looks as far as the answers of the cameras tell."""
+    """Return the wire as inferred from the cameras' answers."""
     cameras = tuple(
         sorted(report.cameras, key=lambda camera: (camera.position == 0, camera.position))
     )
@@ -107,7 +99,7 @@ def _wire_words(report: BusReport, cameras: Sequence[CameraReport], links: Seque
 
 
 def trouble_words(report: BusReport) -> tuple[str, str]:
-    """Return what disturbs the bus now and what to do about it; empty texts in good order."""
+    """Return the current fault and its remedy; empty in good order."""
     if report.phase is BusPhase.OPERATION and not (report.alarm or report.message):
         return "", ""
     what = report.message or f"Bus: {report.phase.value}."
@@ -119,10 +111,9 @@ def trouble_words(report: BusReport) -> tuple[str, str]:
 
 
 def shares(counts: Sequence[int], decimals: int = 3) -> tuple[float, ...]:
-    """Return the shares of ``counts`` in their sum, %, rounded so that they add up to 100.
+    """Return the shares of `counts` in their sum, %, rounded to add up to 100.
 
-    What rounding leaves over goes to the shares that lost most by it (method of the largest
-    remainder). All shares are zero where the sum is.
+    Rounds by the largest remainder method. All shares are zero if the sum is.
     """
     total, scale = sum(counts), 100 * 10**decimals
     if total <= 0:
@@ -135,19 +126,18 @@ def shares(counts: Sequence[int], decimals: int = 3) -> tuple[float, ...]:
 
 
 def unaccounted(report: BusReport) -> int:
-    """Return how many cycles have no verdict; anything but zero is a fault of the program."""
+    """Return the cycles without verdict; nonzero is a program error."""
     return report.elapsed - (report.good + report.late + report.lost + report.bad)
 
 
 def microseconds(value_us: float) -> str:
-    """Return a length of time in a unit that keeps it short."""
     if abs(value_us) >= 1000.0:
         return f"{value_us / 1000.0:g} ms"
     return f"{value_us:g} µs"
 
 
 def within_us(histogram: Histogram, share: float) -> float | None:
-    """Return below which edge this share of the values lies, us; None where beyond all edges."""
+    """Return the edge, us, below which this share of values lies; None if beyond all edges."""
     needed, reached = share * sum(histogram.counts), 0
     for edge, count in zip(histogram.edges_us, histogram.counts, strict=False):
         reached += count

@@ -1,4 +1,4 @@
-"""Cycles of the bus as figures for other programs: counts and histograms, as JSON or CSV."""
+"""Cycle counts and histograms for other programs, as JSON or CSV."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _HISTOGRAMS = ("lateness", "round_trip")
 
 
 def statistics_json(report: BusReport) -> bytes:
-    """Return the figures as JSON: histograms with the upper edge of each bin, us.
+    """Return the figures as JSON: histograms with upper bin edges, us.
 
-    The last count of a histogram is of what is longer than the last edge.
+    The last count of a histogram is beyond the last edge.
     """
     content = {
         "format": _FORMAT,
@@ -34,7 +34,7 @@ def statistics_json(report: BusReport) -> bytes:
 
 
 def statistics_csv(report: BusReport) -> bytes:
-    """Return the figures as CSV: ``kind,from_us,to_us,count``, a row a bin and a row a count."""
+    """Return the figures as CSV: ``kind,from_us,to_us,count``, a row per bin and count."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\r\n")
     writer.writerow(("kind", "from_us", "to_us", "count"))

@@ -1,13 +1,12 @@
-"""Frames and datagrams, sockets, the service channel, and the fence around pysoem.
+"""Frames and datagrams, sockets, the service channel, and the pysoem wrapper.
 
-In: bytes of an interface. Out: answers told apart, words of EEPROM, who is on the wire.
+In: bytes of an interface. Out: matched answers, EEPROM words, and the devices on the wire.
 
-Read `_datagrams` (bytes of EtherCAT), `_sockets` and `_port` (our own raw sockets), `_interface`
-(may it be used), `_host_time` (which clock waits for whom), `_master` (the only file that imports
-pysoem) with `_fuse`, `_service` (one frame of our own per cycle), `_tally` (which answers came),
-`_scan`, `_mapping`, `_eeprom`, `_other_masters`; `_tap` and `_pcapng` (frames for
-Wireshark).
-It must not know objects or alarms; it decides nothing about a fault.
+Start with `_datagrams` (EtherCAT bytes), `_sockets` and `_port` (raw sockets); then `_interface`
+(admissible interfaces), `_host_time` (clocks), `_master` (the only file that imports pysoem) with
+`_fuse`, `_service` (one own frame per cycle), `_tally` (answers received), `_scan`, `_mapping`,
+`_eeprom`, `_other_masters`; `_tap` and `_pcapng` (frames for Wireshark).
+It must not import objects or alarms, nor decide on faults.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""EtherCAT frames and their datagrams (ETG.1000.4), as bytes: built and taken apart.
+"""Encoding and decoding of EtherCAT frames and datagrams (ETG.1000.4).
 
-The master library carries the process data. Everything that must never make it wait - states,
-clocks, mailboxes - travels in frames of our own beside it, with index numbers that the library
-does not use and therefore ignores.
+The master library carries the process data. Everything that must not delay it (states, clocks,
+mailboxes) travels in separate frames with indices that the library does not use and ignores.
 """
 
 from __future__ import annotations
@@ -18,11 +17,11 @@ ETHERTYPE = 0x88A4
 FRAME_BYTES = 1514
 """Longest Ethernet frame, without its check sequence."""
 DATAGRAM_OVERHEAD = 12
-"""Head and working counter of a datagram."""
+"""Header and working counter of a datagram."""
 
 _BROADCAST = b"\xff" * 6
 OWN_SOURCE = bytes((0x00, 0x4F, 0x43, 0x4D, 0x4D, 0x01))
-"""The slaves set bit 1 of the first byte on the way, which tells sent from returned."""
+"""Slaves set bit 1 of the first byte, which distinguishes returned from sent frames."""
 _PASSED = 0x02
 _ETHERNET_HEAD = struct.Struct(">6s6sH")
 _ETHERCAT_HEAD = struct.Struct("<H")
@@ -58,34 +57,26 @@ class Command(IntEnum):
 
 
 class Datagram(NamedTuple):
-    """One datagram."""
-
     command: int
-    """What the slaves do with it; an int where it came from the wire."""
+    """EtherCAT command; may be unknown if received."""
     target: int
     """Position, station address, or low half of the logical address."""
     register: int
     """Memory address in the slave, or high half of the logical address."""
     data: bytes
-    """Content."""
     working_counter: int = 0
-    """How many slaves took part; zero when sent."""
+    """Number of slaves that took part; zero when sent."""
 
 
 def encode_frame(index: int, datagrams: Sequence[Datagram]) -> bytes:
-    """Return an Ethernet frame with these datagrams.
+    """Return an Ethernet frame with these datagrams; raise BusError if they do not fit.
 
     Parameters
     ----------
     index
-        0 to 255, in every datagram: tells the answers of different frames apart.
+        0 to 255, in every datagram: identifies the frame of an answer.
     datagrams
         One at least; together at most `FRAME_BYTES`.
-
-    Raises
-    ------
-    BusError
-        They do not fit into a frame.
     """
     size = sum(len(datagram.data) + DATAGRAM_OVERHEAD for datagram in datagrams)
     total = _ETHERNET_HEAD.size + _ETHERCAT_HEAD.size + size
@@ -112,13 +103,7 @@ def encode_frame(index: int, datagrams: Sequence[Datagram]) -> bytes:
 
 
 class FrameForm:
-    """A frame with always the same datagrams: built once, then sent and read many times.
-
-    Parameters
-    ----------
-    datagrams
-        As for `encode_frame`.
-    """
+    """Frame with constant datagrams: built once, sent and parsed many times."""
 
     def __init__(self, datagrams: Sequence[Datagram]) -> None:
         self._blank = bytearray(encode_frame(0, datagrams))
@@ -133,7 +118,7 @@ class FrameForm:
         self._end = at
         self._values = struct.Struct(layout)
         asked = self._values.unpack_from(self._blank, _DATAGRAMS_AT)
-        # What no slave changes; a broadcast counts the slaves in its target.
+        # Fields that no slave changes; a broadcast counts the slaves in its target.
         self._commands, self._registers, self._lengths = asked[0::8], asked[3::8], asked[4::8]
 
     def encode(self, index: int) -> bytes:
@@ -144,7 +129,7 @@ class FrameForm:
         return bytes(blank)
 
     def answers(self, frame: bytes) -> list[Datagram] | None:
-        """Return the datagrams of an answer; None where it does not look exactly like one."""
+        """Return the datagrams of an answer; None unless it matches exactly."""
         if (
             len(frame) < self._end
             or frame[_ETHERNET_HEAD.size : _DATAGRAMS_AT] != self._head
@@ -163,25 +148,19 @@ class FrameForm:
 
 
 def frame_index(frame: bytes) -> int | None:
-    """Return the index of an EtherCAT frame, or None where it is none; looks at nothing else."""
+    """Return the index of an EtherCAT frame, or None; checks nothing else."""
     if len(frame) < _SHORTEST_ANSWER or frame[12:14] != _ETHERTYPE_BYTES:
         return None
     return frame[_DATAGRAMS_AT + 1]
 
 
 def has_passed(frame: bytes) -> bool:
-    """Return whether an EtherCAT frame has passed a slave; false for one that was only sent."""
+    """Return whether an EtherCAT frame has passed a slave."""
     return bool(frame[6] & _PASSED)
 
 
 def decode_frame(frame: bytes) -> tuple[int, tuple[Datagram, ...]]:
-    """Return the index and the datagrams of an Ethernet frame.
-
-    Raises
-    ------
-    BusError
-        It is no whole EtherCAT frame.
-    """
+    """Return the index and the datagrams of an Ethernet frame; raise BusError if incomplete."""
     index = frame_index(frame)
     if index is None:
         raise _malformed("not an EtherCAT frame")
@@ -210,10 +189,9 @@ def decode_frame(frame: bytes) -> tuple[int, tuple[Datagram, ...]]:
 
 
 def answers_like(frame: bytes, asked: Sequence[Datagram]) -> tuple[Datagram, ...] | None:
-    """Return the datagrams of a frame that answers these, in whatever dress; None: it does not.
+    """Return the datagrams of a frame that answers `asked`, or None.
 
-    An answer may carry flags that the question had not. What was spoiled on the way, or comes from
-    somebody else, is no answer.
+    Answers may carry additional flags. Damaged or foreign frames are no answers.
     """
     try:
         _index, datagrams = decode_frame(frame)
@@ -223,7 +201,7 @@ def answers_like(frame: bytes, asked: Sequence[Datagram]) -> tuple[Datagram, ...
 
 
 def _shape(datagram: Datagram) -> tuple[int, int, int]:
-    """Return what no slave changes; a broadcast counts the slaves in its target."""
+    """Return fields that no slave changes; a broadcast counts slaves in its target."""
     return datagram.command, datagram.register, len(datagram.data)
 
 

@@ -1,4 +1,4 @@
-"""Reading the EEPROM of a camera, word by word, through the service channel (ETG.1000.4, 6.4)."""
+"""Word-by-word EEPROM reads through the service channel (ETG.1000.4, 6.4)."""
 
 from __future__ import annotations
 
@@ -20,15 +20,7 @@ _ANSWER = struct.Struct("<HI8s")
 
 
 class EepromRead:
-    """Read words of one camera's EEPROM; a small state machine without a clock.
-
-    Parameters
-    ----------
-    station
-        Station address of the camera.
-    word, words
-        First one and how many.
-    """
+    """Read EEPROM words of one camera; a state machine without a clock."""
 
     def __init__(self, station: int, word: int, words: int) -> None:
         self._station = station
@@ -40,7 +32,7 @@ class EepromRead:
 
     @property
     def done(self) -> bool:
-        """Return whether all is read and the camera has its EEPROM back."""
+        """Return whether all words are read and EEPROM access is returned to the camera."""
         return self._returned
 
     @property
@@ -50,16 +42,16 @@ class EepromRead:
 
     @property
     def result(self) -> bytes:
-        """Return what was read so far."""
+        """Return the words read so far."""
         return bytes(self._value[: self._wanted])
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Return how many bytes of how many."""
+        """Return bytes read and in total."""
         return len(self.result), self._wanted
 
     def jobs(self) -> Iterator[Job]:
-        """Yield the question of this cycle, if one is due."""
+        """Yield the request of this cycle, if due."""
         if self._waiting or self._returned or self._error is not None:
             return
         self._waiting = True

@@ -1,4 +1,4 @@
-"""A fuse for calls of the master library that would not end where the cable breaks meanwhile."""
+"""Time limit for master library calls that would not end if the cable breaks."""
 
 from __future__ import annotations
 
@@ -17,8 +17,6 @@ _FUSE_RET_US, _FUSE_RET_RING_US = 50, 1000
 
 
 class _Timeouts(Protocol):
-    """The library's own, one set a process, us."""
-
     ret: int
     eeprom: int
 
@@ -27,27 +25,18 @@ class _Timeouts(Protocol):
 def fuse(
     timeouts: _Timeouts, sockets: Sequence[socket.socket], *, stretched: bool, ring: bool
 ) -> Iterator[None]:
-    """Keep pysoem from waiting where the cable breaks while it maps.
+    """Limit how long pysoem waits if the cable breaks during mapping.
 
-    It would then ask for thousands of words of the EEPROM, wait 8 ms for each and hold the
-    GIL: 84 s without an end for this process (measured). After a moment a helper switches
-    the socket, which it shares, to not waiting; then the rest takes half a second.
-
-    Parameters
-    ----------
-    timeouts
-        Of the library; restored at the end.
-    stretched
-        The time of the bus waits for this computer.
-    ring
-        There is a redundancy cable.
+    It would read thousands of EEPROM words, wait 8 ms for each and hold the GIL: 84 s for this
+    process (measured). After a moment a helper process makes the shared socket non-blocking; the
+    rest then takes half a second.
     """
     kept = timeouts.ret, timeouts.eeprom
     fuse_s = _FUSE_S
     if stretched:
         fuse_s = _FUSE_STRETCHED_S
     else:
-        # Without effect while one socket waits, but not for two; the EEPROM is not needed.
+        # No effect with one blocking socket, but with two; the EEPROM is not needed.
         timeouts.ret = timeouts.eeprom = _FUSE_RET_RING_US if ring else _FUSE_RET_US
     helper = _fork_quietly()
     if helper == 0:
@@ -66,14 +55,14 @@ def fuse(
 
 
 def set_blocking(sockets: Sequence[socket.socket], *, blocking: bool) -> None:
-    """Let all who share these open sockets wait for them, or not."""
+    """Make these open sockets blocking or not, for all processes that share them."""
     for own in sockets:
         # Only the flag of the open file, which pysoem's own descriptor shares.
         os.set_blocking(own.fileno(), blocking)
 
 
 def _fork_quietly() -> int:
-    """Fork; the warning about other threads is for children that do more than one system call."""
+    """Fork; the threads warning concerns children with more than one system call."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
         return os.fork()

@@ -1,4 +1,4 @@
-"""The time that the master lives in: this computer's own, or one that waits on a virtual wire."""
+"""Time of the master: this computer's, or one that waits on a virtual wire."""
 
 from __future__ import annotations
 
@@ -6,50 +6,43 @@ import time
 
 
 class HostTime:
-    """The monotonic clock of this computer; it waits for nobody.
+    """Monotonic clock of this computer; never waits.
 
-    A virtual wire may bring another one, whose time stands still while this computer is late.
+    A virtual wire may use a subclass whose time stops while this computer is late.
     """
 
     stretched = False
-    """This time can stand still. Never true for real cameras."""
+    """The time can stop. Never true for real cameras."""
     patience = 1
-    """How many times longer than real cameras others are waited for."""
+    """Factor on time limits relative to real cameras."""
     pace: float | None = None
-    """This time over real time during the last second or so; None where it is the same, and before
-    it is known."""
+    """This time over real time during the last second or so; None if identical or unknown."""
 
     def now_ns(self) -> int:
         """Return the time now."""
         return time.monotonic_ns()
 
     def wait_until(self, deadline_ns: int) -> int:
-        """Wait until a time has come; return how late this computer is for it, ns."""
+        """Wait until `deadline_ns`; return the lateness, ns."""
         left = deadline_ns - time.monotonic_ns()
         if left > 0:
             time.sleep(left * 1e-9)
         return time.monotonic_ns() - deadline_ns
 
     def passage(self, sent_ns: int, answered_ns: int) -> tuple[int, int]:
-        """Return between which times an exchange took place that this computer's clock timed."""
+        """Convert send and answer times of this computer's clock."""
         return sent_ns, answered_ns
 
     def hold(self) -> None:
-        """From now on time may go on from cycle to cycle; only a stretched time does so."""
+        """Advance from cycle to cycle from now on; stretched time only."""
 
     def flow(self) -> None:
-        """From now on time flows by itself, as it always does on real hardware."""
+        """Let time flow freely from now on, as on real hardware."""
 
     def mark(self) -> None:
-        """Begin to count the frames that are on their way."""
+        """Start counting frames in transit."""
 
     def on_their_way(self, sent: int, came: int) -> bool:
-        """Say whether frames are known to be on their way still.
-
-        Parameters
-        ----------
-        sent, came
-            Frames sent to the cameras and answers taken since `mark`.
-        """
+        """Return whether frames sent since `mark` are in transit."""
         del sent, came
         return False

@@ -1,8 +1,8 @@
-"""May this network interface be used as the camera bus? Checked before pysoem touches it.
+"""Checks whether an interface may be the camera bus, before pysoem opens it.
 
-pysoem gives the same text for "no such interface" and "no permission", and an interface name
-that is too long ends the process. EtherCAT floods the interface and answers nothing else, so an
-interface that the computer uses for its network is refused.
+pysoem gives the same text for "no such interface" and "no permission", and an overlong name ends
+the process. EtherCAT floods the interface, so one that the computer uses for its network is
+refused.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ocmm_core.fieldbus.wire._sockets import query_socket
 
 _INTERFACES = Path("/sys/class/net")
 _NETWORK = Path("/proc/self/net")
-"""What /proc/net leads to, which the service does not see."""
+"""Target of /proc/net, which the service does not see."""
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,15}")
 _SIOCGIFADDR = 0x8915
 _SIOCGIFFLAGS = 0x8913
@@ -37,11 +37,10 @@ _RIGHTS = (
 
 
 def is_virtual_interface(name: str) -> bool:
-    """Return whether a network interface of this computer leads to no wire.
+    """Return whether a network interface of this computer has no physical wire.
 
-    A pair of virtual interfaces carries software cameras and nothing else. Such an interface has
-    no device of its own, and none below it as a bridge or a bond has. What is not an interface of
-    this computer is not known to be virtual.
+    A pair of virtual interfaces carries only software cameras. Such an interface has no device, nor
+    a lower interface as a bridge or bond has. Unknown interfaces are not virtual.
     """
     place = _INTERFACES / name
     if not _NAME.fullmatch(name) or not place.is_dir():
@@ -50,9 +49,9 @@ def is_virtual_interface(name: str) -> bool:
 
 
 def is_virtual_cable(name: str) -> bool:
-    """Return whether an interface is an end of a cable that exists in this computer only.
+    """Return whether an interface is one end of a virtual cable.
 
-    Unlike `is_virtual_interface` it asks the driver, also inside a private network.
+    Unlike `is_virtual_interface` it queries the driver, also inside a private network.
     """
     import fcntl
 
@@ -75,16 +74,14 @@ def check_interface(name: str, *, force: bool = False) -> None:
 
     Parameters
     ----------
-    name
-        Network interface, e.g. ``"enp3s0"``.
     force
         Accept an interface that has an IP address or carries the default route.
 
     Raises
     ------
     BusError
-        The name is no interface name, there is no such interface, it is down, it is in use for
-        the network, or this process has not the rights for raw Ethernet.
+        The name is invalid, the interface is absent, down or in use for the network, or this
+        process lacks the rights for raw Ethernet.
     """
     if not hasattr(socket, "AF_PACKET"):
         raise BusError(
@@ -132,7 +129,7 @@ def check_interface(name: str, *, force: bool = False) -> None:
 
 
 def _known() -> list[str]:
-    # `if_nameindex` would ask through a family of sockets that the service may not make.
+    # `if_nameindex` uses a socket family that the service may not create.
     lines = (_NETWORK / "dev").read_text(encoding="ascii").splitlines()
     return [line.partition(":")[0].strip() for line in lines if ":" in line]
 
@@ -162,9 +159,9 @@ def _no_rights(name: str) -> BusError:
 
 
 def interface_index(name: str) -> int | None:
-    """Return the number that the kernel gives an interface; None where there is none of that name.
+    """Return the kernel index of an interface, or None if absent.
 
-    ``socket.if_nametoindex`` asks with a socket of a family that the service may not make.
+    ``socket.if_nametoindex`` uses a socket family that the service may not create.
     """
     answer = _request(name, _SIOCGIFINDEX)
     return None if answer is None else int(struct.unpack_from("=i", answer, 16)[0])
@@ -191,7 +188,7 @@ def _use(name: str) -> str | None:
     if answer is not None:
         return f"has the address {socket.inet_ntoa(answer[20:24])}"
     for fields in _table("if_inet6"):
-        # Every interface that is up gives itself an fe80: address; that is no sign of use.
+        # Every interface that is up has an fe80: address; it does not indicate use.
         if fields[5] == name and not fields[0].startswith("fe80"):
             address = socket.inet_ntop(socket.AF_INET6, bytes.fromhex(fields[0]))
             return f"has the IPv6 address {address}"

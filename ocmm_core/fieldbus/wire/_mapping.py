@@ -1,4 +1,4 @@
-"""Does a camera map its process data as the device model says? Compared value by value."""
+"""Comparison of a camera's process data mapping with the device model."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from ocmm_core.fieldbus.device import (
 )
 
 IO_MAP_BYTES = 4096
-"""What pysoem can map; it writes over its own memory beyond that."""
+"""Limit of pysoem's mapping; it overwrites its own memory beyond that."""
 
 _Objects = list[tuple[int, list[int]]]
 _REMEDY = "Install the camera firmware that matches this program, or update this program."
 
 
 def check_room(n_cameras: int, size: int = INPUT_DTYPE.itemsize + OUTPUT_DTYPE.itemsize) -> None:
-    """Raise BusError where so many cameras with ``size`` bytes each cannot be mapped."""
+    """Raise BusError if `n_cameras` with `size` bytes each cannot be mapped."""
     if n_cameras * size > IO_MAP_BYTES:
         raise BusError(
             "bus.too_many",
@@ -39,21 +39,10 @@ def check_room(n_cameras: int, size: int = INPUT_DTYPE.itemsize + OUTPUT_DTYPE.i
 def check_mapping(
     name: str, read: Callable[[int, int], bytes], layout: InputLayout | ProcessImage = NEWEST_LAYOUT
 ) -> Iterator[None]:
-    """Compare what a camera maps with the device model, value by value.
+    """Compare a camera's mapping with the device model; raise BusError if different.
 
-    Yields after each of them, so that the caller can do something else in between.
-
-    Parameters
-    ----------
-    read
-        Returns a value of the camera's object dictionary, by index and entry.
-    layout
-        That the camera's revision has, or that its description says.
-
-    Raises
-    ------
-    BusError
-        Something is mapped otherwise; the first difference is named.
+    Yields after each value, so that the caller can do other work. `read` returns a value of the
+    object dictionary by index and entry.
     """
     for index, sub, form, expected in _expected(layout):
         found = read(index, sub)
@@ -69,7 +58,7 @@ def check_mapping(
 
 
 def _expected(layout: InputLayout | ProcessImage) -> Iterator[tuple[int, int, str, int]]:
-    """Yield index, entry, format and value of every object that describes the mapping."""
+    """Yield index, entry, format and value of every mapping object."""
     outputs, inputs = _objects(layout)
     for sync_manager, objects in ((SM_OUTPUTS, outputs), (SM_INPUTS, inputs)):
         assignment = SM_ASSIGNMENT + sync_manager
@@ -83,7 +72,7 @@ def _expected(layout: InputLayout | ProcessImage) -> Iterator[tuple[int, int, st
 
 
 def _objects(layout: InputLayout | ProcessImage) -> tuple[_Objects, _Objects]:
-    """Return the mapping objects of outputs and inputs, each with what it maps."""
+    """Return the mapping objects of outputs and inputs with their contents."""
     if isinstance(layout, ProcessImage):
         pairs = (layout.outputs, layout.inputs)
         return (

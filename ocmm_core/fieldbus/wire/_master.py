@@ -1,9 +1,9 @@
-"""A fence around pysoem, the EtherCAT master, and the only module that imports it.
+"""Wrapper of pysoem, the EtherCAT master; the only module that imports it.
 
-pysoem does not check the size of the process image, the length of outputs or the interface
-name, leaves a socket open after a failed open, and waits 8 ms for an answer whatever it is asked
-(measured). Everything that could go wrong that way is checked here or by the modules beside it.
-One thread owns a master from open to close.
+pysoem does not check the size of the process image, the length of outputs or the interface name,
+leaves a socket open after a failed open, and waits 8 ms for an answer whatever timeout is set
+(measured). These cases are checked here or in sibling modules. One thread owns a master from open
+to close.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from ocmm_core.fieldbus.wire._tally import OWN_TOKEN
 from ocmm_core.host import HOST
 
 if HOST.is_linux_like:
-    # Elsewhere it needs a driver of the network that nobody has there.
+    # Other systems need a network driver that is normally absent.
     import pysoem
 
 # ETG.1000.6, 6.4.1.
@@ -55,12 +55,12 @@ _SETTLE_LINE_US = 60
 _SETTLE_STRETCHED_US = 50_000
 _STATION_REGISTER, _ALIAS_REGISTER, _AL_CONTROL = 0x0010, 0x0012, 0x0120
 _FIRST_STATION = 0x1001
-"""What pysoem gives the first device; the others follow."""
+"""Station address that pysoem gives the first device; the others follow."""
 _TRIES = 2
 _OBJECT_BYTES = 512
 _SERIAL_BYTES = 4
 _DEVICE_TYPE = 0x1000
-"""Of ETG.1000.6; every device has it, and nothing here reads it for its own sake."""
+"""ETG.1000.6; mandatory in every device, read only to get an answer."""
 _LATE_ANSWER_S = 0.02
 
 # pysoem asserts on its shared error list instead of raising
@@ -70,16 +70,14 @@ if HOST.is_linux_like:
 
 
 class Master:
-    """One open EtherCAT master; devices are named by their position on the wire, 0 first.
+    """An open EtherCAT master; devices are numbered by wire position, 0 first.
 
     Parameters
     ----------
-    redundant
-        A second one, at the other end of the ring; empty without a redundancy cable.
     sizes
-        Bytes of the inputs and of the outputs of each camera.
+        Bytes of inputs and outputs of each camera.
     token
-        Where in its outputs the number of the cycle is, see `Port`.
+        Position of the cycle number in its outputs, see `Port`.
 
     Raises
     ------
@@ -138,7 +136,7 @@ class Master:
 
     @property
     def port(self) -> Port:
-        """Return our own end of the cable."""
+        """Return our own raw end of the cable."""
         if self._port is None:
             raise _closed()
         return self._port
@@ -150,22 +148,21 @@ class Master:
 
     @property
     def expected_working_counter(self) -> int:
-        """Return the working counter of a cycle in which every device took part."""
+        """Return the working counter of a complete cycle."""
         return int(self._master.expected_wkc)
 
     def scan(self) -> list[FoundDevice]:
-        """Find the devices, bring them to PREOP and return what they say they are; for tests."""
+        """Find the devices, bring them to PREOP and return their identities; for tests."""
         self.find()
         self.reach(PREOP)
         return [self.identify(position) for position in range(self.n_devices)]
 
     @property
     def n_devices(self) -> int:
-        """Return how many devices were found."""
         return len(self._devices)
 
     def find(self) -> None:
-        """Find the devices, give them addresses and ask them for PREOP."""
+        """Find the devices, assign addresses and request PREOP."""
         if self._master.config_init(False, release_gil=True) <= 0:
             raise BusError(
                 "bus.no_cameras",
@@ -187,30 +184,20 @@ class Master:
                 )
 
     def station(self, position: int) -> int:
-        """Return the station address that a device was given."""
+        """Return the station address of a device."""
         return _FIRST_STATION + position
 
     def read_object(
         self, position: int, name: str, index: int, sub: int, room: int = _OBJECT_BYTES
     ) -> bytes:
-        """Return a value of a device's object dictionary.
-
-        Parameters
-        ----------
-        position, name
-            Which device, and what to call it in messages.
-        index, sub
-            Which value.
-        room
-            How many bytes it has at most.
-        """
+        """Return a value of a device's object dictionary."""
         device = self._devices[position]
         return self._transfer(
             position, name, index, lambda: bytes(device.sdo_read(index, sub, room))
         )
 
     def write_object(self, position: int, name: str, index: int, sub: int, value: bytes) -> None:
-        """Change a value of a device's object dictionary; ``name`` is for messages."""
+        """Write a value of a device's object dictionary; ``name`` is for messages."""
         device = self._devices[position]
 
         def write() -> bytes:
@@ -228,7 +215,7 @@ class Master:
         return self._register(question, name)
 
     def write_register(self, position: int, name: str, address: int, value: bytes) -> None:
-        """Change registers of a device's controller; ``name`` is for messages."""
+        """Write registers of a device's controller; ``name`` is for messages."""
         self._register(Datagram(Command.FPWR, self.station(position), address, value), name)
 
     def _register(self, question: Datagram, name: str) -> bytes:
@@ -243,13 +230,7 @@ class Master:
         )
 
     def map(self, *, clocks: bool = True) -> None:
-        """Lay out the process data and measure the delays of the distributed clocks.
-
-        Parameters
-        ----------
-        clocks
-            Whether all devices need a distributed clock.
-        """
+        """Lay out process data and, with `clocks`, measure distributed clock delays."""
         self._master.manual_state_change = 1
         try:
             with fuse(
@@ -280,7 +261,7 @@ class Master:
             )
 
     def request(self, state: int) -> None:
-        """Ask all devices for a state."""
+        """Request a state from all devices."""
         self._master.state = state
         self._master.write_state()
 
@@ -290,13 +271,7 @@ class Master:
             meanwhile()
 
     def steps_to(self, state: int) -> Iterator[None]:
-        """Yield until all devices are in a state; whoever takes the steps decides how fast.
-
-        Raises
-        ------
-        BusError
-            One of them does not get there.
-        """
+        """Yield until all devices are in a state; raise BusError after the time limit."""
         deadline = time.monotonic() + self._time.patience * _STATE_TIMEOUT_S
         while self._master.read_state() != state:
             yield
@@ -309,9 +284,9 @@ class Master:
             time.sleep(_STATE_POLL_S)
 
     def first_cycle(self) -> None:
-        """Exchange process data once, patiently, and from then on wait exactly as told.
+        """Exchange process data once, patiently; later cycles keep exact timeouts.
 
-        While it configures, pysoem relies on waiting longer than it says; after that its socket
+        During configuration pysoem relies on longer waits than specified; afterwards its socket
         must not block.
         """
         service = ServiceChannel()
@@ -319,20 +294,20 @@ class Master:
         self._master.send_processdata()
         self._master.receive_processdata(10_000 * self._time.patience)
         self.port.tally.learn(self.port.collect(service))
-        # Software cameras on a computer of one core cannot answer while this process spins.
+        # Software cameras on a single core cannot answer while this process spins.
         set_blocking(self._own, blocking=self._time.stretched)
 
     def begin_cycles(self) -> None:
-        """Wait no longer than told from now on: all devices are in operation."""
+        """Observe timeouts exactly from now on: all devices are in operation."""
         set_blocking(self._own, blocking=False)
 
     def pump_clock(self) -> None:
-        """Pass the reference time on once, without a look at what comes back."""
+        """Distribute the reference time once, ignoring answers."""
         self._master.send_processdata()
         self._master.receive_processdata(2000 * self._time.patience)
 
     def set_output(self, position: int, content: bytes) -> None:
-        """Set what a device gets in the next cycle."""
+        """Set the outputs of a device for the next cycle."""
         if len(content) != self._sizes[1]:
             raise BusError(
                 "bus.output",
@@ -342,31 +317,27 @@ class Master:
         self._devices[position].output = content
 
     def inputs(self, positions: Sequence[int]) -> tuple[bytes, ...]:
-        """Return what the devices sent in the last cycle."""
+        """Return the devices' inputs of the last cycle."""
         return tuple(self._devices[position].input for position in positions)
 
     def cycle(
         self, token: int, timeout_ns: int, service: ServiceChannel, jobs: Iterable[Job]
     ) -> Passage:
-        """Exchange process data and, right behind it, what is to be asked beside it.
+        """Exchange process data, followed directly by acyclic requests.
 
-        A cycle of several Ethernet frames is waited for on sockets of our own that see the same
-        answers: pysoem would spin for the second one and take the processor from the others.
+        Answers in several Ethernet frames are awaited on our own sockets, which see the same
+        answers: pysoem would spin for the second and take the processor from other threads.
 
         Parameters
         ----------
         token
-            What the outputs of this cycle carry as heartbeat.
-        timeout_ns
-            How long to wait.
-        service, jobs
-            The service channel and its questions of this cycle.
+            Heartbeat in the outputs of this cycle.
         """
         port = self.port
         port.begin(service, token)
         for own in self._own:
             drain(own)
-        # Both leave one right behind the other, so that whoever answers wakes up once.
+        # Sent back to back, so that receivers wake up once.
         beside = service.compose(jobs)
         sent_ns = time.monotonic_ns()
         if self._master.send_processdata() <= 0:
@@ -377,21 +348,21 @@ class Master:
             whole, any_came, answered_ns = port.await_answers(service, deadline_ns)
             settle_us = _SETTLE_STRETCHED_US if self._time.stretched else _SETTLE_US
         else:
-            # Halves of an answer are put together by pysoem, which sends them round once more.
-            # Frames that are 16 cycles old look fresh to it; the cameras' counters tell them.
+            # pysoem reassembles split answers and recirculates them. Frames 16 cycles old look
+            # fresh to it; the cameras' counters reveal them.
             whole, any_came, answered_ns = port.await_copies(service, deadline_ns)
             settle_us = _SETTLE_RING_US if port.has_both_ends else _SETTLE_LINE_US
         # Also without an answer, because pysoem frees its buffers here.
         counter: int = self._master.receive_processdata(settle_us if whole else 0)
-        # Our own sockets saw the same answers: what is missing to their count did come.
+        # Our own sockets saw these answers: those missing in pysoem's count did arrive.
         untaken = whole and port.ring is None and counter < port.tally.working_counter
         whole = whole and not untaken
         return Passage(counter if whole else 0, whole, any_came, sent_ns, answered_ns, untaken)
 
     def close(self) -> None:
-        """Leave the devices in INIT and give the interface back; may be called twice."""
+        """Leave the devices in INIT and release the interface; idempotent."""
         if self._port is not None:
-            # Answers could not be waited for, and need not: whoever comes next begins at INIT.
+            # Answers need not be awaited: every bring-up starts at INIT.
             if self._devices:
                 content = INIT.to_bytes(2, "little")
                 self._port.ask([Datagram(Command.BWR, 0, _AL_CONTROL, content)])
@@ -401,12 +372,12 @@ class Master:
             own.close()
         self._own = []
         self._devices = []
-        # Needed after a failed open as well: the socket stays open otherwise.
+        # Also needed after a failed open: the socket stays open otherwise.
         with contextlib.suppress(pysoem.NetworkInterfaceNotOpenError):
             self._master.close()
 
     def identify(self, position: int) -> FoundDevice:
-        """Return what a device says it is."""
+        """Return the identity of a device."""
         device = self._devices[position]
         serial: int | None = None
         with contextlib.suppress(BusError):
@@ -442,14 +413,14 @@ class Master:
 
 
 def _shorten_pysoem_timeouts(patience: int) -> None:
-    """Let no single call of pysoem wait for seconds; these settings exist only once a process."""
+    """Limit single pysoem calls; these settings are per process."""
     pysoem.settings.timeouts.ret = patience * _RET_US
     pysoem.settings.timeouts.rx_mailbox = patience * _SDO_TIMEOUT_US
     pysoem.settings.timeouts.state = patience * _STATE_US
 
 
 def al_text(code: int) -> str:
-    """Return what an AL status code means."""
+    """Return the meaning of an AL status code."""
     return str(pysoem.al_status_code_to_string(code)) if code else ""
 
 

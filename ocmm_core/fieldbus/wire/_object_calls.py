@@ -1,11 +1,11 @@
-"""Objects read and written through the master library, each by its own answer and no other.
+"""Objects read and written through the master library, with matched answers.
 
-The library takes whatever answer comes next and compares the index, not the entry. A camera that
-answers after the library gave up is one answer behind from then on: entry 10 would be taken for
-entry 11 of the same object, a wrong number that looks right (seen on a busy computer: a good camera
-was told to be of another firmware). Mailboxes keep their order. So after a call without an answer
-the camera is asked for its type, an object of another index, until that is answered: nothing older
-is on its way then, and a later answer about the type is refused by its index.
+The library accepts the next answer and compares the index, not the entry. A camera that answers
+after the library gave up is one answer behind from then on: entry 10 would be accepted as entry 11
+of the same object, a plausible wrong value (seen on a busy computer: a good camera was reported
+with other firmware). Mailboxes keep their order. So after an unanswered call the camera's type, an
+object of another index, is read until answered: nothing older is in transit then, and a later type
+answer is refused by its index.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ _SETTLING_TRIES = 5
 
 
 class ObjectCalls:
-    """Calls of one master, and which cameras still owe it an answer.
+    """Calls of one master, and the cameras that still owe an answer.
 
     Parameters
     ----------
     ask_type
-        Asks the camera at a position for an object of an index that `call` never has.
+        Reads an object of the camera with an index that `call` never uses.
     failures
-        What the library raises where no answer came, or not the one that was asked for.
+        Library exceptions for a missing or mismatched answer.
     pause_s
-        Before a camera that owes an answer is asked again: time for what is late to arrive, which
-        the library throws away before it asks.
+        Delay before a camera in arrears is queried again, for late answers, which the library
+        discards before a query.
     """
 
     def __init__(
@@ -45,19 +45,17 @@ class ObjectCalls:
         self._behind: set[int] = set()
 
     def call(self, position: int, name: str, index: int, action: Callable[[], bytes]) -> bytes:
-        """Return what ``action`` returns; what a lost frame may have spoiled is tried again.
+        """Return the result of `action`; retry after lost frames.
 
         Parameters
         ----------
-        position, name
-            Which camera, and what to call it in messages.
         action
-            One transfer; raises one of the failures, or BusError where the camera refuses.
+            One transfer; raises one of the failures, or BusError if the camera refuses.
 
         Raises
         ------
         BusError
-            ``bus.no_answer``, or what ``action`` raised.
+            ``bus.no_answer``, or an exception of `action`.
         """
         for _ in range(_TRIES):
             if position in self._behind and not self._settled(position):

@@ -1,11 +1,10 @@
-"""Two masters on one bus spoil each other's frames; the second one is seen and refused.
+"""Detection of a second master, which would corrupt the frames of the first.
 
-Of programs on this computer the kernel tells who has a socket for EtherCAT on the same interface
-(``/proc/net/packet``); sockets end with their process, so nothing is left behind by one that was
-killed. A socket of our own is opened before the look, so that of two that start at once at least
-one sees the other. A master elsewhere is seen by its frames: what comes in without having passed a
-camera was sent by somebody else. Not seen are masters that bypass the kernel, while they are
-silent.
+For programs on this computer the kernel lists EtherCAT sockets per interface
+(``/proc/net/packet``); they end with their process, even a killed one. Our own socket is opened
+before the check, so of two simultaneous starts at least one sees the other. Masters elsewhere are
+seen by their frames: incoming frames that have not passed a camera. Masters that bypass the kernel
+are not seen while silent.
 """
 
 from __future__ import annotations
@@ -24,23 +23,20 @@ _PROTOCOL, _INTERFACE, _INODE = 3, 4, 8
 LISTEN_S = 0.03
 """A master with a cycle of up to 10 ms sends three frames in it."""
 FEW = 2
-"""So many foreign frames may come from one that was broken on the way."""
+"""A single damaged frame may look foreign this many times."""
 
 
 def is_foreign(frame: bytes) -> bool:
-    """Return whether a frame that came in was sent by another master, and passed no camera."""
+    """Return whether an incoming frame of another master has passed no camera."""
     if frame_index(frame) is None or has_passed(frame):
         return False
     return frame[6:12] != OWN_SOURCE
 
 
 def refuse_other_programs(interfaces: Sequence[str]) -> None:
-    """Refuse interfaces on which another program of this computer has a socket for EtherCAT.
+    """Raise BusError if another program has an EtherCAT socket on an interface.
 
-    Raises
-    ------
-    BusError
-        ``bus.second_master``, with the name of the program where this user may know it.
+    ``bus.second_master`` names the program if this user may read it.
     """
     own = _own_inodes()
     for interface in interfaces:
@@ -56,7 +52,7 @@ def refuse_other_programs(interfaces: Sequence[str]) -> None:
 
 
 def foreign_frames(interface: str, count: int) -> BusError:
-    """Return the error that another master sends on the bus."""
+    """Return the error for another master on the bus."""
     return BusError(
         "bus.second_master",
         f"Another master sends on the bus of interface '{interface}' ({count} frames that did "
@@ -66,7 +62,6 @@ def foreign_frames(interface: str, count: int) -> BusError:
 
 
 def _sockets_on(interface: str) -> list[int]:
-    """Return the inodes of the sockets for EtherCAT that are bound to an interface."""
     number = interface_index(interface)
     try:
         lines = _SOCKETS.read_text(encoding="ascii").splitlines()[1:]
@@ -101,7 +96,7 @@ def _inodes_of(process: Path) -> list[int]:
 
 
 def _who(inode: int) -> str:
-    """Return the program that holds a socket, as far as this user may look."""
+    """Return the program that owns a socket, if this user may read it."""
     for process in Path("/proc").iterdir():
         if process.name.isdigit() and inode in _inodes_of(process):
             try:

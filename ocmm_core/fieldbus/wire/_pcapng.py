@@ -1,7 +1,7 @@
-"""Frames of the bus as a pcapng file, which Wireshark opens (IETF draft-ietf-opsawg-pcapng).
+"""Bus frames as a pcapng file for Wireshark (IETF draft-ietf-opsawg-pcapng).
 
 Blocks: section header, interface description with times in nanoseconds, one enhanced packet block
-a frame with its direction, and interface statistics at the end, which tell what was dropped.
+per frame with its direction, and interface statistics with the drop count.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ _SECTION, _INTERFACE, _STATISTICS, _PACKET = 0x0A0D0D0A, 1, 5, 6
 _BYTE_ORDER, _UNKNOWN_LENGTH = 0x1A2B3C4D, -1
 _ETHERNET = 1
 SNAP_BYTES = 2048
-"""Longer frames are cut; Ethernet has none."""
+"""Longer than any Ethernet frame."""
 _END, _HARDWARE_OS, _USER_APPLICATION = 0, 3, 4
 _NAME, _RESOLUTION, _FLAGS = 2, 9, 2
 _NANOSECONDS = b"\x09"
@@ -28,7 +28,7 @@ _OPTIONS = {
 
 
 def pcapng_head(interface: str, program: str) -> bytes:
-    """Return what a file begins with: section and the one interface that was recorded."""
+    """Return the file header: section and interface description."""
     section = struct.pack("<IHHq", _BYTE_ORDER, 1, 0, _UNKNOWN_LENGTH)
     section += _option(_HARDWARE_OS, b"Linux") + _option(_USER_APPLICATION, program.encode("utf-8"))
     description = struct.pack("<HHI", _ETHERNET, 0, SNAP_BYTES)
@@ -39,16 +39,9 @@ def pcapng_head(interface: str, program: str) -> bytes:
 
 
 def pcapng_frame(frame: bytes, utc_ns: int, *, outgoing: bool) -> bytes:
-    """Return the block of one frame.
+    """Return the block of one frame, from the destination address, without checksum.
 
-    Parameters
-    ----------
-    frame
-        From the destination address on, without check sequence.
-    utc_ns
-        When it passed the interface, ns since 1970.
-    outgoing
-        It left this computer.
+    ``utc_ns``: time at the interface, ns since 1970; ``outgoing``: sent by this computer.
     """
     kept = frame[:SNAP_BYTES]
     head = _EPB.pack(0, utc_ns >> 32, utc_ns & 0xFFFFFFFF, len(kept), len(frame))
@@ -56,7 +49,7 @@ def pcapng_frame(frame: bytes, utc_ns: int, *, outgoing: bool) -> bytes:
 
 
 def pcapng_end(utc_ns: int, received: int, dropped: int) -> bytes:
-    """Return the last block: how many frames there were, and how many of them are missing."""
+    """Return the last block: received and dropped frames."""
     content = struct.pack("<III", 0, utc_ns >> 32, utc_ns & 0xFFFFFFFF)
     content += _option(_RECEIVED, struct.pack("<Q", received))
     content += _option(_DROPPED, struct.pack("<Q", dropped))

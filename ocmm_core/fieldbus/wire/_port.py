@@ -1,12 +1,11 @@
-"""Our own raw sockets beside the master's: they see every answer and carry the service frames.
+"""Our raw sockets next to the master's: see every answer, carry service frames.
 
-A redundancy cable closes the wire to a ring; this follows a frame of ours through it.
+A redundancy cable closes the wire to a ring; this module follows our frames through it.
 
-On a whole ring a frame comes out at the other end, worked on by all cameras. Where a cable is
-broken it comes back at the end where it went in, worked on by the cameras before the break, and is
-sent in once more at the other end for the rest: so every camera works on it once, in the order of
-the wire (ETG.1000.4: the processing unit of a slave follows its port 0). The master library does
-the same with the process data.
+On a whole ring a frame leaves at the other end, processed by all cameras. With a broken cable it
+returns at its own end, processed by the cameras before the break, and is sent again at the other
+end: every camera processes it once, in wire order (ETG.1000.4: the processing unit of a slave
+follows its port 0). The master library handles process data likewise.
 """
 
 from __future__ import annotations
@@ -27,33 +26,33 @@ from ocmm_core.fieldbus.wire._sockets import LinkWatch, listen, transmit, waitin
 from ocmm_core.fieldbus.wire._tally import N_INDICES, OWN_TOKEN, AnswerTally
 
 _OPEN_FRAMES = 3
-"""So many frames in a row must say that the ring is open."""
+"""Consecutive frames that indicate an open ring."""
 _KEPT = 64
 
 
 class RingCable:
-    """Where frames came out, and whether the ring is whole."""
+    """Tracks where frames leave, and whether the ring is whole."""
 
     def __init__(self) -> None:
         self.is_open = False
         """The redundancy cable, or another cable of the ring, is broken."""
         self.reached: int | None = None
-        """Where the ring is in two parts: how many cameras are reached from the first end."""
+        """If the ring is broken: number of cameras reached from the first end."""
         self._entered: dict[int, int] = {}
         self._row = 0
 
     def sent(self, index: int, end: int) -> None:
-        """Note that a frame went in at an end (0 or 1)."""
+        """Record a frame sent at an end (0 or 1)."""
         self._entered.pop(index, None)
         self._entered[index] = end
         while len(self._entered) > _KEPT:
             self._entered.pop(next(iter(self._entered)))
 
     def is_whole(self, index: int, end: int, frame: bytes, *, other_has_link: bool) -> bool:
-        """Say whether a frame that came out at an end is the answer, or must go in at the other."""
+        """Return whether a frame from an end is the answer; otherwise resend it at the other."""
         came_back = self._entered.get(index) == end
         if came_back and other_has_link:
-            # What it brings next time is the answer.
+            # Its next return is the answer.
             del self._entered[index]
             self._note(broken=True, reached=_count(frame))
             return False
@@ -71,7 +70,7 @@ class RingCable:
 
 
 def _count(frame: bytes) -> int | None:
-    """Return how many cameras answered a broadcast in a frame; None where there is none."""
+    """Return the number of cameras that answered a broadcast; None without one."""
     try:
         _, datagrams = decode_frame(frame)
     except BusError:
@@ -83,46 +82,36 @@ def _count(frame: bytes) -> int | None:
 
 
 _SERVICE_WAIT_NS = 250_000
-"""After the process data are complete, the answer of the service frame is waited for so long."""
+"""Wait for the service answer after the process data are complete."""
 _ASK_NS = 10_000_000
 _ASK_TRIES = 3
 _POLL_S = 0.005
 _STALL_NS = 2_000_000_000
-"""Software cameras that took no frame for so long stand still, whatever the computer does."""
+"""Software cameras without a frame for this long have stopped."""
 _DL_INFORMATION = 0x0000
 
 
 class Passage(NamedTuple):
-    """How one cycle went over the wire."""
+    """Wire times and answers of one cycle."""
 
     working_counter: int
-    """Of the process data; meaningless where they did not come back whole."""
+    """Of the process data; meaningless if incomplete."""
     whole: bool
-    """All answers to the process data came."""
     any_came: bool
-    """At least one answer of any kind came."""
+    """At least one answer of any kind arrived."""
     sent_ns: int
     answered_ns: int
-    """`sent_ns`, `answered_ns`: Host times of the first frame going out and of the process data
-    being complete, or of the end of the wait."""
+    """`sent_ns`, `answered_ns`: host times of the first frame sent, and of complete process data or
+    the end of the wait."""
     untaken: bool = False
-    """All answers came, but the master library did not take all of them: this computer gave it no
-    time."""
+    """All answers arrived, but the master library had no time to receive all of them."""
 
 
 class Port:
-    """One end of the bus cable, or both where there is a redundancy cable.
+    """One end of the bus cable, or both with a redundancy cable.
 
-    Parameters
-    ----------
-    interfaces
-        One network interface, or two.
-
-    Attributes
-    ----------
-    foreign
-        Frames that another master sent. On a ring our own pass no camera, too, and nothing is
-        counted.
+    ``foreign`` counts frames of another master; not on a ring, where our own may also pass no
+    camera.
     """
 
     def __init__(
@@ -133,11 +122,9 @@ class Port:
     ) -> None:
         self._time = host_time or HostTime()
         self.tally = AnswerTally(token)
-        """Answers to the process data."""
         self.links = [LinkWatch(name) for name in interfaces]
-        """State of the link of each interface."""
         self.ring = RingCable() if len(interfaces) > 1 else None
-        """What a redundancy cable makes of the answers; None without one."""
+        """Ring tracking; None without redundancy."""
         self._channels: list[socket.socket] = []
         self._questions = ServiceChannel()
         self._service_came = False
@@ -157,9 +144,9 @@ class Port:
             ) from error
 
     def ask(self, datagrams: Sequence[Datagram]) -> tuple[Datagram, ...] | None:
-        """Send datagrams outside of a cycle and wait a moment for their answer.
+        """Send datagrams outside a cycle and return their answers.
 
-        Blocks for 30 ms at most; returns None where nothing comes back.
+        Blocks for 30 ms at most; returns None without answer.
         """
         service = self._questions
         for _ in range(_ASK_TRIES):
@@ -180,13 +167,7 @@ class Port:
         return None
 
     def refuse_other_masters(self) -> None:
-        """Listen for a moment, before anything is sent, whether somebody else sends.
-
-        Raises
-        ------
-        BusError
-            Another master is on the bus.
-        """
+        """Listen before the first transmission; raise BusError if another master sends."""
         if self.ring is not None:
             return
         self.foreign = 0
@@ -199,12 +180,12 @@ class Port:
             raise foreign_frames(self._names[0], self.foreign)
 
     def count_devices(self) -> int:
-        """Return how many devices answer; blocks for 30 ms at most."""
+        """Return the number of answering devices; blocks for 30 ms at most."""
         answers = self.ask([Datagram(Command.BRD, 0, _DL_INFORMATION, bytes(1))])
         return 0 if answers is None else answers[0].working_counter
 
     def link_trouble(self) -> str:
-        """Return why no frame can pass any interface; empty in good order."""
+        """Return why no frame can pass any interface; empty if one can."""
         troubles = [link.trouble() for link in self.links]
         return troubles[0] if all(troubles) else ""
 
@@ -214,7 +195,7 @@ class Port:
         return not any(link.trouble() for link in self.links)
 
     def begin(self, service: ServiceChannel, token: int) -> None:
-        """Sort what came late and expect the answers of the next cycle."""
+        """Process late answers and expect those of the next cycle."""
         self.tally.begin(token)
         for frame in self.collect(service):
             if self.ring is None:
@@ -229,17 +210,7 @@ class Port:
             self._send(frame)
 
     def await_answers(self, service: ServiceChannel, deadline_ns: int) -> tuple[bool, bool, int]:
-        """Wait for the answers of this cycle.
-
-        Returns
-        -------
-        whole
-            The process data are complete.
-        any_came
-            Something came.
-        answered_ns
-            When they were complete, or when the wait ended.
-        """
+        """Wait for this cycle's answers; return if complete, if any came, and the end time."""
         tally = self.tally
         if self._time.stretched:
             self._wait_for_all(service)
@@ -253,10 +224,9 @@ class Port:
         return whole, tally.any_came or self._service_came, answered_ns
 
     def await_copies(self, service: ServiceChannel, deadline_ns: int) -> tuple[bool, bool, int]:
-        """Wait for all that comes back on a ring; as `await_answers`.
+        """Wait for all frames that return on a ring; as `await_answers`.
 
-        The master library sends at both ends: its frame, and one that only tells where the ring
-        ends.
+        The master library sends at both ends: its frame, and one that only marks the ring's end.
         """
         ends = sum(not link.trouble() for link in self.links)
         wanted = ends * self.tally.frames
@@ -266,7 +236,7 @@ class Port:
         return self._copies >= self.tally.frames, any_came, time.monotonic_ns()
 
     def collect(self, service: ServiceChannel) -> list[bytes]:
-        """Take all frames that wait and give them to whom they belong; return the master's."""
+        """Receive and dispatch all waiting frames; return the master's."""
         own: list[bytes] = []
         for end, channel in enumerate(self._channels):
             for frame in waiting_on(channel):
@@ -285,7 +255,7 @@ class Port:
         return own
 
     def close(self) -> None:
-        """Give the sockets back; may be called twice."""
+        """Close the sockets; idempotent."""
         for channel in self._channels:
             channel.close()
         for link in self.links:
@@ -300,7 +270,7 @@ class Port:
         return transmit(self._channels[end], frame)
 
     def _is_whole(self, end: int, index: int, frame: bytes) -> bool:
-        """Say whether a frame is an answer; one that saw only a part of the ring is sent on."""
+        """Return whether a frame is an answer; resend one that saw only part of the ring."""
         if self.ring is None:
             return True
         other = 1 - end
@@ -310,7 +280,7 @@ class Port:
         return not transmit(self._channels[other], frame)
 
     def _wait_for_all(self, service: ServiceChannel) -> None:
-        """Wait until nothing is on its way any more: what is missing then was really lost."""
+        """Wait until nothing is in transit; missing answers are then lost."""
         tally = self.tally
         sent = tally.missing + service.waits
         give_up_ns = time.monotonic_ns() + _STALL_NS
@@ -336,7 +306,7 @@ class Port:
             if not ready:
                 return
             for frame in self.collect(service):
-                # On a ring the master puts the answers together itself, from copies.
+                # On a ring the master reassembles the answers itself, from copies.
                 self._copies += 1
                 if self.ring is None:
                     self.tally.take(frame)

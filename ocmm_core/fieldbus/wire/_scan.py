@@ -1,8 +1,8 @@
-"""Who is on the wire: asked by position, before anything is configured and without changing it.
+"""Scan of the wire by position, read-only, before any configuration.
 
-Every device says in its EEPROM who made it, what it is and which serial number it has (ETG.1000.6
-SII, words 4 and 8 to 15); that is read through its registers (ETG.1000.4, 6.4), so that devices
-that are no cameras, and cameras that no rig knows, are listed as well.
+Each device's EEPROM holds maker, product and serial number (ETG.1000.6 SII, words 4 and 8 to 15);
+it is read through registers (ETG.1000.4, 6.4), so that devices other than the rig's cameras are
+also listed.
 """
 
 from __future__ import annotations
@@ -40,46 +40,32 @@ _ANSWER_S = 0.02
 _MAX_DEVICES = 1000
 
 Exchange = Callable[[Datagram], Datagram]
-"""Sends a datagram over the wire and returns it as it came back."""
+"""Sends a datagram and returns the answer."""
 _Ask = Callable[[Command, int, bytes], bytes]
 
 
 class ScannedDevice(msgspec.Struct, frozen=True):
-    """What one device said."""
+    """Result of scanning one device."""
 
     device: FoundDevice
-    """Who it is."""
     state: str
-    """AL state, for people."""
 
 
 def scan_devices(exchange: Exchange) -> tuple[ScannedDevice, ...]:
-    """Return the devices in the order in which a frame passes them; none where nobody answers.
-
-    Raises
-    ------
-    BusError
-        A device stopped answering or does not give its EEPROM away.
-    """
+    """Return the devices in wire order; raise BusError if one stops answering."""
     count = exchange(Datagram(Command.BRD, 0, _TYPE, b"\x00")).working_counter
     return tuple(_look_at(exchange, position) for position in range(min(count, _MAX_DEVICES)))
 
 
 def stored_serial(exchange: Exchange, position: int) -> int:
-    """Return the serial number in the EEPROM of the device at a position, 0 first; 0: none.
-
-    Raises
-    ------
-    BusError
-        It stopped answering or does not give its EEPROM away.
-    """
+    """Return the EEPROM serial of a device, 0 if none; raise BusError if not released."""
     ask = _asking(exchange, position)
     ask(Command.APWR, _EEPROM_OWNER, b"\x00")
     return int(struct.unpack("<I", _read_eeprom(ask, position, _SERIAL_WORD))[0])
 
 
 def read_words(exchange: Exchange, position: int, word: int, words: int) -> bytes:
-    """Return words of the EEPROM of the device at a position, 0 first; errors as above."""
+    """Return EEPROM words of a device by position; errors as `stored_serial`."""
     ask = _asking(exchange, position)
     ask(Command.APWR, _EEPROM_OWNER, b"\x00")
     content = b"".join(_read_eeprom(ask, position, each) for each in range(word, word + words, 2))
@@ -87,13 +73,7 @@ def read_words(exchange: Exchange, position: int, word: int, words: int) -> byte
 
 
 def write_word(exchange: Exchange, position: int, word: int, value: int) -> None:
-    """Write a word of the EEPROM of the device at a position, 0 first.
-
-    Raises
-    ------
-    BusError
-        It does not take it.
-    """
+    """Write an EEPROM word of a device by position; raise BusError if refused."""
     ask = _asking(exchange, position)
     ask(Command.APWR, _EEPROM_OWNER, b"\x00")
     # Address and value first, then the command with the bit that allows writing.
@@ -109,12 +89,7 @@ def write_word(exchange: Exchange, position: int, word: int, value: int) -> None
 
 
 class RawLine:
-    """Datagrams over a network interface, one by one; for use before a master runs there.
-
-    Parameters
-    ----------
-    interface
-        One that `check_interface` accepted.
+    """Single datagrams over an interface accepted by `check_interface`, without a master.
 
     Raises
     ------
@@ -133,17 +108,11 @@ class RawLine:
             raise
 
     def exchange(self, datagram: Datagram) -> Datagram:
-        """Send a datagram until it comes back; errors as `exchange_all`."""
+        """Send a datagram until it returns; errors as `exchange_all`."""
         return self.exchange_all([datagram])[0]
 
     def exchange_all(self, datagrams: Sequence[Datagram]) -> list[Datagram]:
-        """Send datagrams in one frame until it comes back.
-
-        Raises
-        ------
-        BusError
-            It does not come back.
-        """
+        """Send datagrams in one frame until it returns; raise BusError if it does not."""
         for _ in range(_TRIES):
             self._index = self._index % 0xFF + 1
             self._channel.send(encode_frame(self._index, datagrams))
@@ -157,7 +126,7 @@ class RawLine:
         )
 
     def close(self) -> None:
-        """Give the interface back."""
+        """Close the socket."""
         self._channel.close()
 
     def _wait(self, asked: Sequence[Datagram]) -> list[Datagram] | None:
@@ -180,7 +149,7 @@ def encode_scan(devices: Sequence[ScannedDevice]) -> bytes:
 
 
 def decode_scan(content: bytes) -> tuple[ScannedDevice, ...]:
-    """Return the devices in ``content``; raise BusError where there are none of this version."""
+    """Return the devices in `content`; raise BusError if of another version."""
     try:
         return msgspec.json.decode(content, type=tuple[ScannedDevice, ...])
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
@@ -192,7 +161,6 @@ def decode_scan(content: bytes) -> tuple[ScannedDevice, ...]:
 
 
 def _look_at(exchange: Exchange, position: int) -> ScannedDevice:
-    """Ask the device at a position, 0 first."""
     ask = _asking(exchange, position)
     (state,) = struct.unpack("<H", ask(Command.APRD, _AL_STATUS, bytes(2)))
     ask(Command.APWR, _EEPROM_OWNER, b"\x00")
@@ -207,7 +175,6 @@ def _look_at(exchange: Exchange, position: int) -> ScannedDevice:
 
 
 def _asking(exchange: Exchange, position: int) -> _Ask:
-    """Return how to ask the device at a position."""
     target = -position & 0xFFFF
 
     def ask(command: Command, register: int, data: bytes) -> bytes:
@@ -220,7 +187,6 @@ def _asking(exchange: Exchange, position: int) -> _Ask:
 
 
 def _read_eeprom(ask: _Ask, position: int, word: int) -> bytes:
-    """Return two words of a device's EEPROM."""
     ask(Command.APWR, _EEPROM_CONTROL, _EEPROM_REQUEST.pack(_READ, word))
     for _ in range(_POLLS):
         answer = ask(Command.APRD, _EEPROM_CONTROL, bytes(_EEPROM_ANSWER.size))

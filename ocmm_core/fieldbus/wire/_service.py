@@ -1,9 +1,8 @@
-"""The service channel: everything acyclic, in one frame of our own per cycle that never waits.
+"""Service channel: all acyclic requests, in one frame per cycle without waiting.
 
-States, clocks, error counters, mailboxes and EEPROM words of the cameras are asked for with
-datagrams that leave right behind the process data and whose answers are collected in the same
-wait. A question without an answer is given up after a few cycles and whoever asked decides what
-then; so a camera that is dead or hangs makes nobody wait.
+Datagrams for states, clocks, error counters, mailboxes and EEPROM words follow the process data
+directly, and their answers are collected in the same wait. An unanswered request is given up after
+a few cycles and reported to its requester, so a dead camera delays nothing.
 """
 
 from __future__ import annotations
@@ -21,32 +20,26 @@ from ocmm_core.fieldbus.wire._datagrams import (
 )
 
 FIRST_INDEX = 0x80
-"""Of the frames of this channel; the master library ignores indices from 16 on."""
+"""First index of this channel; the master library ignores indices from 16 on."""
 _N_INDICES = 0x80
 _GIVE_UP_CYCLES = 6
 _ROOM = FRAME_BYTES - 16
 _FORMS = 32
-"""Frames that are remembered; a mailbox with a content of its own drives the oldest out."""
+"""Cached frame forms; mailboxes with unique contents evict the oldest."""
 
 
 class Job(NamedTuple):
-    """A question to the wire."""
+    """A request to the wire."""
 
     datagram: Datagram
-    """What is sent."""
     answered: Callable[[Datagram | None], None]
-    """Called once: with the datagram that came back, or None where none came in time."""
+    """Called once with the returned datagram, or None without answer in time."""
 
 
 class ServiceChannel:
-    """Composes the service frames and hands their answers to whoever asked.
+    """Composes the service frames and dispatches their answers.
 
-    Attributes
-    ----------
-    answered, given_up
-        Frames whose answer came, and whose answer did not.
-    stray
-        Answers that nobody waited for any more.
+    Counts frames ``answered``, ``given_up``, and ``stray`` answers.
     """
 
     def __init__(self) -> None:
@@ -54,18 +47,18 @@ class ServiceChannel:
         self._number = 0
         self._waiting: dict[int, tuple[int, list[Job], FrameForm]] = {}
         self._newest = -1
-        # By identity: most cycles ask what others asked before, with the same datagrams.
+        # By identity: most cycles repeat earlier requests with the same datagrams.
         self._forms: dict[tuple[int, ...], tuple[FrameForm, list[Datagram]]] = {}
 
     @property
     def waits(self) -> bool:
-        """Return whether the answer to the newest frame is still out."""
+        """Return whether the newest frame is unanswered."""
         return self._newest in self._waiting
 
     def compose(self, jobs: Iterable[Job]) -> bytes | None:
-        """Return the frame of this cycle, or None where there is nothing to ask.
+        """Return the frame of this cycle, or None without requests.
 
-        Jobs beyond the room of one frame are told at once that nobody took part in them.
+        Jobs that exceed one frame are answered at once as unprocessed.
         """
         self._number += 1
         self._give_up()
@@ -84,7 +77,7 @@ class ServiceChannel:
         return form.encode(self._newest)
 
     def take(self, frame: bytes) -> bool:
-        """Take an answer with an index of this channel; say whether it was waited for."""
+        """Process an answer of this channel; return whether it was expected."""
         index = frame_index(frame)
         asked = None if index is None else self._waiting.get(index)
         if index is None or asked is None:
@@ -102,7 +95,7 @@ class ServiceChannel:
         return True
 
     def abandon(self) -> None:
-        """Give up all questions; the bus is set up anew."""
+        """Give up all requests before a new bring-up."""
         waiting, self._waiting = self._waiting, {}
         for _number, jobs, _form in waiting.values():
             for job in jobs:
@@ -119,7 +112,7 @@ class ServiceChannel:
                     job.answered(None)
 
     def _learn(self, datagrams: list[Datagram]) -> tuple[FrameForm, list[Datagram]]:
-        """Keep the form of a frame; the datagrams too, or others could get their identity."""
+        """Cache the form of a frame, with its datagrams so that their ids are not reused."""
         if len(self._forms) >= _FORMS:
             del self._forms[next(iter(self._forms))]
         known = (FrameForm(datagrams), datagrams)
@@ -128,7 +121,7 @@ class ServiceChannel:
 
 
 def _fitting(jobs: Iterable[Job]) -> list[Job]:
-    """Return the jobs that fit into one frame; the others are told that nobody took part."""
+    """Return the jobs that fit into one frame; answer the others as unprocessed."""
     room = _ROOM
     chosen: list[Job] = []
     refused: list[Job] = []

@@ -1,4 +1,4 @@
-"""Raw Ethernet sockets beside the master's own: find it, listen with it, empty it."""
+"""Raw Ethernet sockets next to the master's: find, listen, drain."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _FRAME_BYTES = 2048
 
 
 def listen(interface: str) -> socket.socket:
-    """Return a socket that sees every EtherCAT frame that comes in on ``interface``."""
+    """Return a socket that receives every incoming EtherCAT frame of `interface`."""
     channel = socket.socket(
         socket.AF_PACKET, socket.SOCK_RAW | socket.SOCK_NONBLOCK, socket.htons(_ETHERTYPE)
     )
@@ -28,28 +28,28 @@ def listen(interface: str) -> socket.socket:
 
 
 def receive(channel: socket.socket) -> bytes | None:
-    """Return the next frame that waits on a socket, or None."""
+    """Return the next waiting frame of a socket, or None."""
     try:
         return channel.recv(_FRAME_BYTES, socket.MSG_DONTWAIT)
     except OSError:
-        # Nothing there, or the link is down.
+        # Empty, or the link is down.
         return None
 
 
 def waiting_on(channel: socket.socket) -> list[bytes]:
-    """Return all frames that wait on a socket that `listen` made."""
+    """Return all waiting frames of a socket made by `listen`."""
     frames: list[bytes] = []
     take = channel.recv
     try:
         while True:
             frames.append(take(_FRAME_BYTES))
     except OSError:
-        # Nothing there any more, or the link is down.
+        # Empty, or the link is down.
         return frames
 
 
 def transmit(channel: socket.socket, frame: bytes) -> bool:
-    """Send a frame and say whether the interface took it; never waits."""
+    """Send a frame; return whether the interface accepted it; never blocks."""
     try:
         channel.send(frame, socket.MSG_DONTWAIT)
     except OSError:
@@ -58,7 +58,7 @@ def transmit(channel: socket.socket, frame: bytes) -> bool:
 
 
 def drain(channel: socket.socket | None) -> None:
-    """Throw away what waits on a socket."""
+    """Discard all waiting frames of a socket."""
     try:
         while channel is not None:
             channel.recv(_FRAME_BYTES, socket.MSG_DONTWAIT)
@@ -67,29 +67,23 @@ def drain(channel: socket.socket | None) -> None:
 
 
 def query_socket() -> socket.socket:
-    """Return a socket to ask the kernel about interfaces with; it receives nothing.
+    """Return a socket for interface queries; it receives nothing.
 
-    Of the same family as those that carry frames: the service may make no others
+    Same family as frame sockets: the service may create no others
     (``installer/linux/ocmm-acq@.service``).
     """
     return socket.socket(socket.AF_PACKET, socket.SOCK_DGRAM, 0)
 
 
 class LinkWatch:
-    """Is there a link on an interface? Asked with one system call, as often as one likes.
-
-    Parameters
-    ----------
-    interface
-        Its name; it need not exist (any more).
-    """
+    """Link state of an interface, read with one cheap system call."""
 
     def __init__(self, interface: str) -> None:
         self._request = struct.pack("16s24x", interface.encode("ascii"))
         self._query = query_socket()
 
     def trouble(self) -> str:
-        """Return why no frame can pass, or an empty text where one can."""
+        """Return why no frame can pass; empty if one can."""
         import fcntl
 
         try:
@@ -102,12 +96,12 @@ class LinkWatch:
         return "" if flags & _RUNNING else "has no link"
 
     def close(self) -> None:
-        """Give the socket back; may be called twice."""
+        """Close the socket; idempotent."""
         self._query.close()
 
 
 def packet_sockets() -> set[int]:
-    """Return the descriptors of this process that are raw Ethernet sockets."""
+    """Return the raw Ethernet sockets of this process."""
     found = set()
     for entry in Path("/proc/self/fd").iterdir():
         descriptor = int(entry.name)

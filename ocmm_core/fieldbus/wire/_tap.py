@@ -1,6 +1,6 @@
-"""A second look at an interface: every EtherCAT frame that leaves or comes in, with its time.
+"""Passive tap of an interface: every EtherCAT frame with its time.
 
-The kernel hands copies out; the bus itself is neither asked nor slowed.
+The kernel provides copies; the bus is not affected.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import NamedTuple
 from ocmm_core.fieldbus.wire._datagrams import ETHERTYPE
 
 _ALL = 0x0003
-"""Linux: ETH_P_ALL. Only such sockets see what leaves; and `refuse_other_programs` passes them."""
+"""Linux: ETH_P_ALL. Only such sockets see outgoing frames; `refuse_other_programs` ignores them."""
 _SOL_PACKET, _STATISTICS = 263, 6
 _TIMESTAMP_NS, _OUTGOING = 35, 4
 """Linux: SO_TIMESTAMPNS; PACKET_OUTGOING."""
@@ -25,7 +25,7 @@ _ETHERTYPE_BYTES = ETHERTYPE.to_bytes(2, "big")
 
 
 class TappedFrame(NamedTuple):
-    """A frame that was seen: its bytes, when (ns since 1970), and which way it went."""
+    """A captured frame: bytes, time (ns since 1970), and direction."""
 
     content: bytes
     utc_ns: int
@@ -33,17 +33,9 @@ class TappedFrame(NamedTuple):
 
 
 class Tap:
-    """The frames of an interface.
+    """Tap of an interface accepted by `check_interface`.
 
-    Parameters
-    ----------
-    interface
-        One that `check_interface` accepted.
-
-    Attributes
-    ----------
-    received, dropped
-        Frames that the kernel had for us, and those of them that found no room.
+    ``received`` and ``dropped`` count the kernel's frames, delivered and lost for lack of room.
     """
 
     def __init__(self, interface: str) -> None:
@@ -60,13 +52,13 @@ class Tap:
             raise
 
     def frames(self, wait_s: float) -> Iterator[TappedFrame]:
-        """Yield the frames that are there, and wait for the first one so long."""
+        """Yield waiting frames; wait up to `wait_s` for the first."""
         select.select([self._channel], [], [], wait_s)
         while True:
             try:
                 content, beside, _flags, address = self._channel.recvmsg(_FRAME_BYTES, 64)
             except OSError:
-                # Nothing there any more, or the interface is down.
+                # Empty, or the interface is down.
                 return
             if content[12:14] != _ETHERTYPE_BYTES:
                 continue
@@ -74,12 +66,12 @@ class Tap:
             yield TappedFrame(content, seconds * 1_000_000_000 + rest, address[2] == _OUTGOING)
 
     def count(self) -> None:
-        """Bring `received` and `dropped` up to date; the kernel counts since the last look."""
+        """Update `received` and `dropped`; the kernel resets its counts on reading."""
         content = self._channel.getsockopt(_SOL_PACKET, _STATISTICS, 8)
         received, dropped = struct.unpack("@II", content)
         self.received += received
         self.dropped += dropped
 
     def close(self) -> None:
-        """Give the socket back."""
+        """Close the socket."""
         self._channel.close()

@@ -10,6 +10,7 @@ from pathlib import Path
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive._stored_documents import about
 from ocmm_core.inspection.session import NOT_GIVEN, header_of
+from ocmm_core.names import normal_name
 from ocmm_core.storage import read_summary
 
 _LAST_NUMBER = re.compile(r"(\d+)(?!.*\d)")
@@ -41,7 +42,7 @@ def parts_of_batch(
     One that is being measured is in the list. Files that cannot be read as jobs are left out, and
     ``passed_over`` gets the fault of each: a list never keeps anybody from measuring.
     """
-    found = []
+    found, batch = [], normal_name(batch)
     for path in sorted(folder.glob(f"*{SUFFIX}")):
         try:
             seen = read_summary(path)

@@ -121,6 +121,7 @@ def compare_files(
         unread=tuple(unread),
         left_out=(*unread, *others),
         simulated=all_simulated(same),
+        files=tuple(job.file for job in same if job.file is not None),
     )
 
 
@@ -198,6 +199,7 @@ def _part_job(job: ReopenedJob) -> PartJob:
         values=tuple(values),
         simulated=job.view.simulated,
         words="; ".join((*job_states(job.view), part_line(job.view))),
+        file=job.identity,
     )
 
 

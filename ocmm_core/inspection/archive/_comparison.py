@@ -13,6 +13,7 @@ from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_core.measuring import COVERAGE_FACTOR
+from ocmm_core.named_file import FileIdentity
 from ocmm_core.tolerances.decisions import (
     ControlChart,
     ProcessCapability,
@@ -106,6 +107,13 @@ class Comparison:
     """Those of them about files that could not be read."""
     simulated: bool
     """What is counted came from a virtual rig."""
+    files: tuple[FileIdentity, ...] = ()
+    """The job files that were read on this computer."""
+
+    def require_names(self) -> None:
+        """Raise StorageError if a job is no longer on the disk under its name."""
+        for file in self.files:
+            file.require_name()
 
     def about(self, feature: str) -> Comparison:
         """Return what is about a feature; everything where its name is empty.
@@ -147,6 +155,7 @@ class PartJob:
     """It came from a virtual rig."""
     words: str
     """What the job is and what its part is, in a line."""
+    file: FileIdentity | None
 
 
 def trends_of(jobs: Sequence[PartJob]) -> tuple[Trend, ...]:

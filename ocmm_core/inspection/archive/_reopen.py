@@ -30,7 +30,8 @@ from ocmm_core.inspection.evaluation import HoldReason, JobView, SessionOptions,
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession, ReferenceUse
 from ocmm_core.measuring import Climate, MeasuredPoint
-from ocmm_core.storage import ADOPTED, CLOCK, RESCUED, JobEvent, JobFile, JobHead, JobSeal
+from ocmm_core.named_file import FileIdentity
+from ocmm_core.storage import ADOPTED, CLOCK, LEFT_OUT, RESCUED, JobEvent, JobFile, JobHead, JobSeal
 from ocmm_core.tolerances.decisions import not_proven
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
@@ -84,6 +85,8 @@ class ReopenedJob:
     recalled: tuple[str, ...] = ()
     """Why the archive of the shop holds the job back, as far as this computer has learned."""
 
+    identity: FileIdentity | None = None
+    """The file that was read; None if its bytes came from elsewhere."""
     left_out: str = ""
     """What of the file is in no complete step, as a sentence; empty if there is nothing."""
 
@@ -112,7 +115,8 @@ class ReopenedJob:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Return what a reader should know and what speaks against nothing, in sentences."""
-        told = (event.text for event in self.events if event.kind in (ADOPTED, CLOCK, RESCUED))
+        kinds = (ADOPTED, CLOCK, LEFT_OUT, RESCUED)
+        told = (event.text for event in self.events if event.kind in kinds)
         return (*told, *filter(None, (self._renamed, self.left_out, self.cameras.absent)))
 
     @property
@@ -240,6 +244,7 @@ def _reopened(path: Path, job: JobFile, known: KnownOfJob, tell: Tell) -> Reopen
         history=history,
         cameras=cameras,
         recalled=known.held,
+        identity=job.identity,
         left_out=known.left_out,
         held={hold_reason: session.held.held_for(hold_reason) for hold_reason in HoldReason},
     )

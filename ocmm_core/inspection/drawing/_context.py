@@ -11,7 +11,8 @@ from ocmm_core.features.measured import nominal_geometries
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.drawing._account import RefusedError
 from ocmm_core.inspection.drawing._surfaces import Surfaces
-from ocmm_core.inspection.plan import NAME_PATTERN, Plan
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.names import usable_name
 from ocmm_core.tolerances.kinds import characteristic_fault, geometry_value, spec_of
 from ocmm_core.tolerances.zones import Characteristic
 
@@ -107,9 +108,7 @@ class Context:
 
 def plan_name(label: str, feature: NominalFeature | None = None) -> str:
     """Return a label as a plan can name it, with the feature where it has several."""
-    allowed = "".join(c if c.isascii() and (c.isalnum() or c in "_.- ") else " " for c in label)
-    name = " ".join(allowed.split()).lstrip(".- ") or "item"
+    name = usable_name(label, len(label)) or "item"
     if feature is not None:
         name = f"{name[: _LONGEST - len(feature.name) - 1].rstrip()} {feature.name}"
-    name = name[:_LONGEST].rstrip()
-    return name if NAME_PATTERN.fullmatch(name) else "item"
+    return usable_name(name) or "item"

@@ -15,8 +15,9 @@ from ocmm_core.features.measured import Bisector, nominal_geometries
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.drawing._account import AccountItem, RefusedError
 from ocmm_core.inspection.drawing._context import Context
-from ocmm_core.inspection.plan import NAME_PATTERN, add_construction, add_feature, with_alignment
+from ocmm_core.inspection.plan import add_construction, add_feature, with_alignment
 from ocmm_core.inspection.pmi import Datum, DatumReference, DatumTarget, Tolerance
+from ocmm_core.names import name_fault
 
 _OPPOSITE = -1.0 + 1e-9
 _SAME_PLANE_MM = 1e-3
@@ -197,7 +198,7 @@ class Frames:
 
     def _free(self, letter: str) -> str:
         name = f"DATUM_{letter}"
-        if name in self._context.plan.shapes or not NAME_PATTERN.fullmatch(name):
+        if name in self._context.plan.shapes or name_fault(name):
             raise RefusedError(f"the plan has a feature {name} already, or it is no name")
         return name
 

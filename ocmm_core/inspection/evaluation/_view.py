@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import Enum
 from typing import Literal
 
@@ -13,6 +13,7 @@ from ocmm_core.acquisition.frames import AcquisitionStatus
 from ocmm_core.features.shapes import Fit, NominalFeature, Shape
 from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.measuring import MeasuredPoint, Refusal
+from ocmm_core.names import normal_name
 from ocmm_core.part_model import PlacedPart
 from ocmm_core.tolerances.decisions import (
     NO_VERDICT,
@@ -226,6 +227,11 @@ class JobHeader:
     serial: str
     order: str = ""
     batch: str = ""
+
+    def __post_init__(self) -> None:
+        """Bring the names into their normal form, so that equal names are one part or batch."""
+        for one in fields(self):
+            object.__setattr__(self, one.name, normal_name(getattr(self, one.name)))
 
 
 @dataclass(frozen=True, slots=True)

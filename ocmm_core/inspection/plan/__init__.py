@@ -3,8 +3,8 @@
 In: a TOML document, a table in text, or what was measured on a master part.
 Out: a checked plan, and TOML that reads back to the same plan.
 
-Read `_plan` (features and characteristics), `_file` (the document), `_step_checks` and `_doubts`
-(what speaks against a plan), `_environment` (the room that it demands, and what was noted of it),
+Read `_plan` (features and characteristics), `_file` (the document), `_step_checks` and `_findings`
+(contradictions), `_environment` (the room that it demands, and what was noted of it),
 `_edit` (changes: a plan in, another one out), `_shelf` (plans of a folder), `_file_beside` (files
 that it names), `_picture`, `_cad_model` (the part that is shown).
 It is filled by `_csv`, `_teach` and `_surface_profile` (of faces of the model). `_stored_plan`
@@ -28,14 +28,7 @@ if TYPE_CHECKING:
         without_model,
     )
     from ocmm_core.inspection.plan._climate import climate_for, material_expansion
-    from ocmm_core.inspection.plan._csv import (
-        FeaturePreview,
-        FeatureTable,
-        feature_table,
-        features_from_csv,
-        preview_features,
-    )
-    from ocmm_core.inspection.plan._doubts import nominal_doubts
+    from ocmm_core.inspection.plan._csv import FeatureTable, feature_table
     from ocmm_core.inspection.plan._edit import (
         EDITED,
         HEAD_FIELDS,
@@ -60,10 +53,10 @@ if TYPE_CHECKING:
         noted_rooms,
     )
     from ocmm_core.inspection.plan._file import save_plan
+    from ocmm_core.inspection.plan._findings import PlanFinding, plan_findings, require_consistent
     from ocmm_core.inspection.plan._picture import carry_pictures, with_picture, without_file
     from ocmm_core.inspection.plan._plan import (
         MAX_EXPANSION_PPM,
-        NAME_PATTERN,
         CadModel,
         Material,
         Plan,
@@ -102,8 +95,7 @@ else:
         __name__,
         _cad_model="PartOfPlan carry_model part_of_plan with_model without_model",
         _climate="climate_for material_expansion",
-        _csv="FeaturePreview FeatureTable feature_table features_from_csv preview_features",
-        _doubts="nominal_doubts",
+        _csv="FeatureTable feature_table",
         _edit=(
             "EDITED HEAD_FIELDS add_characteristic add_construction add_feature move_item "
             "new_plan remove_item replace_item usual_points with_alignment with_head"
@@ -113,8 +105,9 @@ else:
             "note_room_in noted_rooms"
         ),
         _file="save_plan",
+        _findings="PlanFinding plan_findings require_consistent",
         _picture="carry_pictures with_picture without_file",
-        _plan="CadModel MAX_EXPANSION_PPM Material NAME_PATTERN Plan check_plan load_plan",
+        _plan="CadModel MAX_EXPANSION_PPM Material Plan check_plan load_plan",
         _plan_release=(
             "RELEASE_EVENT note_release plan_release release_in_job release_plan require_released"
         ),
@@ -134,17 +127,16 @@ __all__ = [
     "ENVIRONMENT_EVENT",
     "HEAD_FIELDS",
     "MAX_EXPANSION_PPM",
-    "NAME_PATTERN",
     "RELEASE_EVENT",
     "USUAL_BALL_RADIUS",
     "CadModel",
     "EnvironmentLimits",
-    "FeaturePreview",
     "FeatureTable",
     "Material",
     "NotedRoom",
     "PartOfPlan",
     "Plan",
+    "PlanFinding",
     "PlanSource",
     "PlanSummary",
     "Requirement",
@@ -159,24 +151,23 @@ __all__ = [
     "environment_doubt",
     "environment_words",
     "feature_table",
-    "features_from_csv",
     "list_plans",
     "load_plan",
     "material_expansion",
     "move_item",
     "new_plan",
-    "nominal_doubts",
     "note_release",
     "note_room_in",
     "noted_rooms",
     "part_of_plan",
     "plan_card",
+    "plan_findings",
     "plan_release",
-    "preview_features",
     "release_in_job",
     "release_plan",
     "remove_item",
     "replace_item",
+    "require_consistent",
     "require_released",
     "requirement_count",
     "requirement_states",

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -19,20 +19,19 @@ import numpy as np
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan._edit import add_feature, usual_points
-from ocmm_core.inspection.plan._plan import NAME_PATTERN, Plan
+from ocmm_core.inspection.plan._plan import Plan
 from ocmm_core.inspection.plan._requirements import Requirement, source_of, with_requirements
+from ocmm_core.names import name_fault, normal_name
 from ocmm_core.tables import (
     SKIPPED_BY_USER,
     NamedColumns,
     TableAccount,
     TableOptions,
-    TablePreview,
     TextRow,
     TextTable,
-    preview_table,
     read_table,
 )
-from ocmm_core.units import named_unit
+from ocmm_core.units import named_unit, scaled
 
 NEEDED = ("name", "shape", "x", "y", "z")
 OPTIONAL = (
@@ -90,16 +89,6 @@ class FeatureTable:
 
 
 @dataclass(frozen=True, slots=True)
-class FeaturePreview:
-    """Lines of a table for an import page, and its features if the reader takes them."""
-
-    preview: TablePreview
-    table: FeatureTable | None
-    options: TableOptions
-    """With which it was read."""
-
-
-@dataclass(frozen=True, slots=True)
 class _Cell:
     """A cell and its place."""
 
@@ -114,26 +103,6 @@ class _Cell:
             f"{self.path}, line {self.line}, column '{self.column}': {self.text[:60]!r} {what}.",
             remedy,
         )
-
-
-def features_from_csv(path: Path | str) -> tuple[NominalFeature, ...]:
-    """Return the features of a table, see `feature_table`."""
-    return feature_table(path).features
-
-
-def preview_features(path: Path, options: TableOptions) -> FeaturePreview:
-    """Return the lines of a table, with its features or the error of the reader.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read at all.
-    """
-    try:
-        table = feature_table(path, options)
-    except InputError as error:
-        return FeaturePreview(preview_table(path, options, error), None, options)
-    return FeaturePreview(preview_table(path, options, table.account), table, options)
 
 
 def feature_table(path: Path | str, options: TableOptions | None = None) -> FeatureTable:
@@ -158,7 +127,7 @@ def feature_table(path: Path | str, options: TableOptions | None = None) -> Feat
     scales = dict(zip(present, factors, strict=True))
     if "angle" in table.units:
         line, text = table.units["angle"]
-        scales["angle"] = named_unit(text, "angle", f"{table.path}, line {line}").factor
+        scales["angle"] = named_unit(text, "angle", table.path, line).factor
     found: list[NominalFeature] = []
     lines: dict[str, int] = {}
     for row in table.rows:
@@ -177,13 +146,9 @@ def feature_table(path: Path | str, options: TableOptions | None = None) -> Feat
 
 def _feature(table: TextTable, row: TextRow, scales: dict[str, float]) -> NominalFeature:
     cells = {name: _Cell(table.path, row.line, name, text) for name, text in row.cells.items()}
-    name = cells["name"]
-    if not NAME_PATTERN.fullmatch(name.text):
-        raise name.fault(
-            "is not a valid name",
-            "A name has 1 to 60 letters, digits, spaces, '_', '.' or '-' and starts with a "
-            "letter, a digit or '_'.",
-        )
+    name = replace(cells["name"], text=normal_name(cells["name"].text))
+    if fault := name_fault(name.text):
+        raise name.fault(f"is not a valid name: it {fault}", "Correct the name.")
     word = cells["shape"]
     shape = _SHAPES.get(re.sub("[^a-z]", "", word.text.lower()))
     if shape is None:
@@ -192,7 +157,8 @@ def _feature(table: TextTable, row: TextRow, scales: dict[str, float]) -> Nomina
         if not cells[column].text:
             raise cells[column].fault("is empty", "Give the place of the feature.")
     values = {
-        column: scales.get(column, 1.0) * _number(table, cells.get(column)) for column in _NUMBERS
+        column: scaled(_number(table, cells.get(column)), scales.get(column, 1.0))
+        for column in _NUMBERS
     }
     direction = (values["i"], values["j"], values["k"])
     if any(direction) and abs(math.hypot(*direction) - 1.0) > _UNIT_VECTOR:

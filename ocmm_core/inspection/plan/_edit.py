@@ -73,7 +73,8 @@ def replace_item(
 ) -> Plan:
     """Return the plan with the feature, construction or characteristic called ``name`` changed.
 
-    A new name is carried to all that refer to the old one.
+    A new name is carried to all that refer to the old one. Changed limits of a characteristic are
+    set, no longer proposed.
 
     Raises
     ------
@@ -85,7 +86,9 @@ def replace_item(
     index = _index(items, group, name)
     if item.name != name:
         plan = _renamed(plan, group, name, item.name)
-    items = list(getattr(plan, group))
+    old, items = items[index], list(getattr(plan, group))
+    if isinstance(item, Characteristic) and (item.lower, item.upper) != (old.lower, old.upper):
+        item = msgspec.structs.replace(item, limits="set")
     items[index] = item
     return _checked(msgspec.structs.replace(plan, **{group: items}))
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import msgspec
 
 from ocmm_core.alignment import OLDEST, Alignment, BoundAlignment, alignment_fault
-from ocmm_core.documents import Document, load_document
+from ocmm_core.documents import Document, load_document, shortened
 from ocmm_core.errors import InputError
 from ocmm_core.features.measured import (
     Construction,
@@ -23,6 +23,7 @@ from ocmm_core.inspection.plan._environment import EnvironmentLimits, environmen
 from ocmm_core.inspection.plan._requirements import PlanSource, Requirement, requirements_fault
 from ocmm_core.inspection.plan._step_checks import file_fault, step_fault
 from ocmm_core.inspection.step import STEP_ENDINGS
+from ocmm_core.names import label_fault, name_fault, normal_text
 from ocmm_core.tolerances.kinds import characteristic_fault, involved_features
 from ocmm_core.tolerances.zones import Characteristic
 
@@ -31,8 +32,6 @@ MAX_EXPANSION_PPM = 200.0
 """No solid grows more for a kelvin."""
 
 _HASH = re.compile(r"[0-9a-f]{64}")
-NAME_PATTERN = re.compile(r"[A-Za-z0-9_][A-Za-z0-9 _.\-]{0,59}")
-"""Names that every export takes as they are: no comma, quote, dollar or leading sign."""
 
 
 class Material(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -90,7 +89,11 @@ class Plan(Document, frozen=True, kw_only=True):
 
     @classmethod
     def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
-        """Return ``data`` with the kind of alignment that the first plans did not name."""
+        """Return ``data`` with the kind of alignment that the first plans did not name.
+
+        Its text is in the normal form NFC, so that names typed on different systems are equal.
+        """
+        data = normal_text(data)
         alignment = data.get("alignment")
         if isinstance(alignment, dict):
             data = {**data, "alignment": {"type": OLDEST, **alignment}}
@@ -157,13 +160,8 @@ def check_plan(path: Path, plan: Plan) -> None:
     names += [(f"constructions[{i}].name", item.name) for i, item in enumerate(plan.constructions)]
     names += [(f"characteristics[{i}].name", c.name) for i, c in enumerate(plan.characteristics)]
     for field, name in names:
-        if not NAME_PATTERN.fullmatch(name):
-            raise _error(
-                path,
-                field,
-                f"is {name!r}; a name has 1 to 60 letters, digits, spaces, '_', '.' or '-' and "
-                "starts with a letter, a digit or '_'",
-            )
+        if fault := label_fault(name) if "." not in field else name_fault(name):
+            raise _error(path, field, f"is {shortened(name)}, which {fault}")
     for group in ("features", "characteristics"):
         seen: set[str] = set()
         for index, item in enumerate(getattr(plan, group)):

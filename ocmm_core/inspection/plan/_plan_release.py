@@ -8,6 +8,7 @@ from pathlib import Path
 import msgspec
 
 from ocmm_core.errors import InputError
+from ocmm_core.inspection.plan._findings import require_consistent
 from ocmm_core.inspection.plan._plan import load_plan
 from ocmm_core.seals import (
     NO_RELEASE,
@@ -29,8 +30,8 @@ class _Copy(msgspec.Struct, frozen=True):
 
 
 def release_plan(path: Path, who: str, reason: str = "") -> Release:
-    """Release a plan by name; errors as `load_plan` and `release_file`."""
-    load_plan(path)
+    """Release a plan by name; errors as `load_plan`, `require_consistent` and `release_file`."""
+    require_consistent(path, load_plan(path))
     return release_file(path, Signed.PLAN, who, reason)
 
 

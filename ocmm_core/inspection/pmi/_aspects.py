@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
-from ocmm_core.inspection.pmi._part21 import BadEntityError, Part21, refs
+from ocmm_core.inspection.pmi._part21 import BadEntityError, Part21, plain, refs
+from ocmm_core.inspection.pmi._schema import RELATIONS, USAGES, check_entity
 
 _FACES = frozenset({"ADVANCED_FACE", "FACE_SURFACE"})
 _CURVES = frozenset({"EDGE_CURVE", "TRIMMED_CURVE", "COMPOSITE_CURVE", "POLYLINE"})
-_USAGES = ("GEOMETRIC_ITEM_SPECIFIC_USAGE", "ITEM_IDENTIFIED_REPRESENTATION_USAGE")
-_RELATIONS = ("SHAPE_ASPECT_RELATIONSHIP", "SHAPE_ASPECT_DERIVING_RELATIONSHIP")
+_OTHER_RELATIONS = re.compile(
+    r"affected|associat|intersection|resulting|starting|ending|boundary|direction", re.IGNORECASE
+)
+"""In names of relations that do not compose an aspect, such as 'affected plane association'."""
 MOST_FACES = 10_000
 
 
@@ -30,10 +34,8 @@ class Aspects:
 
     def __init__(self, file: Part21) -> None:
         self._file = file
-        self._usages = [(word, file.users(word, 2)) for word in _USAGES if word in file.by_type]
-        self._children = [
-            (word, file.users(word, 2)) for word in _RELATIONS if word in file.by_type
-        ]
+        self._usages = [(word, file.users(word, 2)) for word in USAGES if word in file.by_type]
+        self._children = [(word, file.users(word, 2)) for word in RELATIONS if word in file.by_type]
 
     def related(self, aspect: int) -> list[int]:
         """Return the aspects that stand second in a relation in which this one stands first."""
@@ -44,13 +46,18 @@ class Aspects:
             for number in refs(self._file.argument(relation, 3, word))
         ]
 
-    def faces(self, aspect: int) -> Faces:
+    def faces(self, aspect: int, *, is_note: bool = False) -> Faces:
         """Return the faces of an aspect and of those that it is composed of.
+
+        Parameters
+        ----------
+        is_note
+            The aspect is of a note, which has no meaning for tolerances.
 
         Raises
         ------
         BadEntityError
-            Something on the way is missing or cannot be read.
+            An entity on the way is missing, cannot be read, or is not supported.
         """
         found: dict[int, None] = {}
         others: dict[str, None] = {}
@@ -66,6 +73,8 @@ class Aspects:
             if number != aspect and "DATUM" in types:
                 # A datum feature says so which datum it is.
                 continue
+            if not is_note:
+                self._check(number, "datum" if "DATUM" in types else "aspect")
             derived = derived or bool(types & {"DERIVED_SHAPE_ASPECT", "CENTRE_OF_SYMMETRY"})
             for item in self._items(number):
                 kinds = self._file.types(item)
@@ -78,6 +87,18 @@ class Aspects:
                 msg = f"it stands for more than {MOST_FACES} faces"
                 raise BadEntityError(msg)
         return Faces(tuple(sorted(found)), tuple(others), derived)
+
+    def _check(self, aspect: int, role: str) -> None:
+        """Refuse an aspect that is none, or has relations other than to its parts."""
+        check_entity(self._file, aspect, role)
+        for by_first, of in ((self._usages, "usage"), (self._children, "relation")):
+            for word, found in by_first:
+                for number in found.get(aspect, ()):
+                    check_entity(self._file, number, of)
+                    name = plain(self._file.argument(number, 0, word))
+                    if of == "relation" and _OTHER_RELATIONS.search(name):
+                        msg = f"its relation '{name}' #{number} is not supported"
+                        raise BadEntityError(msg)
 
     def _items(self, aspect: int) -> list[int]:
         return [

@@ -8,11 +8,10 @@ import msgspec
 
 from ocmm_core.inspection.pmi._aspects import Aspects
 from ocmm_core.inspection.pmi._items import Dimension
-from ocmm_core.inspection.pmi._measures import Measure, measure_of
+from ocmm_core.inspection.pmi._measures import Measure, measure_of, qualifiers_of
 from ocmm_core.inspection.pmi._part21 import BadEntityError, Part21, Typed, plain, refs
+from ocmm_core.inspection.pmi._schema import LOCATIONS, SIZES, check_entity
 
-_SIZES = ("DIMENSIONAL_SIZE", "ANGULAR_SIZE")
-_LOCATIONS = ("DIMENSIONAL_LOCATION", "ANGULAR_LOCATION")
 _OTHERS = (
     "DIRECTED_DIMENSIONAL_LOCATION",
     "DIMENSIONAL_LOCATION_WITH_PATH",
@@ -21,8 +20,9 @@ _OTHERS = (
     "DIMENSIONAL_SIZE_WITH_DATUM_FEATURE",
 )
 """Those that are listed and not taken: what they add changes what is meant."""
-DIMENSIONS = (*_SIZES, *_LOCATIONS, *_OTHERS)
+DIMENSIONS = (*SIZES, *LOCATIONS, *_OTHERS)
 _SLACK = 1e-9
+_NOTE = "dimensional note"
 _LIMITS = ("nominal value", "upper limit", "lower limit")
 
 
@@ -33,7 +33,6 @@ class Dimensions:
         self._file, self._aspects, self._labels = file, aspects, labels
         self._values = file.users("DIMENSIONAL_CHARACTERISTIC_REPRESENTATION", 0)
         self._tolerances = file.users("PLUS_MINUS_TOLERANCE", 1)
-        self._qualified = file.users("MEASURE_QUALIFICATION", 2)
 
     def all(self) -> tuple[Dimension, ...]:
         """Return the dimensions of the file in its order."""
@@ -54,10 +53,11 @@ class Dimensions:
                 item = msgspec.structs.replace(item, word=word)
                 msg = f"a {word} is not supported"
                 raise BadEntityError(msg)
+            check_entity(self._file, number, "dimension")
             if is_location:
-                word = plain(self._file.argument(number, 0, *_LOCATIONS))
+                word = plain(self._file.argument(number, 0, *LOCATIONS))
             else:
-                word = plain(self._file.argument(number, 1, *_SIZES))
+                word = plain(self._file.argument(number, 1, *SIZES))
             if any("ANGULAR" in one for one in types):
                 word = word or "angle"
             item = msgspec.structs.replace(item, word=word or "size")
@@ -69,11 +69,11 @@ class Dimensions:
 
     def _with_faces(self, item: Dimension) -> Dimension:
         if not item.is_location:
-            first = self._aspects.faces(self._file.reference(item.entity, 0, *_SIZES))
+            first = self._aspects.faces(self._file.reference(item.entity, 0, *SIZES))
             odd = (*first.others, *(["a derived aspect"] if first.derived else []))
             return msgspec.structs.replace(item, faces=first.numbers, odd=odd)
         one, two = (
-            self._aspects.faces(self._file.reference(item.entity, place, *_LOCATIONS))
+            self._aspects.faces(self._file.reference(item.entity, place, *LOCATIONS))
             for place in (2, 3)
         )
         odd = tuple(dict.fromkeys((*one.others, *two.others)))
@@ -89,7 +89,9 @@ class Dimensions:
         if not users:
             return item
         word = "DIMENSIONAL_CHARACTERISTIC_REPRESENTATION"
+        check_entity(self._file, users[0], "value")
         held = self._file.reference(users[0], 1, word)
+        check_entity(self._file, held, "values")
         found: dict[str, Measure] = {}
         notes: list[str] = []
         for number in refs(self._file.argument(held, 1, "SHAPE_DIMENSION_REPRESENTATION")):
@@ -98,26 +100,12 @@ class Dimensions:
                 notes += _notes(self._file, number)
                 continue
             name = plain(_own_name(records)) or "nominal value"
-            notes += self._qualifiers(number, records)
+            notes += qualifiers_of(self._file, number)
             if name not in _LIMITS or name in found:
                 msg = f"the file gives it '{name}' that is unknown or stands twice"
                 raise BadEntityError(msg)
-            found[name] = measure_of(self._file, number)
+            found[name] = measure_of(self._file, number, is_qualified=True)
         return _with_found(item, found, tuple(dict.fromkeys(notes)))
-
-    def _qualifiers(self, number: int, records: dict[str, Any]) -> list[str]:
-        """Return what qualifies a value, without the digits that it is shown with."""
-        named = refs(records.get("QUALIFIED_REPRESENTATION_ITEM", ()))
-        for user in self._qualified.get(number, []):
-            named += refs(self._file.argument(user, 3, "MEASURE_QUALIFICATION"))
-        found = []
-        for qualifier in named:
-            types = self._file.types(qualifier)
-            if "TYPE_QUALIFIER" in types:
-                found.append(plain(self._file.argument(qualifier, 0, "TYPE_QUALIFIER")))
-            elif "VALUE_FORMAT_TYPE_QUALIFIER" not in types:
-                found.append(" ".join(sorted(types)).replace("_", " ").lower())
-        return found
 
     def _with_limits(self, item: Dimension) -> Dimension:
         users = self._tolerances.get(item.entity, [])
@@ -126,11 +114,14 @@ class Dimensions:
         if len(users) > 1 or item.lower is not None:
             msg = "the file gives it limits more than once"
             raise BadEntityError(msg)
+        check_entity(self._file, users[0], "limits")
         held = self._file.reference(users[0], 0, "PLUS_MINUS_TOLERANCE")
         if "LIMITS_AND_FITS" in self._file.types(held):
+            check_entity(self._file, held, "fit")
             parts = self._file.arguments(held, "LIMITS_AND_FITS")
             code = "".join(plain(part) for part in (parts[0], parts[2])) if len(parts) > 2 else ""
             return msgspec.structs.replace(item, fit=code or "without a code")
+        check_entity(self._file, held, "limit values")
         low, high = (
             measure_of(self._file, self._file.reference(held, place, "TOLERANCE_VALUE"))
             for place in (0, 1)
@@ -197,7 +188,8 @@ def _notes(file: Part21, number: int) -> list[str]:
     """Return the texts of a note beside a value, also of a compound one."""
     records = file.records(number)
     if "DESCRIPTIVE_REPRESENTATION_ITEM" in records:
-        return [plain(file.argument(number, 1, "DESCRIPTIVE_REPRESENTATION_ITEM"))]
+        name, text = map(plain, file.arguments(number, "DESCRIPTIVE_REPRESENTATION_ITEM")[:2])
+        return [text if name in ("", _NOTE) else f"{name}: {text}"]
     if "COMPOUND_REPRESENTATION_ITEM" in records:
         held = file.argument(number, 1, "COMPOUND_REPRESENTATION_ITEM")
         if isinstance(held, Typed):

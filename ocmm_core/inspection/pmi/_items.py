@@ -122,22 +122,3 @@ class Pmi(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
         return not (
             self.dimensions or self.tolerances or self.datums or self.targets or self.annotations
         )
-
-    @property
-    def labels(self) -> tuple[int, int, int]:
-        """Return how many dimensions, tolerances and datums OpenCascade's reader has labels for.
-
-        It has one more dimension for each note and each label whose leader ends at an aspect of its
-        own, no tolerance without a shape, and one datum for each reference of a tolerance, of a
-        datum with targets each of them. So both readings can be compared.
-        """
-        more = sum(one.own_aspect or not one.shows for one in self.annotations)
-        shown = [one for one in self.tolerances if one.faces or one.odd]
-        targets = {one.name: max(1, len(one.targets)) for one in self.datums}
-        references = sum(
-            targets.get(reference.labels[0], 1) if len(reference.labels) == 1
-            else len(reference.labels)
-            for one in shown
-            for reference in one.datums
-        )  # fmt: skip
-        return len(self.dimensions) + more, len(shown), references

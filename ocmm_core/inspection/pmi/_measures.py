@@ -1,10 +1,11 @@
-"""Values with their units: lengths in mm, angles in degrees, and nothing that is in doubt."""
+"""Values of PMI with their units, each by its own: lengths in mm, angles in degrees."""
 
 from __future__ import annotations
 
 import math
 from typing import Literal, NamedTuple
 
+from ocmm_core.errors import InputError
 from ocmm_core.inspection.pmi._part21 import (
     Argument,
     BadEntityError,
@@ -13,24 +14,15 @@ from ocmm_core.inspection.pmi._part21 import (
     Typed,
     Word,
     plain,
+    refs,
 )
+from ocmm_core.inspection.pmi._schema import check_entity
+from ocmm_core.units import MeasureUnit, agreed_unit, find_unit, scaled
 
 FARTHEST_MM = 1e5
 MOST_DEG = 360.0
 _DECIMALS = 6
 _DEEPEST = 5
-_SAME = 1e-6
-
-_PREFIXES = {
-    "KILO": 1e3, "HECTO": 1e2, "DECA": 1e1, "DECI": 1e-1, "CENTI": 1e-2, "MILLI": 1e-3,
-    "MICRO": 1e-6, "NANO": 1e-9,
-}  # fmt: skip
-_KNOWN = {
-    "MILLIMETRE": 1.0, "MILLIMETER": 1.0, "MM": 1.0, "CENTIMETRE": 10.0, "METRE": 1000.0,
-    "METER": 1000.0, "INCH": 25.4, "IN": 25.4, "FOOT": 304.8, "FT": 304.8,
-    "DEGREE": 1.0, "DEGREES": 1.0, "DEG": 1.0, "RADIAN": math.degrees(1.0),
-}  # fmt: skip
-"""What one of a unit is, mm or degrees: a file that says otherwise is not believed."""
 
 _MEASURES = (
     "MEASURE_WITH_UNIT",
@@ -39,18 +31,42 @@ _MEASURES = (
     "MEASURE_REPRESENTATION_ITEM",
 )
 
-Dimension = Literal["length", "angle"]
+_SI: dict[str, Literal["length", "angle"]] = {"LENGTH_UNIT": "length", "PLANE_ANGLE_UNIT": "angle"}
+_HARMLESS = frozenset({"NAMED_UNIT", "CONTEXT_DEPENDENT_UNIT"})
+"""Parts of a unit without a meaning of their own: its dimensional exponents."""
 
 
 class Measure(NamedTuple):
     """A value, mm or degrees."""
 
     value: float
-    of: Dimension
+    of: str
+    """``length`` or ``angle``."""
 
 
-def measure_of(file: Part21, number: int) -> Measure:
+def qualifiers_of(file: Part21, number: int) -> list[str]:
+    """Return what qualifies a value, without the digits that it is shown with."""
+    named = refs(file.records(number).get("QUALIFIED_REPRESENTATION_ITEM", ()))
+    for user in file.users_of(number):
+        if "MEASURE_QUALIFICATION" in file.types(user):
+            named += refs(file.argument(user, 3, "MEASURE_QUALIFICATION"))
+    found = []
+    for qualifier in named:
+        types = file.types(qualifier)
+        if "TYPE_QUALIFIER" in types:
+            found.append(plain(file.argument(qualifier, 0, "TYPE_QUALIFIER")))
+        elif types != {"VALUE_FORMAT_TYPE_QUALIFIER"}:
+            found.append(" ".join(sorted(types)).replace("_", " ").lower())
+    return found
+
+
+def measure_of(file: Part21, number: int, *, is_qualified: bool = False) -> Measure:
     """Return the value of a measure with a unit.
+
+    Parameters
+    ----------
+    is_qualified
+        The caller reads its qualifiers.
 
     Raises
     ------
@@ -58,39 +74,48 @@ def measure_of(file: Part21, number: int) -> Measure:
         It has no number or unit, the unit is unknown or contradicts its name, or the value is
         larger than any part.
     """
+    check_entity(file, number, "measure")
+    odd = [] if is_qualified else qualifiers_of(file, number)
+    if odd:
+        msg = f"its value #{number} is '{odd[0]}', which is not supported"
+        raise BadEntityError(msg)
     value, unit = _value_and_unit(file, number)
-    factor, of = unit_of(file, unit)
-    size = value * factor
-    most = FARTHEST_MM if of == "length" else MOST_DEG
+    found = unit_of(file, unit)
+    size = scaled(value, found.factor)
+    most = FARTHEST_MM if found.dimension == "length" else MOST_DEG
     if not math.isfinite(size) or abs(size) > most:
-        word = "mm" if of == "length" else "degrees"
+        word = "mm" if found.dimension == "length" else "degrees"
         msg = f"its value {size:g} {word} is absurd"
         raise BadEntityError(msg)
-    return Measure(round(size, _DECIMALS) + 0.0, of)
+    return Measure(round(size, _DECIMALS) + 0.0, found.dimension)
 
 
-def unit_of(file: Part21, number: int, depth: int = 0) -> tuple[float, Dimension]:
-    """Return what one of a unit is, mm or degrees.
+def unit_of(file: Part21, number: int, depth: int = 0) -> MeasureUnit:
+    """Return the unit of length or angle that an entity defines.
 
     Raises
     ------
     BadEntityError
-        It is no length or angle, or contradicts its own name.
+        It is no length or angle, is unknown, or its factor contradicts its name.
     """
     if depth > _DEEPEST:
         msg = f"its unit #{number} refers to itself"
         raise BadEntityError(msg)
     records = file.records(number)
-    of: Dimension
-    if "LENGTH_UNIT" in records:
-        of = "length"
-    elif "PLANE_ANGLE_UNIT" in records:
-        of = "angle"
-    else:
+    kinds = sorted(set(records) & set(_SI))
+    odd = set(records) - {*_SI, *_HARMLESS, "SI_UNIT", "CONVERSION_BASED_UNIT"}
+    if len(kinds) != 1 or odd:
         msg = f"its unit #{number} is neither of lengths nor of angles"
         raise BadEntityError(msg)
+    of = _SI[kinds[0]]
     if "SI_UNIT" in records:
-        return _si_factor(records["SI_UNIT"], of), of
+        prefix, name = records["SI_UNIT"][-2:]
+        words = [one.word for one in (prefix, name) if isinstance(one, Word)]
+        found = find_unit("".join(words), of) if prefix is None or len(words) == 2 else None
+        if found is None:
+            msg = f"its unit #{number} is {' '.join(words) or 'unknown'}"
+            raise BadEntityError(msg)
+        return found
     if "CONVERSION_BASED_UNIT" not in records:
         msg = f"its unit #{number} is unknown"
         raise BadEntityError(msg)
@@ -99,27 +124,14 @@ def unit_of(file: Part21, number: int, depth: int = 0) -> tuple[float, Dimension
         msg = f"its unit {plain(name)} has no base"
         raise BadEntityError(msg)
     value, below = _value_and_unit(file, base.number)
-    factor, of_base = unit_of(file, below, depth + 1)
-    factor *= value
-    said = _KNOWN.get(plain(name).upper().strip(" '"))
-    if of_base != of or said is None or abs(factor / said - 1.0) > _SAME:
-        what = "mm" if of == "length" else "degrees"
-        msg = f"the file says that one of its unit '{plain(name)}' is {factor:g} {what}"
+    of_base = unit_of(file, below, depth + 1)
+    if of_base.dimension != of:
+        msg = f"its unit #{number} {plain(name)!r} is converted to {of_base.symbol}"
         raise BadEntityError(msg)
-    return said, of
-
-
-def _si_factor(arguments: tuple[object, ...], of: Dimension) -> float:
-    prefix, name = arguments[-2], arguments[-1]
-    word = name.word if isinstance(name, Word) else ""
-    if word != {"length": "METRE", "angle": "RADIAN"}[of]:
-        msg = f"its unit is {word or 'unknown'}"
-        raise BadEntityError(msg)
-    if prefix is not None and not (isinstance(prefix, Word) and prefix.word in _PREFIXES):
-        msg = "the prefix of its unit is unknown"
-        raise BadEntityError(msg)
-    scale = _PREFIXES[prefix.word] if isinstance(prefix, Word) else 1.0
-    return scale * (1000.0 if of == "length" else math.degrees(1.0))
+    try:
+        return agreed_unit(plain(name), scaled(value, of_base.si), of, f"its unit #{number}")
+    except InputError as error:
+        raise BadEntityError(error.what.rstrip(".")) from error
 
 
 def _value_and_unit(file: Part21, number: int) -> tuple[float, int]:

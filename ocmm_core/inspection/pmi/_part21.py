@@ -24,6 +24,13 @@ _TOKEN = re.compile(
     r'|(?P<binary>"[0-9A-F]*")|(?P<mark>[(),$*]))'
 )
 _OUTLINE = re.compile(r"'(?:[^']|'')*+'|[()]|(?<![A-Z_0-9])[A-Z][A-Z_0-9]*+(?=\s*+\()")
+_SHAPES = (
+    "ADVANCED_FACE", "AXIS", "B_SPLINE", "CARTESIAN_POINT", "CIRCLE", "COLOUR", "COORDINATES",
+    "COMPLEX_TRI", "DIRECTION", "EDGE_", "FACE_", "LINE(", "ORIENTED_EDGE", "PLANE(", "POLYLINE",
+    "PRESENTATION_STYLE", "SURFACE_S", "TESSELLATED", "TRIANGULATED", "VECTOR", "VERTEX",
+)  # fmt: skip
+"""Starts of geometry and styles, which never refer to a tolerance."""
+_REFERENCE = re.compile(r"'[^']*+'|#\s*+(\d++)")
 _WIDE = re.compile(r"\\X2\\([0-9A-Fa-f]*)\\X0\\|\\X4\\([0-9A-Fa-f]*)\\X0\\|\\X\\([0-9A-Fa-f]{2})")
 
 
@@ -64,6 +71,7 @@ class Part21:
     by_type: dict[str, list[int]]
     """Numbers of the entities that have a type, also as a part of several, by its word."""
     _read: dict[int, dict[str, tuple[Argument, ...]]] = field(default_factory=dict)
+    _users: dict[int, list[int]] = field(default_factory=dict)
 
     def all_of(self, *types: str) -> list[int]:
         """Return the numbers of the entities of any of the types, in the order of the file."""
@@ -136,6 +144,15 @@ class Part21:
             msg = f"#{number} refers to {len(found)} entities where one is needed"
             raise BadEntityError(msg)
         return found[0]
+
+    def users_of(self, number: int) -> list[int]:
+        """Return the entities other than geometry that refer to an entity."""
+        if not self._users:
+            for user, body in self.bodies.items():
+                if not body.startswith(_SHAPES):
+                    for target in {int(one) for one in _REFERENCE.findall(body) if one}:
+                        self._users.setdefault(target, []).append(user)
+        return self._users.get(number, [])
 
     def users(self, word: str, place: int) -> dict[int, list[int]]:
         """Return which entities of a type name an entity at a place of their arguments.

@@ -51,7 +51,7 @@ def units_fault(content: bytes) -> str:
             if "PARAMETRIC_REPRESENTATION_CONTEXT" in records or _is_flat(records[_CONTEXT]):
                 continue
             named = refs(records.get(_UNITS, ()))
-            kinds = [unit_of(file, one)[1] for one in named if _is_used(file, one)]
+            kinds = [unit_of(file, one).dimension for one in named if _is_used(file, one)]
             for of in ("length", "angle"):
                 if kinds.count(of) != 1:
                     count = "no unit" if of not in kinds else "several units"

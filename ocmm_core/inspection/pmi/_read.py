@@ -16,7 +16,8 @@ from ocmm_core.inspection.pmi._aspects import Aspects
 from ocmm_core.inspection.pmi._dimensions import DIMENSIONS, Dimensions
 from ocmm_core.inspection.pmi._items import Annotation, Datum, DatumTarget, Pmi
 from ocmm_core.inspection.pmi._part21 import BadEntityError, Part21, plain, read_part21, refs
-from ocmm_core.inspection.pmi._tolerances import KINDS, Tolerances
+from ocmm_core.inspection.pmi._schema import TOLERANCES, check_entity
+from ocmm_core.inspection.pmi._tolerances import Tolerances
 
 _LINKS = ("DRAUGHTING_MODEL_ITEM_ASSOCIATION", "DRAUGHTING_MODEL_ITEM_ASSOCIATION_WITH_PLACEHOLDER")
 _SAYS = "PMI representation to presentation link"
@@ -77,7 +78,9 @@ class Labels:
                     item, shows=shows, own_aspect=any(one not in of_items for one in on)
                 )
                 if not shows:
-                    faces = {face for one in on for face in aspects.faces(one).numbers}
+                    faces = {
+                        face for one in on for face in aspects.faces(one, is_note=True).numbers
+                    }
                     item = msgspec.structs.replace(
                         item, text=self._text(about), faces=tuple(sorted(faces))
                     )
@@ -182,6 +185,7 @@ class Datums:
     def _datum(self, number: int) -> Datum:
         item = Datum(entity=number, name=f"datum #{number}")
         try:
+            check_entity(self._file, number, "datum")
             letter = plain(self._file.argument(number, 4, "DATUM"), 20)
             if not letter:
                 msg = "it has no letter"
@@ -212,6 +216,9 @@ class Datums:
                 odd |= dict.fromkeys(found.others)
                 if found.derived:
                     odd["a derived aspect"] = None
+            else:
+                msg = f"its feature #{giver} is no datum feature"
+                raise BadEntityError(msg)
         own = self._aspects.faces(item.entity).numbers
         if own and faces and set(own) != set(faces):
             msg = "the file names other faces for the datum than for its feature"
@@ -272,7 +279,7 @@ def read_pmi(text: str) -> tuple[Pmi, tuple[FaceText, ...]]:
     count = sum(
         len(file.by_type.get(word, ())) for word in (*DIMENSIONS, "DATUM", "DRAUGHTING_CALLOUT")
     )
-    count += sum(len(file.by_type.get(f"{kind}_TOLERANCE", ())) for kind in KINDS)
+    count += sum(len(file.by_type.get(word, ())) for word in TOLERANCES)
     if count > _MOST_ITEMS:
         return Pmi(fault=f"the file has {count} dimensions, tolerances and notes"), faces
     labels = Labels(file)
@@ -311,7 +318,7 @@ def _face(file: Part21, number: int) -> FaceText:
 def _aspects_of_items(file: Part21) -> frozenset[int]:
     """Return the aspects that dimensions, tolerances and datum targets name."""
     found: set[int] = set()
-    words = (*DIMENSIONS, *(f"{kind}_TOLERANCE" for kind in KINDS), "GEOMETRIC_TOLERANCE")
+    words = (*DIMENSIONS, *TOLERANCES, "GEOMETRIC_TOLERANCE")
     for number in file.all_of(*words, "FEATURE_FOR_DATUM_TARGET_RELATIONSHIP"):
         try:
             for arguments in file.records(number).values():

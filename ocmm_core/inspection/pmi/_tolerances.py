@@ -17,29 +17,9 @@ from ocmm_core.inspection.pmi._part21 import (
     plain,
     refs,
 )
+from ocmm_core.inspection.pmi._schema import EXTRAS, TOLERANCES, ZONES, check_entity
 
-KINDS = (
-    "ANGULARITY", "CIRCULAR_RUNOUT", "COAXIALITY", "CONCENTRICITY", "CYLINDRICITY", "FLATNESS",
-    "LINE_PROFILE", "PARALLELISM", "PERPENDICULARITY", "POSITION", "ROUNDNESS", "STRAIGHTNESS",
-    "SURFACE_PROFILE", "SYMMETRY", "TOTAL_RUNOUT",
-)  # fmt: skip
-_TYPES = tuple(f"{kind}_TOLERANCE" for kind in KINDS)
-_ALL = (*_TYPES, "GEOMETRIC_TOLERANCE", "MODIFIED_GEOMETRIC_TOLERANCE")
-_EXTRAS = {
-    "GEOMETRIC_TOLERANCE_WITH_DEFINED_UNIT": "per unit",
-    "GEOMETRIC_TOLERANCE_WITH_DEFINED_AREA_UNIT": "per unit of area",
-    "GEOMETRIC_TOLERANCE_WITH_MAXIMUM_TOLERANCE": "with a maximum",
-    "UNEQUALLY_DISPOSED_GEOMETRIC_TOLERANCE": "unequally disposed",
-    "MODIFIED_GEOMETRIC_TOLERANCE": "with a modifier of an older schema",
-}
-_ZONE_EXTRAS = {
-    "PROJECTED_ZONE_DEFINITION": "projected zone",
-    "PROJECTED_ZONE_DEFINITION_WITH_OFFSET": "projected zone",
-    "NON_UNIFORM_ZONE_DEFINITION": "non-uniform zone",
-    "ORIENTED_TOLERANCE_ZONE": "oriented zone",
-    "DIRECTED_TOLERANCE_ZONE": "directed zone",
-    "TOLERANCE_ZONE_WITH_DATUM": "zone with a datum",
-}
+_ALL = (*TOLERANCES, "GEOMETRIC_TOLERANCE", "MODIFIED_GEOMETRIC_TOLERANCE")
 LARGEST_MM = 1000.0
 
 
@@ -49,11 +29,11 @@ class Tolerances:
     def __init__(self, file: Part21, aspects: Aspects, labels: dict[int, str]) -> None:
         self._file, self._aspects, self._labels = file, aspects, labels
         self._zones: dict[int, list[int]] = {}
-        for word in ("TOLERANCE_ZONE", *(w for w in _ZONE_EXTRAS if "TOLERANCE_ZONE" in w)):
+        for word in ("TOLERANCE_ZONE", *(w for w in ZONES if "TOLERANCE_ZONE" in w)):
             for tolerance, zones in file.users(word, 4).items():
                 self._zones.setdefault(tolerance, []).extend(zones)
         self._defined: dict[int, list[str]] = {}
-        for word, said in _ZONE_EXTRAS.items():
+        for word, said in ZONES.items():
             for zone in file.users(word, 0):
                 self._defined.setdefault(zone, []).append(said)
         self._segments, self._related = self._composites()
@@ -72,6 +52,7 @@ class Tolerances:
                 name = plain(self._file.argument(number, 0, word)) or "without a name"
                 upper, lower = (self._file.reference(number, place, word) for place in (2, 3))
             except BadEntityError:
+                # The tolerances that it refers to cannot read it either.
                 continue
             if name != "composite":
                 related.update({upper: name, lower: name})
@@ -87,11 +68,12 @@ class Tolerances:
         )  # fmt: skip
         try:
             types = self._file.types(number)
-            kinds = sorted(types & set(_TYPES))
+            kinds = sorted(types & set(TOLERANCES))
             if len(kinds) != 1:
                 named = [word for word in sorted(types) if word.endswith("_TOLERANCE")]
                 msg = f"its kind {' '.join(named).lower().replace('_', ' ')} is unknown"
                 raise BadEntityError(msg)
+            check_entity(self._file, number, "tolerance")
             word = kinds[0].removesuffix("_TOLERANCE").replace("_", " ").lower()
             own = ("GEOMETRIC_TOLERANCE", kinds[0])
             name = self._labels.get(number) or plain(self._file.argument(number, 0, *own))
@@ -110,18 +92,18 @@ class Tolerances:
             return msgspec.structs.replace(item, fault=str(error))
 
     def _with_zone(self, item: Tolerance, types: frozenset[str]) -> Tolerance:
-        extras = [said for word, said in _EXTRAS.items() if word in types]
+        extras = [said for word, said in EXTRAS.items() if word in types]
         related = self._related.get(item.entity)
         if related:
             extras.append(f"related to another one ('{related}')")
         forms = []
         for zone in self._zones.get(item.entity, []):
+            check_entity(self._file, zone, "zone")
             extras += self._defined.get(zone, [])
-            extras += [
-                said for word, said in _ZONE_EXTRAS.items() if word in self._file.types(zone)
-            ]
-            words = ("TOLERANCE_ZONE", *_ZONE_EXTRAS)
+            extras += [said for word, said in ZONES.items() if word in self._file.types(zone)]
+            words = ("TOLERANCE_ZONE", *ZONES)
             form = self._file.reference(zone, 5, *words)
+            check_entity(self._file, form, "zone form")
             forms.append(plain(self._file.argument(form, 0, "TOLERANCE_ZONE_FORM")))
         if len(set(forms)) > 1:
             msg = "the file gives it several forms of its zone"
@@ -152,6 +134,7 @@ class Tolerances:
             msg = f"the file gives it {len(held)} datum systems"
             raise BadEntityError(msg)
         if systems:
+            check_entity(self._file, systems[0], "datum system")
             parts = refs(self._file.argument(systems[0], 4, "DATUM_SYSTEM"))
             datums = [self._compartment(part) for part in parts]
         else:
@@ -159,6 +142,7 @@ class Tolerances:
         return msgspec.structs.replace(item, datums=tuple(datums))
 
     def _compartment(self, number: int) -> DatumReference:
+        check_entity(self._file, number, "datum reference")
         words = ("DATUM_REFERENCE_COMPARTMENT", "DATUM_REFERENCE_ELEMENT")
         base = self._file.argument(number, 4, *words)
         held = self._file.argument(number, 5, *words)
@@ -184,6 +168,7 @@ class Tolerances:
         """Return datum references of older schemas, which say their precedence as a number."""
         found: dict[int, DatumReference] = {}
         for number in held:
+            check_entity(self._file, number, "older datum reference")
             place = self._file.argument(number, 0, "DATUM_REFERENCE")
             letter = _letter(self._file, self._file.reference(number, 1, "DATUM_REFERENCE"))
             if not isinstance(place, int) or place in found:
@@ -194,6 +179,7 @@ class Tolerances:
 
 
 def _letter(file: Part21, datum: int) -> str:
+    check_entity(file, datum, "datum")
     letter = plain(file.argument(datum, 4, "DATUM"), 20)
     if not letter:
         msg = f"its datum #{datum} has no letter"

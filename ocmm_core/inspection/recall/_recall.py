@@ -220,7 +220,7 @@ def _as_record(
         calibration=job.calibration,
         simulated=job.simulated,
         in_doubt=tuple(sorted(job.in_doubt)),
-        why=tuple(dict.fromkeys(job.in_doubt.values())),
+        why=tuple(filter(None, dict.fromkeys((*job.in_doubt.values(), job.left_out)))),
         later=job.later_calibration,
         judgement=sentence,
         characteristics=found,

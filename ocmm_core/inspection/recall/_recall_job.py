@@ -95,6 +95,8 @@ class JobFindings:
     """Why nothing can be judged; empty where ``anew`` is there."""
     later_calibration: str
     """Hash of the later calibration; empty without one."""
+    left_out: str = ""
+    """Bytes of its file that are in no complete step, as a sentence; empty if there are none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,6 +168,7 @@ def findings_of(doubted: DoubtedJob, file: bytes) -> JobFindings:
         ),
         why_not=why_not,
         later_calibration=later.calibration,
+        left_out=job.left_out,
     )
 
 

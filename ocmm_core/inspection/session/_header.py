@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import msgspec
 
+from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.evaluation import JobHeader
-from ocmm_core.inspection.plan import NAME_PATTERN
+from ocmm_core.names import label_fault
 from ocmm_core.storage import JobEvent, JobHead, event_value
 
 HEADER_EVENT = "header"
@@ -23,10 +24,9 @@ class _Written(msgspec.Struct, frozen=True):
 
 
 def check_header(header: JobHeader) -> None:
-    """Raise InputError where a name of the header is not one that every export takes.
+    """Raise InputError if a name of the header is no label (`names.label_fault`).
 
-    Names reach other programs (`inspection.plan.NAME_PATTERN`): no formula, macro or path may hide
-    in one. Only an order and a batch may be missing; ``-`` stands for an unknown serial number.
+    Only an order and a batch may be missing; ``-`` stands for an unknown serial number.
     """
     fields = {
         "operator": header.operator,
@@ -37,12 +37,9 @@ def check_header(header: JobHeader) -> None:
     }
     for field, name in fields.items():
         missing = name == NOT_GIVEN or (name == "" and field in ("order", "batch"))
-        if not missing and not NAME_PATTERN.fullmatch(name):
+        if not missing and (fault := label_fault(name)):
             raise InputError(
-                "header.name",
-                f"The {field} is {name!r}, which other programs may not accept.",
-                "Use 1 to 60 letters from A to Z, digits, spaces, '_', '.' or '-', starting "
-                "with a letter, a digit or '_'.",
+                "header.name", f"The {field} {shortened(name)} {fault}.", f"Correct the {field}."
             )
 
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
 
 from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.names import LONGEST_NAME, usable_name
 
-_NOT_IN_A_NAME = re.compile(r"[^A-Za-z0-9 _.\-]+")
-_LONGEST = 60
 _ROOM_FOR_NUMBER = 5
 _ALONG = 1.0 - 1e-9
 _WORDS = {Shape.PLANE: "PLANE", Shape.CONE: "CONE", Shape.SPHERE: "SPHERE", Shape.TORUS: "TORUS"}
@@ -40,7 +38,7 @@ def feature_names(features: Sequence[NominalFeature], said: Sequence[str]) -> li
         number, free = 1, name
         while free in taken:
             number += 1
-            free = f"{name[: _LONGEST - _ROOM_FOR_NUMBER]} {number}"
+            free = f"{name[: LONGEST_NAME - _ROOM_FOR_NUMBER]} {number}"
         taken.add(free)
         names.append(free)
     return names
@@ -48,8 +46,7 @@ def feature_names(features: Sequence[NominalFeature], said: Sequence[str]) -> li
 
 def _usable(word: str) -> str:
     """Return a word of the model as a plan takes it; empty where nothing is left of it."""
-    name = " ".join(_NOT_IN_A_NAME.sub(" ", word).split()).lstrip(" .-")
-    return name[: _LONGEST - _ROOM_FOR_NUMBER].rstrip()
+    return usable_name(word, LONGEST_NAME - _ROOM_FOR_NUMBER)
 
 
 def _what(feature: NominalFeature, *, fully: bool) -> str:

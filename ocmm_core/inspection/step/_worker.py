@@ -20,6 +20,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
 from ocmm_core.failure import contained
 from ocmm_core.host import HOST
@@ -141,7 +142,7 @@ def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[Step
         found = faces_of(with_surface, doing, document.steps)
         faces = found.faces
         pmi, entities, words = tolerances_of(
-            Path(path).read_text(encoding="utf-8", errors="replace"), document.reader.Reader(),
+            read_bytes(Path(path)).decode("utf-8", "replace"), document.reader.Reader(),
             with_surface, faces, doing,
         )  # fmt: skip
         if wanted.tolerances_in_parts:

@@ -1,14 +1,13 @@
-"""Software cameras on a wire: processes, links, and what can be made to fail.
+"""Software cameras on a wire: processes, links, and fault injection.
 
 In: a rig of software cameras, names of interfaces, faults to inject.
-Out: a wire that a master can use, without hardware; what the proxy and the frame watch saw.
+Out: a wire for a master, without hardware; logs of the proxy and the frame watch.
 
-Read `_virtual_bus` (the whole wire without root), `_network` (the links), `_wire` and
-`_camera_process` (cameras that answer on an interface), `_chain` (the order of their cables),
-`_named_rig` (for other programs). Faults:
-`_faults` (what can go wrong), `_fault_commands`, `_proxy` and `_line_rules` (a cable that fails),
-`_fault_rig`, `_frame_watch` (is every frame that comes out whole and true).
-It must not know tracking, jobs or screens.
+Start with `_virtual_bus` (whole wire without root), `_network` (links), `_wire` and
+`_camera_process` (cameras on an interface), `_chain` (cable order), `_named_rig` (for other
+programs). Faults: `_faults` (kinds), `_fault_commands`, `_proxy` and `_line_rules` (faulty cable),
+`_fault_rig`, `_frame_watch` (integrity of frames).
+It must not import tracking, jobs or screens.
 """
 
 from __future__ import annotations

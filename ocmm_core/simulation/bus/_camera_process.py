@@ -1,7 +1,7 @@
-"""The software cameras as a program: one segment of cameras that answers on an interface.
+"""Program of the software cameras: one segment of cameras on an interface.
 
-It reads its configuration as one line of JSON, from standard input (then it ends when standard
-input ends) or from a file (then it ends on SIGTERM), and says ``ready`` once it answers.
+The configuration is one line of JSON from standard input (the program ends with it) or a file (it
+ends on SIGTERM). Prints ``ready`` once the cameras answer.
 """
 
 from __future__ import annotations
@@ -34,36 +34,29 @@ EXIT_FAILED = 2
 
 
 class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Which software cameras stand on one wire."""
+    """Software cameras on one wire."""
 
     interface: str
     second_interface: str = ""
-    """`interface`, `second_interface`: Network interface that they answer on; the second one closes
-    a ring, empty: none."""
+    """`interface`, `second_interface`: interfaces of the cameras; the second closes a ring, empty:
+    none."""
     cameras: tuple[CameraIdentity, ...]
-    """In the order in which a frame passes them."""
     provider: msgspec.Raw
-    """What they see, as JSON: ``{"pattern": "test"}``, ``{"pattern": "clock"}``, a script of the
-    virtual rig (`RigScript`), one that is computed pixel by pixel (`PixelScript`), or one of a rig
-    that is calibrated (`CalibratingScript`)."""
+    """Camera view as JSON: ``{"pattern": "test"}``, ``{"pattern": "clock"}``, `RigScript`,
+    `PixelScript` or `CalibratingScript`."""
     sees: tuple[int, ...] = ()
-    """For each of them, the number of the camera of the rig whose picture it shows; empty: in the
-    same order."""
+    """Number of the rig camera whose image each one shows; empty: same order."""
     drop: float = 0.0
-    """Part of the answers that get lost while the cameras are in operation, 0 to 1."""
+    """Fraction of answers lost in operation, 0 to 1."""
     seed: int = 0
-    """Which answers get lost."""
     control: str = ""
-    """Path of the socket over which faults can be made while they run, see `faults.CameraDeed`;
-    empty: none."""
+    """Socket for fault injection, see `faults.CameraDeed`; empty: none."""
     switched_on: int = 0
-    """How often the cameras were switched on before."""
     ring_path: str = ""
-    """Ring of a bus process whose time waits for this computer; empty: a time that does not."""
+    """Ring of a bus process whose time waits for this computer; empty: real time."""
     device: DeviceDescription | None = None
     lenses: tuple[Intrinsics, ...] = ()
-    """`device`, `lenses`: Description of cameras that are not ours, and what each of them corrects
-    with."""
+    """`device`, `lenses`: description of cameras of other makers, and their correction lenses."""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -75,7 +68,7 @@ class _Pattern(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def input_ended() -> bool:
-    """Return whether standard input has ended, which means that the parent process has."""
+    """Return whether standard input has ended, as when the parent process ends."""
     source = sys.stdin.fileno()
     while select.select([source], [], [], 0.0)[0]:
         if not os.read(source, 4096):
@@ -84,11 +77,11 @@ def input_ended() -> bool:
 
 
 def make_provider(text: bytes) -> CameraFrames:
-    """Return what ``text`` describes: a pattern, or the virtual rig of a script."""
+    """Return the described provider: a pattern, or the virtual rig of a script."""
     try:
         pattern = msgspec.json.decode(text, type=_Pattern)
     except msgspec.DecodeError:
-        # The physics needs a compiler; the test pattern must not pay for that.
+        # The physics needs a compiler; test patterns avoid importing it.
         from ocmm_core.simulation.calibration_scenes import CalibratingScript
         from ocmm_core.simulation.scene import PixelScript, RigScript, decode_script
 
@@ -103,7 +96,7 @@ def make_provider(text: bytes) -> CameraFrames:
 
 
 def make_wire(config: SegmentConfig) -> Wire:
-    """Return the segment of ``config``, ready to run and warmed up."""
+    """Return the segment of `config`, warmed up."""
     if not config.cameras:
         raise InputError(
             "simulation.segment", "Field 'cameras' names no software camera.", "Name one at least."
@@ -111,7 +104,7 @@ def make_wire(config: SegmentConfig) -> Wire:
     provider = make_provider(bytes(config.provider))
     sees = config.sees or tuple(range(len(config.cameras)))
     for camera in sees:
-        # The first call may compile code, which takes longer than a master waits.
+        # The first call may compile, which takes longer than a master waits.
         provider.camera_frames(camera, 0, CHUNK_FRAMES)
     lenses: list[CameraModel | None] = [lens.model() for lens in config.lenses]
     lenses = lenses or [None] * len(sees)

@@ -1,4 +1,4 @@
-"""The cameras' side of the time of a virtual bus, and their count of the frames on the way."""
+"""Camera side of the virtual bus time, and the count of frames in transit."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ocmm_core.acquisition.frames import FrameRing, RingHeaderField
 
 
 class CameraTime:
-    """The clock of this computer: cameras on a wire that nobody stretches."""
+    """Clock of this computer, for a wire in real time."""
 
     stretched = False
 
@@ -17,20 +17,14 @@ class CameraTime:
         return time.monotonic_ns()
 
     def taken(self, *, answered: bool) -> None:
-        """Note that a frame was taken from the wire, and whether an answer left."""
+        """Record that a frame was received, and whether an answer left."""
 
     def close(self) -> None:
-        """Give back what belongs to it; may be called twice."""
+        """Release resources; idempotent."""
 
 
 class SteppedCameraTime(CameraTime):
-    """The time that the bus process sets, see `SteppedTime`.
-
-    Parameters
-    ----------
-    path
-        File of the ring whose words hold it.
-    """
+    """Time set by the bus process in its ring file, see `SteppedTime`."""
 
     stretched = True
 
@@ -42,21 +36,21 @@ class SteppedCameraTime(CameraTime):
         ]
 
     def now_ns(self) -> int:
-        """Return the bus's time now."""
+        """Return the current bus time."""
         if self._ring.word(RingHeaderField.BUS_STEPS):
             return self._ring.word(RingHeaderField.BUS_NOW_NS)
         return time.monotonic_ns() + self._ring.word(RingHeaderField.BUS_OFFSET_NS)
 
     def taken(self, *, answered: bool) -> None:
-        """Note that a frame was taken from the wire, and whether an answer left."""
+        """Record that a frame was received, and whether an answer left."""
         counts = self._counts
         if answered:
             counts[1] += 1
             self._ring.set_word(RingHeaderField.FRAMES_ANSWERED, counts[1])
-        # Last: who reads that a frame was taken finds its answer counted.
+        # Last: a reader that sees the frame received finds its answer counted.
         counts[0] += 1
         self._ring.set_word(RingHeaderField.FRAMES_TAKEN, counts[0])
 
     def close(self) -> None:
-        """Unmap the ring; may be called twice."""
+        """Unmap the ring; idempotent."""
         self._ring.close()

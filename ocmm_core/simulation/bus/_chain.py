@@ -1,11 +1,10 @@
-"""Software cameras in the order of their cables: who is reached from which end of the wire.
+"""Software cameras in cable order, and which end of the wire reaches them.
 
-A frame that enters at the first port is worked on by each camera in turn. Where the wire ends, by
-a missing cable or a camera without power, it turns round and leaves where it came in; with a
-second port it leaves there. A frame that enters at the second port passes the cameras from behind,
-without being worked on, until it turns round at a break; then the cameras behind that break work
-on it on its way back, in the order of the wire (ETG.1000.4: the processing unit of a slave
-follows its port 0).
+A frame entering at the first port is processed by each camera in turn. At a break (missing cable,
+unpowered camera) it returns to its port; with a second port it leaves there. A frame from the
+second port passes the cameras backwards unprocessed until a break returns it; then the cameras
+behind the break process it in wire order (ETG.1000.4: the processing unit of a slave follows its
+port 0).
 """
 
 from __future__ import annotations
@@ -31,36 +30,20 @@ from ocmm_core.simulation.slave import (
 
 @dataclass(frozen=True, slots=True)
 class FramePath:
-    """What happens to a frame that enters at one end."""
+    """Path of a frame that enters at one end."""
 
     segment: Segment
-    """Who works on it."""
+    """Cameras that process it."""
     leaves: int | None
-    """At which port it comes out, 0 or 1; None where it is lost."""
+    """Port where it leaves, 0 or 1; None if it is lost."""
 
 
 class Unit:
-    """One place for a camera: the camera that is there now, and what is wrong with it.
+    """A camera position: its current camera and its faults.
 
-    Parameters
-    ----------
-    sees
-        Number of the camera for the provider.
-    identity
-        Who it is.
-    provider
-        What it sees.
-    boots
-        How often it was switched on before.
-    device, lens
-        Description of a camera that is not ours, and what it corrects with.
-
-    Attributes
-    ----------
-    powered, plugged, muted
-        Whether it has current, is on the wire, and only lets frames pass.
-    broken_behind
-        The cable to the next camera is broken.
+    ``sees`` is the camera number for the provider, ``boots`` the earlier power-ons, ``device`` and
+    ``lens`` describe a camera of another maker. Faults: ``powered``, ``plugged``, ``muted`` (only
+    forwards frames), ``broken_behind`` (cable to the next camera).
     """
 
     def __init__(
@@ -78,23 +61,21 @@ class Unit:
         self.identity = identity
         self._provider = provider
         self.boots = boots
-        """How often it was switched on, this time included."""
         self._store = CameraStore()
         self._banks = FirmwareBanks()
         self.powered = self.plugged = True
         self.muted = self.broken_behind = False
         self.described: DescribedCamera | None = None
-        """The same where a description made it; the other one then is not on the wire."""
+        """Described camera, on the wire instead of `camera`; None for our own."""
         self.camera = self.switch_on(0)
-        """The camera as it was last switched on."""
 
     @property
     def slave(self) -> SoftwareCamera | DescribedCamera:
-        """Return who answers on the wire; `camera` where it is one of ours."""
+        """Return the slave on the wire."""
         return self.camera if self.described is None else self.described
 
     def switch_on(self, clock_ns: int) -> SoftwareCamera:
-        """Start the camera anew, with a clock that shows so much more than it would."""
+        """Restart the camera, with its clock advanced by `clock_ns`."""
         self.boots += 1
         self.powered = True
         if self._device is not None:
@@ -125,33 +106,24 @@ class Unit:
         return self.camera
 
     def _keep_alias(self, eeprom: bytes) -> None:
-        """Remember the alias in the EEPROM: the controller loads it when it is switched on."""
         alias = int.from_bytes(eeprom[8:10], "little")
         if checksum_of_configuration(eeprom[:14]) == eeprom[14]:
             self.identity = replace(self.identity, alias=alias)
 
 
 class Chain:
-    """The units of a wire with one or two ends.
-
-    Parameters
-    ----------
-    units
-        In the order in which a frame from the first port passes them.
-    ends
-        How many ends of the wire lead to the master, 1 or 2.
-    """
+    """Units of a wire from the first port on, with one or two ends at the master."""
 
     def __init__(self, units: Sequence[Unit], ends: int = 1) -> None:
         self.units = tuple(units)
         self.order = list(range(len(self.units)))
         self.links = [True] * ends
-        """Whether there is a link at each end; a frame turns round where there is none."""
+        """Link state of each end; without link a frame returns."""
         self.ways: tuple[FramePath, ...] = ()
         self.lay()
 
     def lay(self) -> None:
-        """Work out both ways anew, after anything about the units or their order changed."""
+        """Recompute both paths after a change of units or order."""
         line = [self.units[number] for number in self.order if self.units[number].plugged]
         first, open_end = _reached(line)
         if not line or not line[0].powered:
@@ -163,7 +135,7 @@ class Chain:
             self.ways = (there,)
             return
         if open_end and line:
-            # Without a link at the first end the first camera turns the frame round.
+            # Without a link at the first end the first camera returns the frame.
             back = FramePath(Segment([]), 0) if self.links[0] else FramePath(_segment(first), 1)
             self.ways = (there, back)
             return
@@ -177,7 +149,7 @@ def _segment(units: Sequence[Unit]) -> Segment:
 
 
 def _reached(line: Sequence[Unit]) -> tuple[list[Unit], bool]:
-    """Return who is reached from the front, and whether the other end is."""
+    """Return the units reached from the front, and whether the other end is reached."""
     reached: list[Unit] = []
     for unit in line:
         if not unit.powered:
@@ -191,7 +163,7 @@ def _reached(line: Sequence[Unit]) -> tuple[list[Unit], bool]:
 def _reached_from_behind(line: Sequence[Unit]) -> list[Unit]:
     reached: list[Unit] = []
     for unit in reversed(line):
-        # A cable broken behind the last camera cuts the second port off altogether.
+        # A cable broken behind the last camera cuts off the second port.
         if not unit.powered or unit.broken_behind:
             break
         reached.append(unit)

@@ -1,4 +1,4 @@
-"""Doing to the software cameras what `faults.Deed` names."""
+"""Execution of `faults.CameraDeed` on the software cameras."""
 
 from __future__ import annotations
 
@@ -30,22 +30,16 @@ from ocmm_core.simulation.bus._faults import (
 from ocmm_core.simulation.slave import AL_STATUS, STATION_ADDRESS
 
 _CLOCK_STEP_NS = 1_234_567_891
-"""What the clock of a restarted camera shows more than the time before."""
+"""Clock offset of a restarted camera."""
 _SHARE = 0.3
 _SPOILED_BYTES = 160
 """Header and first two frames of a camera's inputs: always used, unlike the last frames."""
 _TIMES_BYTES = 16
-"""Frame counter, exposure time and period: the begin of the header."""
+"""Frame counter, exposure time and period: start of the header."""
 
 
 class FaultCommands:
-    """Does one deed after the other to the cameras of a chain.
-
-    Parameters
-    ----------
-    seed
-        Which bits of a spoiled answer are wrong.
-    """
+    """Executes fault commands on a chain; `seed` selects the damaged bits."""
 
     def __init__(self, chain: Chain, seed: int = 0) -> None:
         self._chain = chain
@@ -100,7 +94,7 @@ class FaultCommands:
         }
 
     def do(self, command: CameraDeed, now_ns: int) -> DeedAnswer:
-        """Do it and return how things stand then."""
+        """Execute a command; return the resulting state."""
         units = self._chain.units
         error = ""
         utc_ns = time.time_ns()
@@ -146,7 +140,7 @@ class FaultCommands:
                 other.camera.esc.spoil = None
 
     def _exchange_inputs(self, command: CameraDeed, *, exchanged: bool) -> None:
-        """Let a camera send the inputs of the next one, whole and as that one last sent them."""
+        """Let a camera send the inputs last sent by the next one, undamaged."""
         units = self._chain.units
         one, two = units[command.camera], units[(command.camera + 1) % 2]
         last: dict[int, bytes] = {}
@@ -162,7 +156,7 @@ class FaultCommands:
             return put
 
         one.camera.esc.spoil = spoil(0, 1)
-        # Where only one is wrong the other shows what it sends, and nothing else.
+        # If only one is faulty, the other sends its own inputs.
         two.camera.esc.spoil = spoil(1, 0) if exchanged else spoil(1, 2)
 
 

@@ -1,10 +1,10 @@
-"""Master, cable and cameras as processes of their own, each of which can be made to fail.
+"""Master, cable and cameras as separate processes with fault injection.
 
 ::
 
     bus process -- host ~~~~ near -- proxy -- far ~~~~ cameras -- software cameras
 
-Everything lives in the network namespace of the calling process, which should be a private one.
+Everything runs in the network namespace of the calling process, which should be private.
 """
 
 from __future__ import annotations
@@ -44,23 +44,19 @@ Answer = TypeVar("Answer")
 
 
 class FaultRig:
-    """The whole wire, with a handle for every fault; a context manager.
+    """The whole wire with fault injection; a context manager.
 
     Parameters
     ----------
-    folder
-        Where the control sockets are put.
-    expected
-        What the bus process is told to find.
     present
-        Cameras that are made; by default those that are expected.
+        Cameras created; default `expected`.
     unplugged
-        Numbers of cameras that are not on the wire at the start.
+        Cameras not on the wire at the start.
 
     Attributes
     ----------
     bus, ring
-        The bus process as the application has it; None before `start_bus`.
+        Bus process as in the application; None before `start_bus`.
     """
 
     def __init__(
@@ -85,7 +81,7 @@ class FaultRig:
         self.ring: FrameRing | None = None
 
     def __enter__(self) -> FaultRig:
-        """Make cables, proxy and cameras."""
+        """Create cables, proxy and cameras."""
         try:
             make_link(HOST, NEAR)
             make_link(FAR, CAMERAS)
@@ -144,13 +140,7 @@ class FaultRig:
                 stream.close()
 
     def start_bus(self) -> None:
-        """Start the bus process and wait until it is in operation.
-
-        Raises
-        ------
-        BusError
-            It failed, or takes too long.
-        """
+        """Start the bus process and wait for operation; raise BusError if it fails."""
         self.ring = ring = FrameRing.create(len(self._expected))
         config = BusConfig(interface=HOST, ring_path=str(ring.path), cameras=self._expected)
         self.bus = BusProcess(config, ring)
@@ -163,7 +153,7 @@ class FaultRig:
             time.sleep(_POLL_S)
 
     def stop_bus(self) -> bool:
-        """Stop the bus process; say whether it ended by itself in time."""
+        """Stop the bus process; return whether it ended in time."""
         in_time = True
         if self.bus is not None:
             self.bus.request_stop()
@@ -175,7 +165,7 @@ class FaultRig:
         return in_time
 
     def command(self, do: FaultKind, camera: int = 0, value: int = 0, code: int = 0) -> DeedAnswer:
-        """Do something to a camera and return what it says once it is done."""
+        """Inject a fault into a camera and return the result."""
         asked = CameraDeed(do=do, camera=camera, value=value, code=code)
         answer = self._control("cameras", asked, DeedAnswer)
         if answer.error:
@@ -183,23 +173,23 @@ class FaultRig:
         return answer
 
     def line(self, *rules: LineRule, new_log: bool = False) -> LineLog:
-        """Give the cable its rules, none for a whole cable; return the log until now."""
+        """Set the rules of the cable (none: intact); return the log so far."""
         return self._control("proxy", LineOrder(rules=rules, new_log=new_log), LineLog)
 
     def line_log(self, *, new_log: bool = False) -> LineLog:
-        """Return the log of the cable; the rules stay."""
+        """Return the log of the cable."""
         return self._control("proxy", LineOrder(new_log=new_log), LineLog)
 
     def link(self, name: str, *, up: bool) -> int:
-        """Switch an interface on or off; return the time when that was done."""
+        """Set an interface up or down; return the time of the change."""
         set_link(name, up=up)
         return time.monotonic_ns()
 
     def delete_near_cable(self) -> int:
-        """Remove the interface of the bus process; return the time when it was gone."""
+        """Remove the interface of the bus process; return the time of removal."""
         remover = subprocess.Popen([tool("ip"), "link", "delete", HOST])  # noqa: S603 - a fixed tool and name, no shell
         gone_ns = 0
-        # The tool itself takes longer than a bus cycle to start and to end.
+        # The tool starts and ends slower than a bus cycle.
         while remover.poll() is None and not gone_ns:
             if HOST not in {name for _, name in socket.if_nameindex()}:
                 gone_ns = time.monotonic_ns()
@@ -208,12 +198,12 @@ class FaultRig:
         return gone_ns or time.monotonic_ns()
 
     def make_near_cable(self) -> int:
-        """Make the interface of the bus process again; return the time when that was done."""
+        """Recreate the interface of the bus process; return the time."""
         make_link(HOST, NEAR)
         return time.monotonic_ns()
 
     def stall_bus(self, seconds: float) -> int:
-        """Let the bus process stand still; return when it went on."""
+        """Suspend the bus process; return the time of resumption."""
         if self.bus is None or self.bus.pid is None:
             raise BusError("rig.bus", "The bus process is not there.", "Start it.")
         os.kill(self.bus.pid, signal.SIGSTOP)

@@ -1,4 +1,4 @@
-"""Check every frame that a bus process gives out: did the cameras show it, and is it whole."""
+"""Check of every frame from a bus process: shown by the cameras, and complete."""
 
 from __future__ import annotations
 
@@ -13,44 +13,40 @@ from ocmm_core.fieldbus.report import BusEvent, BusPhase, BusReport, decode_repo
 from ocmm_core.simulation.slave import CLOCK_MODULUS_US, read_clock
 
 SAME_TIME_US = 50
-"""Exposures of two cameras that belong together: clocks that follow each other, and rounding."""
+"""Tolerance of simultaneous exposures: clock differences and rounding."""
 MAX_AGE_US = 700_000
-"""Older frames are no news. Cameras keep 128 ms; a computer that stood still may add its time."""
+"""Maximum age. Cameras buffer 128 ms; a stalled computer may add its delay."""
 _READ_FRAMES = 8192
 
 
 @dataclass(slots=True)
 class Watched:
-    """What was seen in one stretch of time."""
+    """Observations over a period."""
 
     frames: int = 0
     lost: int = 0
-    """`frames`, `lost`: Given out, and counted as lost."""
     stale: int = 0
     mixed: int = 0
     garbled: int = 0
     disordered: int = 0
-    """`stale`, `mixed`, `garbled`, `disordered`: Frames that must not have been given out: too old;
-    of cameras that exposed at different times; that no camera showed; not later than the one
-    before."""
+    """`stale`, `mixed`, `garbled`, `disordered`: frames delivered wrongly: too old; with different
+    exposure times; shown by no camera; not later than the previous one."""
     exposed_us: list[NDArray[np.int64]] = field(default_factory=list)
     """Host times of all exposures, modulo `CLOCK_MODULUS_US`."""
     events: list[BusEvent] = field(default_factory=list)
     grown: list[BusEvent] = field(default_factory=list)
-    """`events`, `grown`: What the bus process reported, and what went on that had been reported
-    before."""
     phases: list[BusPhase] = field(default_factory=list)
-    """Phases of the bus in order, without repetitions."""
+    """Bus phases in order, without repetitions."""
     alarms: list[str] = field(default_factory=list)
-    """Alarms of the reports in order, without repetitions."""
+    """Reported alarms in order, without repetitions."""
 
     @property
     def wrong(self) -> int:
-        """Return how many frames must not have been given out."""
+        """Return the number of wrongly delivered frames."""
         return self.stale + self.mixed + self.garbled + self.disordered
 
     def exposed_between(self, begin_ns: int, end_ns: int) -> int:
-        """Return how many frames were exposed between two host times."""
+        """Return the number of frames exposed between two host times."""
         begin_us = begin_ns // 1000
         length_us = (end_ns - begin_ns) // 1000
         return sum(
@@ -60,13 +56,7 @@ class Watched:
 
 
 class FrameWatch:
-    """Reads a ring that a bus process fills from cameras with a `ClockPattern`.
-
-    Parameters
-    ----------
-    ring
-        The ring; nobody else reads it.
-    """
+    """Reads the ring of a bus process whose cameras show a `ClockPattern`."""
 
     def __init__(self, ring: FrameRing) -> None:
         self._ring = ring
@@ -77,12 +67,11 @@ class FrameWatch:
         self._cycles: dict[int, int] = {}
         self._lost = ring.books.frames_lost
         self.last_sign_ns: dict[str, int] = {}
-        """When an event with this code last appeared or grew."""
+        """Time of the last new or continued event per code."""
         self.report: BusReport | None = None
-        """The last report."""
 
     def look(self, seen: Watched) -> int:
-        """Take in what is new; return how many frames that was."""
+        """Process new frames; return their number."""
         count = 0
         looked_us = time.monotonic_ns() // 1000
         while (block := self._ring.read(_READ_FRAMES)) is not None:
@@ -118,7 +107,7 @@ class FrameWatch:
 
     def _judge(self, block: FrameBlock, seen: Watched) -> None:
         now_us = time.monotonic_ns() // 1000
-        # What waited in the ring for this process is not older for that.
+        # Waiting in the ring for this process does not count as age.
         patience_us = now_us - self._looked_us
         seen.frames += len(block)
         readings = [
@@ -134,7 +123,7 @@ class FrameWatch:
             apart = _signed_us(reading.host_us - first.host_us)
             mixed |= (reading.bus_us != told_us) | (np.abs(apart) > SAME_TIME_US)
         age = _signed_us(now_us - first.host_us)
-        # A camera makes its frames a little ahead of time, and says when they will be exposed.
+        # A camera makes frames ahead of time, marked with their future exposure.
         stale = (age > MAX_AGE_US + patience_us) | (age < -SAME_TIME_US)
         host_us = np.concatenate([[self._host_us], first.host_us])
         forward = _signed_us(np.diff(host_us)) > 0
@@ -150,7 +139,7 @@ class FrameWatch:
 
 
 def _signed_us(difference: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return differences of times modulo `CLOCK_MODULUS_US`, the nearest to zero."""
+    """Return differences of times modulo `CLOCK_MODULUS_US`, nearest to zero."""
     half = CLOCK_MODULUS_US // 2
     signed: NDArray[np.int64] = (difference + half) % CLOCK_MODULUS_US - half
     return signed

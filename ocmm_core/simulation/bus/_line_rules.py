@@ -1,4 +1,4 @@
-"""What can go wrong with a frame on its way, and what the proxy writes down about it."""
+"""Faults of frames in transit, and the log of the proxy."""
 
 from __future__ import annotations
 
@@ -8,71 +8,66 @@ import msgspec
 
 
 class Way(StrEnum):
-    """In which direction a frame goes."""
+    """Direction of a frame."""
 
     REQUEST = "request"
-    """To the cameras."""
     ANSWER = "answer"
-    """Back to the master."""
 
 
 class FrameKind(StrEnum):
-    """What a frame is about."""
+    """Kind of a frame."""
 
     PROCESS = "process"
-    """Process data: its first datagram is logical."""
+    """Process data: the first datagram is logical."""
     SERVICE = "service"
-    """Everything acyclic beside the process data: an index from 128 on."""
     OTHER = "other"
-    """What the master's library sends while it configures."""
+    """Other frames of the master library, during configuration."""
 
 
 class Trick(StrEnum):
-    """What is done to a frame; the comment says what ``value`` means."""
+    """Fault of a frame, with the meaning of ``value``."""
 
     DROP = "drop"
     DUPLICATE = "duplicate"
-    """``value`` copies follow it at once."""
+    """Followed directly by ``value`` copies."""
     DELAY = "delay"
-    """It arrives ``value`` microseconds later."""
+    """Arrives ``value`` microseconds later."""
     HOLD = "hold"
-    """It waits until ``value`` further frames of its kind and way have passed."""
+    """Waits for ``value`` further frames of its kind and direction."""
     FLIP = "flip"
-    """``value`` bits behind the Ethernet head are wrong."""
+    """``value`` wrong bits behind the Ethernet header."""
     FLIP_DATA = "flip data"
-    """``value`` bits in the data of its first datagram are wrong."""
+    """``value`` wrong bits in the data of the first datagram."""
     COUNTER = "counter"
-    """The working counter of its first datagram is off by ``value``."""
+    """Working counter of the first datagram off by ``value``."""
     REPLAY = "replay"
-    """The one before it, of its kind and way, comes once more instead of it."""
+    """Replaced by the previous frame of its kind and direction."""
 
 
 class LineRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One thing that goes wrong, again and again."""
+    """A recurring fault."""
 
     do: Trick
     value: int = 1
-    """`do`, `value`: What, and how much of it."""
     way: Way = Way.ANSWER
     kinds: tuple[FrameKind, ...] = (FrameKind.PROCESS, FrameKind.SERVICE, FrameKind.OTHER)
-    """`way`, `kinds`: To which frames."""
     share: float = 1.0
-    """Part of these frames, 0 to 1, drawn at random."""
+    """Random fraction of these frames, 0 to 1."""
     only: tuple[int, ...] = ()
-    """Exactly these of them instead, counted from 0 since the rule was given."""
+    """Instead: these frames only, counted from 0 since the rule was set."""
 
 
 class LineOrder(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the proxy is told."""
+    """Command to the proxy."""
 
     rules: tuple[LineRule, ...] | None = None
-    """All rules from now on; the first one that takes a frame decides. None: as before."""
+    """All rules; the first match decides. None: unchanged."""
     new_log: bool = False
-    """Begin the log anew, after its end was sent."""
+    """Start a new log after sending the current one."""
 
 
 class Touched(msgspec.Struct, frozen=True, array_like=True):
-    """A frame of process data that something was done to: its way, its heartbeat, and what."""
+    """A modified process data frame: direction, heartbeat and fault."""
 
     way: Way
     heartbeat: int
@@ -80,24 +75,22 @@ class Touched(msgspec.Struct, frozen=True, array_like=True):
 
 
 class LineLog(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
-    """What the proxy saw and did."""
+    """Frames seen and modified by the proxy."""
 
     monotonic_ns: int = 0
     utc_ns: int = 0
-    """`monotonic_ns`, `utc_ns`: When the order took effect that this answers."""
     seen: dict[str, int] = msgspec.field(default_factory=dict)
-    """Frames that came in, by ``"way kind"``."""
+    """Incoming frames by ``"way kind"``."""
     done: dict[str, int] = msgspec.field(default_factory=dict)
-    """Frames that something was done to, by ``"way kind trick"``."""
+    """Modified frames by ``"way kind trick"``."""
     touched: list[Touched] = msgspec.field(default_factory=list)
-    """The same for process data, one by one; the first `MAX_TOUCHED`."""
+    """Modified process data frames, the first `MAX_TOUCHED`."""
     heartbeats: tuple[int, int] = (-1, -1)
-    """First and last heartbeat of process data that came from the master; -1 before."""
+    """First and last heartbeat of process data from the master; -1 if none."""
     first_utc_ns: int = 0
-    """When something was done to a frame for the first time; 0 before."""
+    """Time of the first modification; 0 if none."""
     error: str = ""
-    """Why the order was not understood."""
 
 
 MAX_TOUCHED = 2000
-"""A log stays below the size of a datagram of the control socket."""
+"""Keeps a log within a datagram of the control socket."""

@@ -1,7 +1,7 @@
-"""A virtual rig that other programs can see: software cameras on named network interfaces.
+"""Virtual rig for other programs: software cameras on named network interfaces.
 
-What was made is written down before anything else may fail, and only what is written down is
-ever removed: the process is known by its number and start time, the interface by its number.
+Created objects are recorded before anything else can fail, and only recorded ones are ever removed:
+the process is identified by its number and start time, the interface by its index.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import platformdirs
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import BusError
+from ocmm_core.side_files import read_guarded
 from ocmm_core.simulation.bus._camera_process import READY, SegmentConfig
 from ocmm_core.simulation.bus._network import make_link, remove_link
 
@@ -31,7 +32,7 @@ _POLL_S = 0.02
 
 
 class RigRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What was made, as written down in the state file."""
+    """Created objects, as stored in the state file."""
 
     host: str
     host_index: int
@@ -43,32 +44,24 @@ class RigRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 @dataclass(frozen=True, slots=True)
 class RigStatus:
-    """What runs now."""
+    """Current state."""
 
     record: RigRecord | None
-    """What was made; None where there is no named rig."""
+    """Created objects; None without a named rig."""
     interface_there: bool
     cameras_running: bool
-    """`interface_there`, `cameras_running`: Whether it is still there."""
 
 
 def rig_up(
     segment: SegmentConfig, host: str = HOST_INTERFACE, cameras: str = CAMERA_INTERFACE
 ) -> RigStatus:
-    """Make the interfaces and start the software cameras on one of them.
-
-    Parameters
-    ----------
-    segment
-        The cameras and what they see; the interface is filled in.
-    host, cameras
-        Names of the two ends.
+    """Create the interfaces and start the software cameras on one of them.
 
     Raises
     ------
     BusError
-        This user is not root, a rig is up already, a name is taken, or the cameras do not start;
-        nothing is left then.
+        Not root, a rig is already up, a name is in use, or the cameras fail to start; nothing is
+        left behind.
     """
     _need_root("up")
     if rig_status().record is not None:
@@ -111,19 +104,13 @@ def rig_up(
                 "Make that folder writable.",
             ) from error
         raise
-    # It goes on without this process; its end is watched through the state file.
+    # It outlives this process; its end is detected through the state file.
     process.returncode = 0
     return rig_status()
 
 
 def rig_down() -> RigRecord | None:
-    """Stop the cameras and remove the interfaces that `rig_up` made; return what was removed.
-
-    Raises
-    ------
-    BusError
-        This user is not root.
-    """
+    """Stop and remove everything of `rig_up`, and return it; BusError unless root."""
     status = rig_status()
     if status.record is None:
         return None
@@ -144,9 +131,9 @@ def rig_down() -> RigRecord | None:
 
 
 def rig_status() -> RigStatus:
-    """Return what `rig_up` made and what of it runs."""
+    """Return what `rig_up` created and what is running."""
     try:
-        record = msgspec.json.decode(_state_file().read_bytes(), type=RigRecord)
+        record = msgspec.json.decode(read_guarded(_state_file(), 1 << 20), type=RigRecord)
     except FileNotFoundError:
         return RigStatus(None, interface_there=False, cameras_running=False)
     except (OSError, msgspec.DecodeError) as error:
@@ -172,7 +159,7 @@ def _start_cameras(segment: SegmentConfig) -> subprocess.Popen[bytes]:
         )
     deadline = time.monotonic() + _READY_S
     while True:
-        said = _log_file().read_text(encoding="utf-8", errors="replace").strip().splitlines()
+        said = read_guarded(_log_file(), 1 << 20).decode("utf-8", "replace").strip().splitlines()
         if said and said[-1] == READY:
             return process
         if process.poll() is not None or time.monotonic() > deadline:
@@ -197,7 +184,6 @@ def _need_root(verb: str) -> None:
 
 
 def _start_time(pid: int) -> int | None:
-    """Return when a process started, in kernel ticks; None where there is none."""
     try:
         fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
     except OSError:

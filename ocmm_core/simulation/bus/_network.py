@@ -19,8 +19,8 @@ _PACKAGES = {"ip": "iproute2", "unshare": "util-linux"}
 
 
 def tool(name: str) -> str:
-    """Return the path of a system tool; raise BusError naming its package where it is missing."""
-    # An ordinary user's path leaves out the folders where Debian keeps network tools.
+    """Return the path of a system tool; raise BusError with its package if missing."""
+    # An ordinary user's path lacks the folders of Debian's network tools.
     found = shutil.which(name, path=f"{os.environ.get('PATH', '')}:{_SYSTEM_FOLDERS}")
     if found is None:
         raise BusError(
@@ -32,7 +32,7 @@ def tool(name: str) -> str:
 
 
 def run(command: Sequence[str]) -> str | None:
-    """Run a command; return None where it worked and its complaint where it did not."""
+    """Run a command; return its error output, or None on success."""
     try:
         done = subprocess.run(  # noqa: S603 - fixed tools, checked names, no shell
             list(command), capture_output=True, timeout=_TIMEOUT_S, check=False
@@ -46,13 +46,7 @@ def run(command: Sequence[str]) -> str | None:
 
 
 def make_link(near: str, far: str) -> None:
-    """Make a virtual cable with an interface at each end and switch both on.
-
-    Raises
-    ------
-    BusError
-        The cable cannot be made; what was made of it is removed again.
-    """
+    """Create a virtual cable with both ends up; raise BusError, undoing everything."""
     ip = tool("ip")
     complaint = run([ip, "link", "add", near, "type", "veth", "peer", "name", far])
     if complaint is None:
@@ -70,13 +64,7 @@ def make_link(near: str, far: str) -> None:
 
 
 def set_link(name: str, *, up: bool) -> None:
-    """Switch an interface on or off, at once.
-
-    Raises
-    ------
-    BusError
-        There is no such interface, or this user may not.
-    """
+    """Set an interface up or down; raise BusError if absent or not permitted."""
     import fcntl
 
     request = struct.Struct("16sh14x")
@@ -95,5 +83,5 @@ def set_link(name: str, *, up: bool) -> None:
 
 
 def remove_link(near: str) -> None:
-    """Remove a virtual cable, both ends; it does not matter whether it is still there."""
+    """Remove both ends of a virtual cable, if present."""
     run([tool("ip"), "link", "delete", near])

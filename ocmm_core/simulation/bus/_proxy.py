@@ -1,10 +1,9 @@
-"""A piece of cable that can be told to fail: forwards EtherCAT frames between two interfaces.
+"""Faulty cable: forwards EtherCAT frames between two interfaces.
 
-It stands between master and cameras as a process of its own, does to frames what its rules say
-(the same every time, for a seed), and writes down what it saw and did, so that the counters of a
-master can be compared with what really happened. Run: ``python -m ocmm_core.simulation.bus._proxy``
-with a `ProxyConfig` as one line on standard input; it says ``ready``, takes `LineOrder` over its
-control socket, and ends when its standard input ends.
+A separate process between master and cameras that applies seeded fault rules to frames and logs all
+frames and changes, so that a master's counters can be compared with the truth. Run ``python -m
+ocmm_core.simulation.bus._proxy`` with a `ProxyConfig` as one line on standard input; it prints
+``ready``, accepts `LineOrder` over its control socket, and ends with its standard input.
 """
 
 from __future__ import annotations
@@ -50,18 +49,17 @@ _HOUSEKEEPING_NS = 20_000_000
 
 
 class ProxyConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Between which interfaces the proxy stands."""
+    """Configuration of the proxy."""
 
     master_side: str
     camera_side: str
-    """`master_side`, `camera_side`: Network interfaces."""
     control: str
-    """Path of its control socket, which takes `LineOrder` and answers with `LineLog`."""
+    """Control socket; accepts `LineOrder`, answers with `LineLog`."""
     seed: int = 0
 
 
 class LineTricks:
-    """Decides what becomes of each frame, and keeps the log; knows no sockets."""
+    """Applies rules to frames and keeps the log; no sockets."""
 
     def __init__(self, seed: int) -> None:
         self._random = np.random.default_rng(seed)
@@ -77,12 +75,12 @@ class LineTricks:
         self._cycles: dict[int, int] = {}
 
     def set_rules(self, rules: tuple[LineRule, ...]) -> None:
-        """Follow these rules from now on; what is held back is lost."""
+        """Set the rules; discard delayed frames."""
         self.rules = [(rule, [0]) for rule in rules]
         self._held.clear()
 
     def log(self, *, new: bool) -> LineLog:
-        """Return the log; ``new`` begins another one."""
+        """Return the log; `new` starts another one."""
         log = LineLog(
             seen={f"{way} {kind}": count for (way, kind), count in self._seen.items()},
             done={f"{way} {kind} {did}": n for (way, kind, did), n in self._done.items()},
@@ -99,7 +97,7 @@ class LineTricks:
         return log
 
     def treat(self, frame: bytes, way: Way) -> list[tuple[int, bytes]]:
-        """Return what leaves for ``frame``: pairs of a delay in ns and a frame, in order."""
+        """Return the outgoing frames for `frame`: pairs of delay in ns and frame, in order."""
         kind = kind_of(frame)
         key = (way, kind)
         self._seen[key] += 1
@@ -118,7 +116,7 @@ class LineTricks:
         return [*leaving, *released]
 
     def _cycle_of(self, frame: bytes, way: Way) -> int:
-        """Return the heartbeat of the cycle that a frame of process data belongs to."""
+        """Return the heartbeat of the cycle of a process data frame."""
         index = frame[_INDEX_AT]
         if way is Way.REQUEST:
             # The outputs come first; a cycle's other frames hold inputs only, and follow.
@@ -173,7 +171,7 @@ class LineTricks:
 
     def _draw(self) -> float:
         if not self._draws:
-            # A draw by itself takes longer than forwarding a frame.
+            # A single draw takes longer than forwarding a frame.
             self._draws = self._random.random(1000).tolist()
         return self._draws.pop()
 
@@ -189,13 +187,7 @@ class LineTricks:
 
 
 class Proxy:
-    """The proxy on its two interfaces.
-
-    Raises
-    ------
-    BusError
-        An interface cannot be opened.
-    """
+    """The proxy on its two interfaces; raises BusError if one cannot be opened."""
 
     def __init__(self, config: ProxyConfig) -> None:
         self._ports = {Way.REQUEST: LinkPort(config.master_side)}
@@ -208,7 +200,7 @@ class Proxy:
         self._control.bind(config.control)
 
     def run(self, stopping: Callable[[], bool]) -> None:
-        """Forward until ``stopping``, asked a few times a second, says so."""
+        """Forward until `stopping`, polled a few times a second, returns True."""
         wanted: list[LinkPort | socket.socket] = [*self._ports.values(), self._control]
         housekeeping = 0
         while True:
@@ -228,11 +220,11 @@ class Proxy:
                 due = (self._later[0][0] - now) * 1e-9 if self._later else _IDLE_S
                 ready, _, _ = select.select(wanted, [], [], max(0.0, min(due, _IDLE_S)))
                 if ready and self._control not in ready and not self._forward_all():
-                    # A port whose link is down is always ready and never has anything.
+                    # A port without link is always ready and never has data.
                     time.sleep(1e-3)
 
     def close(self) -> None:
-        """Give the interfaces back."""
+        """Close the interfaces."""
         for port in self._ports.values():
             port.close()
         self._control.close()
@@ -274,7 +266,7 @@ class Proxy:
 
 
 def kind_of(frame: bytes) -> FrameKind:
-    """Return what an EtherCAT frame is about."""
+    """Return the kind of an EtherCAT frame."""
     if frame[_COMMAND_AT] in _LOGICAL:
         return FrameKind.PROCESS
     return FrameKind.SERVICE if frame[_INDEX_AT] >= _FIRST_SERVICE_INDEX else FrameKind.OTHER

@@ -1,9 +1,8 @@
 """The whole wire without hardware and without root.
 
-A private user and network namespace holds a virtual cable with software cameras on one end and
-the bus process on the other. Nothing of it can be seen from, or reach, the network of this
-computer, and all of it ends with the process that started it: the kernel removes the namespace
-and the cable with the last process inside.
+A private user and network namespace holds a virtual cable with software cameras on one end and the
+bus process on the other. It is isolated from this computer's network and ends with the process that
+started it: the kernel removes namespace and cable with the last process inside.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ _MODULE = "ocmm_core.simulation.bus._virtual_bus"
 _SCAN, _MAINTAIN, _CONFORM = "scan", "maintain", "conform"
 _STOP_S = 2.0
 _FAREWELL_S = 10.0
-"""A bus process that ends has so long with its cameras."""
+"""Time for a stopping bus process to release its cameras."""
 _ALTERNATIVE = (
     "Allow them (Debian, Ubuntu: sysctl kernel.unprivileged_userns_clone=1 and "
     "kernel.apparmor_restrict_unprivileged_userns=0), or run 'ocmm rig up' as root and use "
@@ -55,14 +54,7 @@ _ALTERNATIVE = (
 class VirtualBus(ChildProcess):
     """Software cameras and bus process in a private namespace, as an `Acquisition`.
 
-    Parameters
-    ----------
-    bus
-        What the bus process does; its interface is filled in.
-    segment
-        The software cameras; their interface is filled in.
-    ring
-        The ring named in ``bus``.
+    Interfaces of the configurations are filled in; ``ring`` is the one named in ``bus``.
     """
 
     def __init__(self, bus: BusConfig, segment: SegmentConfig, ring: FrameRing) -> None:
@@ -75,26 +67,14 @@ class VirtualBus(ChildProcess):
         )
 
     def start(self) -> None:
-        """Start both ends.
-
-        Raises
-        ------
-        BusError
-            This system does not allow private namespaces, or lacks a tool.
-        """
+        """Start both ends; raise BusError if namespaces are forbidden or a tool is missing."""
         tool("ip")
         self._command = [*namespace_command(), *self._command]
         super().start()
 
 
 def namespace_command() -> list[str]:
-    """Return the command prefix that runs a program in a private network namespace.
-
-    Raises
-    ------
-    BusError
-        This system does not allow that.
-    """
+    """Return the command prefix for a private network namespace; raise BusError if forbidden."""
     require_linux("The virtual cable")
     unshare = tool("unshare")
     # Root keeps its right to a real-time priority outside of a user namespace.
@@ -113,7 +93,7 @@ def namespace_command() -> list[str]:
 
 
 def scan_virtual(segment: SegmentConfig) -> tuple[list[str], bytes]:
-    """Return the command that looks at software cameras on a virtual cable, and its input."""
+    """Return the command that scans software cameras on a virtual cable, and its input."""
     cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)
     command = [*namespace_command(), sys.executable, "-m", _MODULE, _SCAN]
     return command, cameras.to_json() + ScanConfig(interface=HOST_INTERFACE).to_json()
@@ -129,7 +109,7 @@ def maintain_virtual(segment: SegmentConfig, config: MaintenanceConfig) -> tuple
 
 def conform_virtual(segment: SegmentConfig, config: ConformConfig) -> tuple[list[str], bytes]:
     """Return the command that tests a software camera on a virtual cable, and its input."""
-    # The first camera, where none is named: the test is for one of them.
+    # By default the first camera: the test is for one.
     serial = config.serial or segment.cameras[0].serial
     cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)
     command = [*namespace_command(), sys.executable, "-m", _MODULE, _CONFORM]
@@ -138,7 +118,7 @@ def conform_virtual(segment: SegmentConfig, config: ConformConfig) -> tuple[list
 
 
 def main() -> None:
-    """Run inside the namespace: make the cable, start who looks at the cameras, be the cameras."""
+    """Inside the namespace: create the cable, start the bus command, run the cameras."""
     try:
         what = sys.argv[1] if sys.argv[1:] else ""
         errands = {_SCAN: scan_command, _MAINTAIN: maintenance_command, _CONFORM: conform_command}
@@ -153,17 +133,17 @@ def _run(content: bytes, command: Sequence[str]) -> int:
     config = msgspec.json.decode(content, type=SegmentConfig)
     make_link(HOST_INTERFACE, config.interface)
     wire = make_wire(config)
-    # Standard input, from its second line on, and the other streams are the bus process's own.
+    # Standard input, from its second line on, and the other streams belong to the bus process.
     bus = subprocess.Popen(command)  # noqa: S603 - our own interpreter and modules, no shell
-    # After the bus process was started, which chooses its own.
+    # After starting the bus process, which sets its own priority.
     take_priority(CAMERA_PRIORITY)
     parent = select.poll()
     parent.register(sys.stdin.fileno(), 0)
     deadline = math.inf
 
     def ended() -> bool:
-        # The end of its input, which is told without reading it, asks the bus process to stop.
-        # The cameras answer until it has: it waits for its frames and says goodbye to them.
+        # End of its input, detected without reading, stops the bus process. The cameras keep
+        # answering until it has released them.
         nonlocal deadline
         if deadline == math.inf and parent.poll(0):
             deadline = time.monotonic() + _FAREWELL_S

@@ -1,4 +1,4 @@
-"""The loop that lets software slaves answer on one network interface, or on both of a ring."""
+"""Main loop of software slaves on one interface, or on both of a ring."""
 
 from __future__ import annotations
 
@@ -25,22 +25,11 @@ _DEED_BYTES = 4096
 _IDLE_S = 0.002
 _HOUSEKEEPING_NS = 5_000_000
 _LOOK_ROUNDS = 4
-"""Watchdogs need a look that often, links and names of interfaces only every so many times."""
+"""Watchdogs are checked every round, links and interface names every this many rounds."""
 
 
 class LinkPort:
-    """A raw socket on an interface that may go down, disappear and come back.
-
-    Parameters
-    ----------
-    interface
-        Network interface; it must be there now.
-
-    Raises
-    ------
-    BusError
-        It cannot be opened.
-    """
+    """Raw socket on an interface that may vanish and return; BusError if not opened."""
 
     def __init__(self, interface: str) -> None:
         self.interface = interface
@@ -57,29 +46,28 @@ class LinkPort:
             ) from error
 
     def fileno(self) -> int:
-        """Return the descriptor to wait for."""
         return self._socket.fileno()
 
     def receive(self) -> bytearray | None:
-        """Return the next frame that came in, or None where there is none."""
+        """Return the next incoming frame, or None."""
         try:
             return bytearray(self._socket.recv(_FRAME_BYTES))
         except OSError:
-            # Nothing there, or the link is down; it may come back.
+            # Empty, or the link is down; it may return.
             return None
 
     def send(self, frame: bytearray | bytes) -> bool:
-        """Send a frame and say whether it left; what cannot be sent is lost, as on a cable."""
+        """Send a frame; return whether it left; failed frames are lost, as on a cable."""
         try:
             self._socket.send(frame)
             return True
         except OSError:
-            # A link that is down refuses at once; without a pause this would spin.
+            # A link that is down refuses at once; the pause prevents spinning.
             time.sleep(1e-4)
             return False
 
     def renew(self) -> None:
-        """Open the interface again where another one has its name now."""
+        """Reopen the interface if another one has its name now."""
         try:
             index = socket.if_nametoindex(self.interface)
             if index == self._index:
@@ -91,7 +79,6 @@ class LinkPort:
         self._socket, self._index = renewed, index
 
     def close(self) -> None:
-        """Give the interface back."""
         self._socket.close()
         self.link.close()
 
@@ -99,17 +86,8 @@ class LinkPort:
 class Wire:
     """Software cameras on an Ethernet link, or between the two ends of a ring.
 
-    Parameters
-    ----------
-    interface, second_interface
-        Where frames enter at the first and at the second port; empty: no second port.
-    faults
-        Which answers get lost.
-    control
-        Path of a Unix datagram socket that takes `CameraDeed` as JSON and sends a `DeedAnswer`
-        back; empty: none.
-    camera_time
-        In which the cameras live; by default that of this computer.
+    ``control``: Unix datagram socket that accepts `CameraDeed` as JSON and returns a `DeedAnswer`;
+    empty: none.
     """
 
     def __init__(
@@ -136,7 +114,7 @@ class Wire:
                 self._control = socket.socket(
                     socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK
                 )
-                # Left there by a process that was killed.
+                # Left by a killed process.
                 self._control_path.unlink(missing_ok=True)
                 self._control.bind(control)
         except BaseException:
@@ -144,7 +122,7 @@ class Wire:
             raise
 
     def run(self, stopping: Callable[[], bool]) -> None:
-        """Answer until ``stopping``, asked every few milliseconds, says so."""
+        """Answer until `stopping`, polled every few milliseconds, returns True."""
         housekeeping = rounds = 0
         wanted: list[LinkPort | socket.socket] = [*self._ports]
         if self._control is not None:
@@ -167,16 +145,16 @@ class Wire:
             if answered:
                 continue
             at_ns = self._time.now_ns()
-            # One camera at a time, so that an answer never waits for more than one chunk.
+            # One camera at a time, so that an answer waits for one chunk at most.
             busy = any(unit.powered and unit.slave.generate(at_ns) for unit in self.chain.units)
             if not busy:
                 ready, _, _ = select.select(wanted, [], [], _IDLE_S)
                 if ready and self._answers_nothing(ready):
-                    # A port whose link is down is always ready and never has anything.
+                    # A port without link is always ready and never has data.
                     time.sleep(_IDLE_S)
 
     def close(self) -> None:
-        """Give the interfaces back."""
+        """Close the interfaces."""
         self._time.close()
         for port in self._ports:
             port.close()
@@ -185,7 +163,7 @@ class Wire:
             self._control_path.unlink(missing_ok=True)
 
     def _look_at_links(self) -> None:
-        """Let the cameras at the ends turn frames round where there is no link."""
+        """Let the end cameras return frames if their link is down."""
         links = [not port.link.trouble() for port in self._ports]
         if len(links) > 1 and links != self.chain.links:
             self.chain.links = links
@@ -207,13 +185,13 @@ class Wire:
         return answered
 
     def _answer_together(self) -> bool:
-        """Answer all frames that are there at once: the master waits, and wakes up once."""
+        """Answer all waiting frames together: the master wakes up once."""
         done: list[tuple[bytearray, int | None]] = []
         for number, port in enumerate(self._ports):
             while (frame := port.receive()) is not None:
                 now_ns = self._time.now_ns()
                 if not done:
-                    # No frame that was exposed may be missing, however slow this computer is.
+                    # All exposed frames must be included, however slow this computer is.
                     for unit in self.chain.units:
                         unit.slave.keep_up(now_ns)
                 done.append((frame, self._work_on(frame, number, now_ns)))
@@ -223,7 +201,7 @@ class Wire:
         return bool(done)
 
     def _work_on(self, frame: bytearray, number: int, now_ns: int) -> int | None:
-        """Let the cameras work on a frame; return the port where it leaves, None: nowhere."""
+        """Process a frame; return the port where it leaves, or None."""
         way = self.chain.ways[number]
         if not way.segment.process(frame, now_ns) or self._lose():
             return None
@@ -237,7 +215,7 @@ class Wire:
         return bool(self._random.random() < self._faults.drop)
 
     def _obey(self) -> None:
-        """Do what was asked for over the control socket."""
+        """Execute the commands of the control socket."""
         while self._control is not None:
             try:
                 content, sender = self._control.recvfrom(_DEED_BYTES)
@@ -260,7 +238,7 @@ def _open(interface: str) -> socket.socket:
         socket.AF_PACKET, socket.SOCK_RAW | socket.SOCK_NONBLOCK, socket.htons(ETHERTYPE)
     )
     try:
-        # To ask each frame where it came from costs a further system call.
+        # Querying the origin of each frame would cost another system call.
         made.setsockopt(_SOL_PACKET, _PACKET_IGNORE_OUTGOING, 1)
         made.bind((interface, ETHERTYPE))
     except OSError:

@@ -1,13 +1,13 @@
-"""What the virtual rig shows while it is calibrated, verified, or its tip is checked.
+"""Scenes of the virtual rig for calibration, verification and tip checks.
 
-In: a true rig, and what a guided procedure still lacks. Out: frames of targets, bars and tips.
+In: a true rig, and the remaining steps of a guided procedure. Out: frames of targets, bars and
+tips.
 
-Read `_scenes` (targets at known points, a waved probe, a bar, nests), `_motions` (how they move),
-`_calibrating` (what the cameras see of them), `_calibrating_source` (as a source of frames),
-`_pivot_scenes`, `_tip_scenes`, `_verifying`, and `_resting_spots` (averaged spots without the
-frames, for many runs).
-`_made_records` and `_made_probe_records` are what comes of it, for whoever needs only records.
-It knows the procedures that it serves; they do not know it.
+Start with `_scenes` (targets, waved probe, bar, nests), `_motions` (their motion), `_calibrating`
+(camera views) and `_calibrating_source` (frame source); then `_pivot_scenes`, `_tip_scenes`,
+`_verifying`, and `_resting_spots` (averaged spots without frames, for many runs). `_made_records`
+and `_made_probe_records` provide finished records.
+It imports the procedures that it serves; they do not import it.
 """
 
 from __future__ import annotations

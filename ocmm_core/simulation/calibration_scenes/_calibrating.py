@@ -1,9 +1,8 @@
-"""The virtual rig while it is calibrated: a target at known points, a waved probe, a bar, nests.
+"""Virtual rig during calibration: targets, a waved probe, a bar, nests.
 
-Scenes are shown one after the other. What a camera sees in a frame is a pure function of the frame
-number, as everywhere in the virtual rig, and a script in words lets another process build the same.
-The cameras, their errors and their noise are those that `world.draw_world` draws for the same rig
-and seed, so that a calibration made here holds for parts measured there.
+Scenes are shown in sequence. A camera's view is a pure function of the frame number, and a script
+lets another process build the same rig. Cameras, errors and noise are those of `world.draw_world`
+for the same rig and seed, so a calibration made here is valid for parts measured there.
 """
 
 from __future__ import annotations
@@ -48,7 +47,7 @@ from ocmm_core.tracking import ProbeBody, load_probe
 
 @dataclass(frozen=True, slots=True)
 class _Shown:
-    """One scene made ready: LEDs (L, 3) and their directions in a body that moves by segments."""
+    """A prepared scene: LEDs (L, 3) and directions in a body that moves by segments."""
 
     leds: Float
     directions: Float
@@ -62,17 +61,7 @@ class _Shown:
 
 
 class CalibrationScenesRig:
-    """The virtual rig with its scenes.
-
-    Parameters
-    ----------
-    rig, body
-        What the documents say.
-    scenes
-        In order.
-    moved
-        What happened to the frame since the cameras were where the documents say.
-    """
+    """The virtual rig with its scenes; `moved` displaces the documented cameras."""
 
     def __init__(
         self,
@@ -100,7 +89,7 @@ class CalibrationScenesRig:
         self.n_frames = first
 
     def camera_frames(self, camera: int, first: int, count: int) -> CameraFrames:
-        """Return what one camera sends of ``count`` frames from ``first`` on."""
+        """Return `count` frames of one camera from `first`."""
         valid, uv = self._spots(camera, first, count)
         return valid.astype(np.uint16), np.zeros(count, dtype=np.uint16), uv
 
@@ -116,7 +105,7 @@ class CalibrationScenesRig:
         return valid, uv
 
     def frames(self, first: int, count: int) -> FrameBlock:
-        """Return what all cameras see in ``count`` frames from ``first`` on."""
+        """Return `count` frames of all cameras from `first`."""
         seen = [self._spots(camera, first, count) for camera in range(len(self._packed))]
         counter = np.arange(first, first + count, dtype=np.int64)
         return FrameBlock(
@@ -200,19 +189,18 @@ class CalibrationScenesRig:
 
 
 class CalibratingScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A rig that is calibrated, in words: what a process needs to build the same one."""
+    """Serialisable description of a `CalibrationScenesRig`."""
 
     calibrating: tuple[Scene, ...]
     rig: str
     probe: str
-    """`rig`, `probe`: Paths of the documents."""
     seed: int
     options: WorldOptions = WorldOptions()
     moved: FrameMove | None = None
-    """`seed`, `options`, `moved`: As in `CalibrationScenesRig`."""
+    """`seed`, `options`, `moved`: see `CalibrationScenesRig`."""
 
     def to_json(self) -> str:
-        """Return the script as text."""
+        """Return the script as JSON."""
         return msgspec.json.encode(self).decode("utf-8")
 
     def build(self) -> CalibrationScenesRig:

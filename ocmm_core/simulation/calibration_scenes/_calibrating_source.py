@@ -1,4 +1,4 @@
-"""The scenes of a rig that is calibrated, as a source of frames."""
+"""Frame source of calibration scenes."""
 
 from __future__ import annotations
 
@@ -13,12 +13,7 @@ BLOCK_NS = 10_000_000
 class CalibratingSource:
     """A `FrameSource` that shows the scenes once and ends.
 
-    It is not live: a reader that is slow makes the time of the rig pass more slowly.
-
-    Parameters
-    ----------
-    speed
-        Time of the rig over time on the clock; zero is as fast as the reader takes the frames.
+    Not live: rig time waits for slow readers.
     """
 
     def __init__(self, rig: CalibrationScenesRig, speed: float = 0.0) -> None:
@@ -30,7 +25,6 @@ class CalibratingSource:
 
     @property
     def description(self) -> SourceDescription:
-        """Return what the source says about itself."""
         rig = self._rig
         return SourceDescription(
             name=f"simulated calibration ({rig.rig.name}, seed {rig.seed})",
@@ -59,4 +53,4 @@ class CalibratingSource:
         return Cycle(CycleVerdict.GOOD, frames=frames, finished=finished)
 
     def close(self) -> None:
-        """Do nothing: the source holds nothing that must be given back."""
+        """Do nothing: the source holds no resources."""

@@ -1,4 +1,4 @@
-"""Records of the standard probe with a tip, where no sweep is asked for."""
+"""Records of the standard probe and a tip without simulating a sweep."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _NOTHING = (0.0, 0.0, 0.0)
 
 
 def made_probe_record(**changes: object) -> ProbeRecord:
-    """Return the record of a sweep that found what the probe's document says."""
+    """Return the record of a sweep that reproduced the probe document."""
     x, y, z = _PROBE.tip_probe.tolist()
     record = ProbeRecord(
         schema=PROBE_SCHEMA,

@@ -1,4 +1,4 @@
-"""Records as a calibration and a verification make them, where no calibration is asked for."""
+"""Records of calibration and verification without simulating them."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 
 RECORDS_MADE = datetime(2026, 3, 1, 8, 0, tzinfo=UTC)
-"""When they say that they were made."""
+"""Creation time in the records."""
 _RIG = load_rig(resource("rigs", "recommended.toml"))
 
 
 def made_camera_record(**changes: object) -> CameraRecord:
-    """Return the record of a calibration that found what the rig document says."""
+    """Return the record of a calibration that reproduced the rig document."""
     empty = ResidualMap(columns=1, rows=1, mean_u_px=(0.0,), mean_v_px=(0.0,), count=(0,))
     record = CameraRecord(
         schema=SCHEMA,

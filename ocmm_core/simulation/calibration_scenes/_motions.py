@@ -1,4 +1,4 @@
-"""How bodies move through the scenes of a calibration: rests, ways, and a hand's tremor."""
+"""Motions in calibration scenes: rests, travel, and hand tremor."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ STILL_S, SEATED_S, TRAVEL_S, WAY_S = 0.045, 0.14, 0.06, 0.6
 
 
 _STILL_FRAMES = 300
-"""A rest has so many frames at least, however slow the cameras are: two averages of a hundred, as a
-step compares them, and the block of eighty in which it may begin."""
+"""Minimum frames of a rest: two averages of a hundred, as a step compares them, and the block of
+eighty in which it may start."""
 
 
 _TREMOR = np.array([2e-3, 1.0])
-"""Amplitude of a hand in attitude (rad) and place (mm), where a segment lets the ball sway at all:
-else it is held by its seat."""
+"""Amplitude of a hand in attitude (rad) and place (mm) in segments that let the ball sway;
+otherwise a seat holds it."""
 
 
 _LEAN_ERROR_RAD = np.radians(2.0)
-"""So well a hand holds the probe as it is told."""
+"""Attitude error of a hand."""
 
 
 _ATTEMPTS = 60
@@ -44,14 +44,14 @@ _TILT_RAD, _TURN_RAD = np.radians(40.0), np.radians(25.0)
 
 
 def rest_s(usual_s: float, rig: Rig) -> float:
-    """Return how long something is held still for a rig to take it."""
+    """Return the rest duration that a rig needs to record it."""
     return max(usual_s, _STILL_FRAMES / rig.frame_rate_hz)
 
 
 def visits(
     places: list[Float], attitudes: list[Float] | None = None, still_s: float = STILL_S
 ) -> Float:
-    """Return segments that bring a body to each place and let it rest there."""
+    """Return segments that bring a body to each place with a rest."""
     turns = attitudes or [np.zeros(3)] * len(places)
     rows: list[Float] = []
     time, place, turn = 0.0, places[0], turns[0]
@@ -63,9 +63,9 @@ def visits(
 
 
 def waves(volume_world: Float, scene: FreeMotionScene, body: ProbeBody) -> Float:
-    """Return segments from one place and attitude of the volume to the next.
+    """Return segments through places and attitudes of the volume.
 
-    Each way ends in another cell of the volume, so that all of it is crossed.
+    Each segment ends in another cell, so that the whole volume is crossed.
     """
     rng = np.random.default_rng([scene.seed, STREAM + 1])
     low, high = volume_world
@@ -90,7 +90,7 @@ def waves(volume_world: Float, scene: FreeMotionScene, body: ProbeBody) -> Float
 def touches(scene: TouchSeats | TouchSphere, world: World, body: ProbeBody, rig: Rig) -> Float:
     rng = np.random.default_rng([scene.seed, STREAM + 2])
     if isinstance(scene, TouchSeats):
-        # A seat on a stand can be reached from all around.
+        # A raised seat can be reached from all sides.
         places: list[tuple[Float, Float | None]] = [(np.array(tip), None) for tip in scene.tips]
     else:
         reach = 0.5 * scene.diameter + world.tip_radius
@@ -123,9 +123,9 @@ def best_seen(
     volume_world: Float,
     rng: np.random.Generator,
 ) -> Float:
-    """Return a way to hold the probe, as a rotation vector (3,), rad.
+    """Return a probe attitude as a rotation vector (3,), rad.
 
-    The cameras should see all of it, and the LEDs should stay in the calibrated volume.
+    Chosen so that the cameras see most LEDs within the calibrated volume.
     """
     low, high = volume_world
     best, least = np.zeros(3), np.inf
@@ -133,7 +133,7 @@ def best_seen(
         lean, yaw = rng.uniform(-0.2, 0.2, 2), float(rng.uniform(-0.2, 0.2))
         roll = 0.0 if normal is not None else float(rng.uniform(-np.pi, np.pi))
         if least == 0.0:
-            # None is better than one that all cameras see; only the draws go on as ever.
+            # The best is already seen by all cameras; continue only to keep the random draws.
             continue
         upwards = np.array([0.0, 0.0, 1.0]) if normal is None else normal
         rotation = rotation_from_vector(attitude_at(upwards, lean, yaw, bore=False))
@@ -166,7 +166,7 @@ def _segment(
 
 
 def turn_to(direction: Float) -> Float:
-    """Return the rotation vector (3,) that takes the axis of a bar, z, to a direction."""
+    """Return the rotation vector (3,) from the axis of a bar, z, to a direction."""
     aim = unit(direction)
     axis = np.cross([0.0, 0.0, 1.0], aim)
     sine = float(np.linalg.norm(axis))
@@ -177,7 +177,7 @@ def turn_to(direction: Float) -> Float:
 
 
 def tremor(seed: int) -> Float:
-    """Return waves (2, 3, K, 3) of a hand whose ball rests in a seat; see `kernels.move`."""
+    """Return tremor waves (2, 3, K, 3) of a hand with a seated ball; see `kernels.move`."""
     rng = np.random.default_rng([seed, STREAM + 3])
     shape = (2, 3, 4)
     tremor = np.empty((*shape, 3))

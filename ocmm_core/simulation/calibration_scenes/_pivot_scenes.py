@@ -1,4 +1,4 @@
-"""A hand sweeps the probe about its ball, which rests in a cone: a scene of `calibrating`."""
+"""Scene of `calibrating`: a hand sweeps the probe about its ball in a cone."""
 
 from __future__ import annotations
 
@@ -13,42 +13,40 @@ from ocmm_core.tracking import ProbeBody, satisfies_rules
 
 _LIFT_MM, _LIFT_S = 60.0, 0.5
 _WAY_S = 0.55
-"""From one turning point of the hand to the next."""
+"""Between turning points of the hand."""
 
 _JUMP_S = 0.03
 
 
 class ScriptedJump(msgspec.Struct, frozen=True, kw_only=True):
-    """The cone is pushed."""
+    """A push of the cone."""
 
     at_s: float
     shift_mm: Vector3
-    """Where to, world."""
 
 
 class SweepProbe(msgspec.Struct, frozen=True, kw_only=True, tag=True):
-    """The ball is put into a cone, the probe is swept about it for some time, and lifted off."""
+    """The ball is seated in a cone, the probe swept about it, and lifted off."""
 
     cone: Vector3
-    """Where the ball rests, mm, world."""
+    """Ball centre, mm, world."""
     seconds: float
     seed: int
     reach_deg: Vector3 = (27.0, 27.0, 12.0)
-    """How far it leans to either side about X and Y, and turns about the handle (Z)."""
+    """Amplitudes of leaning about X and Y, and of turning about the handle (Z)."""
     lean_deg: Vector3 = (0.0, 0.0, 0.0)
-    """About which attitude, from upright."""
+    """Mean attitude, from upright."""
     slack_mm: float = 0.0
     """Standard deviation of the ball's wander in the cone, per axis."""
     jumps: tuple[ScriptedJump, ...] = ()
-    """Pushes of the cone, in the order of time."""
     tip_shift_mm: Vector3 = (0.0, 0.0, 0.0)
-    """Another stylus: its ball is so far from that of the probe, probe frame."""
+    """Ball offset of another stylus, probe frame."""
     hidden: tuple[int, ...] = ()
-    """LEDs, from 0, that a hand covers."""
+    """LEDs, from 0, covered by a hand."""
 
 
 def sweep_segments(scene: SweepProbe, body: ProbeBody) -> Float:
-    """Return the motion of the tip and of the probe about it, segments of `kernels.move`."""
+    """Return segments of tip and probe for `kernels.move`."""
     rng = np.random.default_rng([scene.seed, 51])
     place = np.array(scene.cone)
     above = np.array([0.0, 0.0, _LIFT_MM])

@@ -1,8 +1,8 @@
-"""Averaged spots of the probe at rest, without the frames they are averaged from.
+"""Averaged spots of the probe at rest, drawn without frames.
 
-What a guided procedure keeps of a hundred frames is one set of spots. Here they are drawn directly:
-the projection, the pattern of the sensor at that place, and the white noise of the mean. That makes
-a thousand sessions as quick as one from frames.
+A guided procedure averages a hundred frames to one set of spots. Here the set is drawn directly:
+projection, sensor pattern at that place, and white noise of the mean. A thousand sessions take as
+long as one from frames.
 """
 
 from __future__ import annotations
@@ -23,18 +23,12 @@ _HOLDS, _HOLD_MM, _HAND_RAD = 4, 10.0, 0.03
 
 
 class VirtualRests:
-    """The virtual rig for one session, rest by rest.
+    """Virtual rig for one session, rest by rest.
 
     Parameters
     ----------
-    rig, body
-        What the documents say; truth is drawn from it as everywhere in the virtual rig.
-    seed
-        Of the world and of the noise.
-    frames
-        Averaged in each rest.
     holds
-        Attitudes by place, which several sessions may share: finding one takes most of the time.
+        Attitudes by place, shareable between sessions: finding one dominates the run time.
     """
 
     def __init__(
@@ -43,11 +37,11 @@ class VirtualRests:
         self.rig, self.body = rig, body
         self.world = draw_world(rig, body, seed, WorldOptions())
         self.cameras: tuple[CameraModel, ...] = self.world.cameras
-        """As they stand now; whoever nudges one puts another here."""
+        """Current cameras; replaced to simulate a nudge."""
         self.tip_shift_probe = np.zeros(3)
-        """Of the true tip: another stylus than the one of the record."""
+        """Offset of the true tip: another stylus than in the record."""
         self.lifted_mm = 0.0
-        """How far the ball is off its seat in all axes: dirt, or a hand that did not press."""
+        """Distance of the ball from its seat in all axes: dirt, or a weak hand."""
         self._holds: Holds = {} if holds is None else holds
         self._rng = np.random.default_rng([seed, 61])
         self._white_px = rig.noise.white_px / np.sqrt(frames)
@@ -60,12 +54,12 @@ class VirtualRests:
             volume = self.rig.volume_world
             vector = best_seen(tip_world, normal_world, self.world, self.body, volume, self._rng)
             known.append(rotation_from_vector(vector))
-        # A hand holds it a little otherwise each time.
+        # A hand varies the attitude.
         other = rotation_from_vector(_HAND_RAD * self._rng.standard_normal(3))
         return other @ known[int(self._rng.integers(len(known)))]
 
     def spots(self, tip_world: Float, rotation: Float) -> Float:
-        """Return averaged spots (C, L, 2), px, NaN where not seen, of a ball's centre (3,), mm."""
+        """Return averaged spots (C, L, 2), px, of a ball centre (3,), mm; NaN if unseen."""
         world = self.world
         tip_probe = world.tip_probe + self.tip_shift_probe
         leds = tip_world + self.lifted_mm + (world.leds_probe - tip_probe) @ rotation.T
@@ -82,7 +76,7 @@ class VirtualRests:
 
 
 def places_of_bar(ends_world: Float, nests: Sequence[float], scale: float = 1.0) -> Float:
-    """Return where the nests (n, 3), mm, of a bar are that begins at one end and lies along."""
+    """Return the nests (n, 3), mm, of a bar from one end along its axis."""
     along = unit(ends_world[1] - ends_world[0])
     steps = scale * (np.array(nests) - nests[0])
     places: Float = ends_world[0] + steps[:, None] * along
@@ -90,7 +84,7 @@ def places_of_bar(ends_world: Float, nests: Sequence[float], scale: float = 1.0)
 
 
 def _at(nodes: Float, place: Float) -> Float:
-    """Return a pattern (2, rows, columns) between its nodes at (n, 2), columns first."""
+    """Return a pattern (2, rows, columns) interpolated at (n, 2), columns first."""
     rows, columns = nodes.shape[1:]
     low = np.clip(np.floor(place).astype(np.int64), 0, [columns - 2, rows - 2])
     h, g = (place - low).T

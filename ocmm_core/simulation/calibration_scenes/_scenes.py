@@ -1,4 +1,4 @@
-"""What the virtual rig shows while it is calibrated: targets, a waved probe, a bar, nests."""
+"""Scenes of a calibration: targets, a waved probe, a bar, nests."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from ocmm_core.simulation.calibration_scenes._pivot_scenes import SweepProbe
 from ocmm_core.simulation.calibration_scenes._tip_scenes import TouchWithTip
 
 STREAM = 32
-"""The first of the numbers that tell what is drawn of one seed here from what is elsewhere."""
+"""First random stream number used here, apart from those of other modules."""
 
 
 class FrameMove(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Somebody moved the frame with its cameras, and knocked these a little."""
+    """The camera frame was moved, and each camera slightly knocked."""
 
     seed: int
     shift_mm: float = 8.0
     turn_rad: float = 8e-3
-    """`shift_mm`, `turn_rad`: Standard deviations of the motion of the frame, per axis."""
+    """`shift_mm`, `turn_rad`: standard deviations of the frame's motion, per axis."""
     camera_shift_mm: float = 1.0
     camera_turn_rad: float = 2e-3
-    """`camera_shift_mm`, `camera_turn_rad`: Of each camera on it."""
+    """`camera_shift_mm`, `camera_turn_rad`: of each camera on it."""
 
 
 class TargetScene(msgspec.Struct, frozen=True, kw_only=True, tag="ShowTarget"):
@@ -43,20 +43,20 @@ class FreeMotionScene(msgspec.Struct, frozen=True, kw_only=True, tag="Wave"):
 
 
 class ShowBar(msgspec.Struct, frozen=True, kw_only=True, tag=True):
-    """A bar with two LEDs on a stand; for each placement where they are, mm, world."""
+    """A bar with two LEDs on a stand; their positions per placement, mm, world."""
 
     ends: tuple[tuple[Vector3, Vector3], ...]
 
 
 class TouchSeats(msgspec.Struct, frozen=True, kw_only=True, tag=True):
-    """The ball is put into seats; for each where its centre is then, mm, world."""
+    """The ball is put into seats; its centre in each, mm, world."""
 
     tips: tuple[Vector3, ...]
     seed: int
 
 
 class TouchSphere(msgspec.Struct, frozen=True, kw_only=True, tag=True):
-    """A sphere is touched along the outward normals that are given, world."""
+    """A sphere is touched along outward normals, world."""
 
     centre: Vector3
     diameter: float

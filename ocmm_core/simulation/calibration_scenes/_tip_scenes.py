@@ -1,4 +1,4 @@
-"""A tip that is qualified or checked: scenes of `calibrating`, also with a tip that is wrong."""
+"""Scenes of `calibrating` for tip qualification and checks, also with faulty tips."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from ocmm_core.geometry import Float, unit
 
 
 class TipFault(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What is the matter with the tip that is on the probe; nothing by default."""
+    """Faults of the mounted tip; none by default."""
 
     diameter_mm: float = 0.0
     length_mm: float = 0.0
-    """It is so much farther from the handle (probe frame, against z)."""
+    """Excess length away from the handle (probe frame, against z)."""
     sideways_mm: float = 0.0
-    """And so much to the side (probe frame, along x)."""
+    """Sideways offset (probe frame, along x)."""
     worn_mm: float = 0.0
     """Depth of a worn place on the side of the ball (probe frame, along x)."""
 
     @property
     def shift_probe(self) -> Float:
-        """Return where the ball is against that of the probe, (3,), mm, probe frame."""
+        """Return the ball offset, (3,), mm, probe frame."""
         return np.array([self.sideways_mm, 0.0, -self.length_mm])
 
 
@@ -31,13 +31,12 @@ class TouchWithTip(msgspec.Struct, frozen=True, kw_only=True, tag=True):
 
     centre: Vector3
     diameter: float
-    """`centre`, `diameter`: Of the sphere, mm, world."""
+    """`centre`, `diameter`: sphere, mm, world."""
     normals: tuple[Vector3, ...]
-    """Unit vectors, world."""
     cone: Vector3
-    """Where the ball rests then, mm, world."""
+    """Final ball centre, mm, world."""
     handles: tuple[Vector3, ...]
-    """Directions from the ball to the handle, world, one for each attitude."""
+    """Directions from ball to handle, world, one per attitude."""
     seed: int
     fault: TipFault = TipFault()
 
@@ -46,12 +45,12 @@ _WORN_RAD = np.radians(35.0)
 
 
 def reach_of(scene: TouchWithTip, radius: float, rotation: Float, normal: Float) -> float:
-    """Return the distance of the ball's centre from that of the sphere at a touch, mm.
+    """Return the distance of the ball centre from the sphere centre at a touch, mm.
 
     Parameters
     ----------
     radius
-        Of the ball as the document knows it, with its true error, mm.
+        Documented ball radius plus its true error, mm.
     rotation
         (3, 3), world from probe.
     normal

@@ -1,4 +1,4 @@
-"""An operator who verifies the virtual rig from averaged spots, quickly enough for many runs."""
+"""Verification of the virtual rig from averaged spots, fast enough for many runs."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
 from ocmm_core.simulation.calibration_scenes._resting_spots import VirtualRests, places_of_bar
 
 SEATS = np.array([[0.2, 0.25, 0.25], [0.8, 0.7, 0.65]])
-"""As shares of the volume."""
+"""As fractions of the volume."""
 
 FRAMES = 100
-"""Averaged at each rest."""
+"""Averaged per rest."""
 
 _BETWEEN = timedelta(seconds=15)
 _THIRD = 0.22
-"""Of the depth, from the middle: well inside the near or the far third."""
+"""Depth from the middle: well inside the near or the far third."""
 
 _LAID_MM = 3.0
-"""So well a hand lays a bar where the picture shows it, at most, per axis."""
+"""Maximum error of a hand-placed bar, per axis."""
 
 
 def verify_at_once(
@@ -48,18 +48,18 @@ def verify_at_once(
     before: Callable[[int], None] | None = None,
     elsewhere: Mapping[int, Float] | None = None,
 ) -> datetime:
-    """Take everything that a verification still wants, step by step, and return when it ended.
+    """Record all remaining steps of a verification; return the end time.
 
     Parameters
     ----------
     scale
-        How long the bar truly is over what its document says.
+        True over nominal bar length.
     seat_sigma_mm
-        How well the ball finds a seat, a nest or the surface, standard deviation per axis.
+        Repeatability of a seat, nest or surface contact, standard deviation per axis.
     before
-        Called before each rest with its number, so that something can happen meanwhile.
+        Called before each rest with its number, to inject changes.
     elsewhere
-        (3,), mm, by the number of a line: the bar lies so far from its planned place.
+        (3,), mm, by line number: offset of the bar from its planned place.
     """
     rng = np.random.default_rng([seed, 62])
     now, rest = begin, 0
@@ -106,14 +106,9 @@ def verify_at_once(
 
 
 def stand_of(rig: Rig, place: str, number: int) -> Float:
-    """Return where a sphere stands in the volume of a rig, (3,), mm.
+    """Return a sphere stand's centre, (3,), mm, at a place of `verification.PLACES`.
 
-    Parameters
-    ----------
-    place
-        One of `verification.PLACES`; empty for the middle.
-    number
-        Of the sphere: those in the middle stand beside each other.
+    An empty place is the middle, where spheres are next to each other by number.
     """
     middle = rig.volume_world.mean(axis=0)
     centres = np.array([camera.centre_world for camera in rig.cameras])
@@ -126,14 +121,14 @@ def stand_of(rig: Rig, place: str, number: int) -> Float:
 
 
 def turned(camera: CameraModel, turn: Float) -> CameraModel:
-    """Return a camera after it turned about its centre by a rotation vector (3,), rad."""
+    """Return a camera turned about its centre by a rotation vector (3,), rad."""
     rotation, pose = rotation_from_vector(turn), camera.T_camera_from_world
     motion = RigidTransform(rotation @ pose.rotation, rotation @ pose.translation)
     return replace(camera, T_camera_from_world=motion)
 
 
 def nudge(spots: VirtualRests, size_rad: float, rng: np.random.Generator) -> int:
-    """Turn one camera about an axis across its view; return which one."""
+    """Turn one camera about an axis across its view; return its number."""
     number = int(rng.integers(len(spots.cameras)))
     angle = rng.uniform(0.0, 2.0 * np.pi)
     cameras = list(spots.cameras)

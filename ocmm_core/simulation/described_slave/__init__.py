@@ -1,10 +1,10 @@
-"""A software camera made of nothing but a description `ocmm.device/1`.
+"""Software camera built from a description `ocmm.device/1` only.
 
-In: the description, what the sensor sees, and the lens that it corrects with. Out: an EtherCAT
-slave whose bytes are those of the description.
+In: the description, the sensor view, and its correction lens. Out: an EtherCAT slave whose bytes
+follow the description.
 
-Read `_described_camera` (EEPROM, object dictionary, camera).
-It must not know how the host reads those bytes.
+See `_described_camera` (EEPROM, object dictionary, camera).
+It must not import the host's decoder.
 """
 
 from __future__ import annotations

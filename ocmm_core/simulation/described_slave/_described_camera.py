@@ -1,6 +1,6 @@
-"""The slave that a description makes: exposures by its clock, spots in its own numbers.
+"""Slave built from a description (ETG.2010, ETG.1000.6).
 
-EEPROM and object dictionary of a slave that a description makes (ETG.2010, ETG.1000.6).
+EEPROM, object dictionary, exposures by its clock, spots in its own units.
 """
 
 from __future__ import annotations
@@ -53,7 +53,6 @@ SyncManagers = tuple[tuple[int, ...], ...]
 
 
 def sync_managers(device: DeviceDescription, image: ProcessImage) -> SyncManagers:
-    """Return start, length, control, status, activation and type of each sync manager."""
     out, out_bytes, into, in_bytes = device.mailbox
     outputs, inputs = device.memory
     return (
@@ -145,30 +144,26 @@ def _category(kind: int, content: bytes) -> bytes:
 
 
 _AHEAD = 2
-"""Pieces of frames that are made before they are exposed."""
+"""Blocks of frames made before they are exposed."""
 _BRIGHTNESS = 1000
 
 
 class DescribedCamera:
-    """One camera on the wire, made from its description; an `Application` of its controller.
+    """One camera built from its description; an `Application` of its controller.
 
     Parameters
     ----------
-    provider
-        What it sees.
-    device
-        What it is.
     lens
-        What it corrects with; needed where it sends corrected millimetres.
+        Correction lens; required if it sends corrected millimetres.
 
     Attributes
     ----------
     frozen
-        Fault: its program stands still while its controller goes on answering.
+        Fault: its program hangs while its controller continues to answer.
     mailbox_hangs
-        Fault: mailboxes are taken and never answered.
+        Fault: mailboxes are accepted and never answered.
     start_ns, period_ns
-        Exposure k happens at ``start_ns + k * period_ns`` of its clock; 0: none are made.
+        Exposure k is at ``start_ns + k * period_ns`` of its clock; 0: none.
     """
 
     def __init__(
@@ -194,7 +189,6 @@ class DescribedCamera:
         self.frozen = self.mailbox_hangs = False
         self.start_ns = self.period_ns = 0
         self.renewals = 0
-        """How often the inputs were renewed: its counter."""
         self._block: int | None = None
         self._pieces: dict[int, Frames] = {}
         self.esc = Esc(
@@ -221,10 +215,10 @@ class DescribedCamera:
             self._start()
 
     def outputs_written(self) -> None:
-        """Nothing: such a camera acts on no output."""
+        """Do nothing: such a camera ignores its outputs."""
 
     def refresh_inputs(self) -> None:
-        """Put the block of exposures that ended last where the master reads it."""
+        """Publish the last complete block of exposures."""
         if self.frozen or not self.period_ns:
             return
         exposures = self._device.exposures
@@ -239,7 +233,7 @@ class DescribedCamera:
         self.esc.memory[at : at + len(content)] = content
 
     def inputs(self, first: int) -> bytes:
-        """Return the inputs whose first exposure has this number."""
+        """Return the inputs starting at this exposure number."""
         device, image = self._device, self._image
         valid, flags, uv = self._frames(first)
         seen = valid[:, None] >> np.arange(device.slots) & 1 == 1
@@ -249,10 +243,10 @@ class DescribedCamera:
         }
         spots = uv[:, : device.slots]
         if self._lens is not None:
-            # Of a spot that is not there nothing is computed.
+            # Absent spots are not computed.
             spots = corrected_from_pixels(self._lens, spots, device.sends)
         spots = np.where(seen[..., None], spots / device.step, 0.0)
-        # What its numbers cannot hold, it does not see.
+        # Spots outside the number range are not seen.
         seen &= image.fits(Role.X, spots).all(axis=-1)
         spots = np.where(seen[..., None], spots, 0.0)
         valid = (seen << np.arange(device.slots)).sum(axis=1)
@@ -273,7 +267,7 @@ class DescribedCamera:
         return image.pack_inputs(values)
 
     def generate(self, now_ns: int) -> bool:
-        """Work ahead; say whether something was done."""
+        """Work ahead; return whether work was done."""
         self.esc.now_ns = now_ns
         if not self.period_ns:
             return False
@@ -286,7 +280,7 @@ class DescribedCamera:
         return False
 
     def keep_up(self, now_ns: int) -> None:
-        """Make all frames that are exposed by now."""
+        """Make all frames exposed by now."""
         self.esc.now_ns = now_ns
 
     def _start(self) -> None:
@@ -298,7 +292,6 @@ class DescribedCamera:
             self.start_ns, self.period_ns = self.esc.sync0
 
     def _frames(self, first: int) -> Frames:
-        """Return the frames of a block; of the slots that it has."""
         piece, at = divmod(first, CHUNK_FRAMES)
         end = at + self._device.exposures
         parts = [self._piece(piece)]

@@ -1,10 +1,9 @@
-"""The firmware of a software camera: two banks of memory, and the server that writes them.
+"""Firmware of a software camera: two memory banks and their FoE server.
 
-In: packets of FoE in the state BOOT. Out: the bank that runs, also after a loss of power at any
-moment.
+In: packets of FoE in the state BOOT. Out: the running bank, also after a power loss at any moment.
 
-Read `_banks`, then `_foe_server`.
-It must not know anything else of the camera.
+Start with `_banks`, then `_foe_server`.
+It must not import other parts of the camera.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Two banks of firmware, of which one always runs: memory that a loss of power cannot spoil.
+"""Two firmware banks, one always running, safe against power loss.
 
-A page is erased and written in pieces; a loss of power leaves a piece half written. So new firmware
-goes into the bank that does not run, and only when all of it is there and its signature is right
-one record, of a single piece with its own check sum, names it. It then runs on trial: the camera
-confirms it when a master has brought it to PREOP. Without that the next start goes back.
+A page is erased and written in pieces; a power loss leaves a piece half written. New firmware is
+written to the idle bank; only when it is complete and its signature valid, a one-piece record with
+its own checksum selects it. It then runs on trial until a master brings it to PREOP; otherwise the
+next start reverts.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from ocmm_core.fieldbus.device import PRODUCT_CODE, REVISION, Firmware
 _PIECE = 256
 _BANK_BYTES = 1 << 20
 _RECORD = struct.Struct("<IBBB")
-"""Number of the record, bank that runs, whether on trial, how often it was started so."""
+"""Record number, running bank, on trial, number of trial starts."""
 _CRC = struct.Struct("<I")
 _TRIALS = 1
 
 
 class PowerLossError(Exception):
-    """The power went while memory was written."""
+    """Power was lost during a memory write."""
 
 
 def maker_key() -> Ed25519PrivateKey:
-    """Return the key of the maker of software cameras; everybody has it, so it proves nothing."""
+    """Return the key of the maker of software cameras; public, so it proves nothing."""
     return Ed25519PrivateKey.from_private_bytes(hashlib.sha256(b"OCMM software camera").digest())
 
 
@@ -40,13 +40,9 @@ FACTORY = Firmware("3.0.0", PRODUCT_CODE, (REVISION, REVISION), b"factory" * 64)
 
 
 class FirmwareBanks:
-    """The firmware memory of one camera; it outlives the power.
+    """Persistent firmware memory of one camera.
 
-    Parameters
-    ----------
-    written
-        Called before each piece; raises `PowerLossError` to play a loss of power in the middle of
-        it.
+    ``written`` is called before each piece; raise `PowerLossError` there to simulate a power loss.
     """
 
     def __init__(self, written: Callable[[], object] = lambda: None) -> None:
@@ -59,11 +55,11 @@ class FirmwareBanks:
         self._running = 0
         self._at = 0
         self.version = ""
-        """Of the firmware that runs; known after `start`."""
+        """Version of the running firmware; set by `start`."""
         self.start()
 
     def start(self) -> None:
-        """Start the camera: choose the bank that runs, and leave one that failed on trial."""
+        """Start the camera: choose the bank, and revert one that failed on trial."""
         number, bank, trial, starts = self._newest()
         if trial and (starts >= _TRIALS or self._firmware(bank) is None):
             bank, trial = 1 - bank, 0
@@ -72,7 +68,7 @@ class FirmwareBanks:
             self._note(number + 1, bank, 1, starts + 1)
         found = self._firmware(bank)
         if found is None:
-            # The bank that is named was whole when it was named; memory has aged since.
+            # The bank was whole when selected; memory may have decayed since.
             bank = 1 - bank
             found = self._firmware(bank)
         if found is None:
@@ -84,17 +80,17 @@ class FirmwareBanks:
 
     @property
     def on_trial(self) -> bool:
-        """Return whether the firmware that runs is not confirmed yet."""
+        """Return whether the running firmware is unconfirmed."""
         return bool(self._newest()[2])
 
     def confirm(self) -> None:
-        """Keep the firmware that runs: a master has brought the camera to PREOP with it."""
+        """Keep the running firmware, as a master has brought it to PREOP."""
         number, bank, trial, _starts = self._newest()
         if trial and bank == self._running:
             self._note(number + 1, bank, 0, 0)
 
     def begin(self) -> None:
-        """Begin to write new firmware into the bank that does not run."""
+        """Start writing new firmware into the idle bank."""
         self._at = 0
         bank = self._banks[1 - self._running]
         for at in range(0, _BANK_BYTES, _BANK_BYTES // 16):
@@ -102,7 +98,7 @@ class FirmwareBanks:
             bank[at : at + _BANK_BYTES // 16] = b"\xff" * (_BANK_BYTES // 16)
 
     def write(self, content: bytes) -> bool:
-        """Write the next bytes; say whether there was room."""
+        """Write the next bytes; return whether there was room."""
         bank = self._banks[1 - self._running]
         if self._at + len(content) > _BANK_BYTES:
             return False
@@ -114,13 +110,7 @@ class FirmwareBanks:
         return True
 
     def finish(self) -> Firmware:
-        """Check what was written, and let the next start run it on trial.
-
-        Raises
-        ------
-        InputError
-            It is no firmware for this camera, or not signed by its maker; the old one stays.
-        """
+        """Check the written firmware and select it for a trial; raise InputError if unfit."""
         other = 1 - self._running
         image = bytes(self._banks[other][: self._at])
         found = Firmware.read(image, MAKER)
@@ -130,7 +120,7 @@ class FirmwareBanks:
         return found
 
     def _firmware(self, bank: int) -> Firmware | None:
-        """Return what a bank holds, or None where it is not whole or not signed."""
+        """Return the firmware of a bank, or None unless whole and signed."""
         try:
             return Firmware.read(bytes(self._banks[bank][: self._sizes[bank]]), MAKER)
         except InputError:
@@ -141,7 +131,7 @@ class FirmwareBanks:
         return max(found)
 
     def _note(self, number: int, bank: int, trial: int, starts: int) -> None:
-        """Write a record over the older one; the other stays until it is whole."""
+        """Overwrite the older record; the other stays valid until complete."""
         known = [_unsealed(each) for each in self._records]
         older = min(range(2), key=lambda place: known[place] or (-1, 0, 0, 0))
         record = self._records[older]
@@ -149,7 +139,7 @@ class FirmwareBanks:
         record[:] = _sealed(number, bank, trial, starts)
 
     def _spoil(self, memory: bytearray, at: int, size: int) -> None:
-        """Play a loss of power: half of the piece is neither old nor new."""
+        """Simulate a power loss: half of the piece is undefined."""
         try:
             self.written()
         except PowerLossError:

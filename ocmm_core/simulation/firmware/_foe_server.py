@@ -1,4 +1,4 @@
-"""File access over EtherCAT, the slave's side: firmware comes in packets (ETG.1000.6, 5.8)."""
+"""FoE slave: receives firmware in packets (ETG.1000.6, 5.8)."""
 
 from __future__ import annotations
 
@@ -20,17 +20,7 @@ FILE_NAME = b"firmware"
 
 
 class FoeServer:
-    """Takes firmware.
-
-    Parameters
-    ----------
-    banks
-        Where it goes.
-    mailbox_bytes
-        Size of one mailbox, head included.
-    may_write
-        Whether the camera is in BOOT.
-    """
+    """Receives firmware if `may_write` returns True (state BOOT)."""
 
     def __init__(
         self, banks: FirmwareBanks, mailbox_bytes: int, may_write: Callable[[], bool]
@@ -43,7 +33,7 @@ class FoeServer:
         self._counter = 0
 
     def reset(self) -> None:
-        """Forget the transfer under way."""
+        """Abort the current transfer."""
         self._expected = 0
 
     def answer(self, body: bytes) -> bytes:
@@ -74,7 +64,7 @@ class FoeServer:
 
     def _data(self, number: int, content: bytes) -> bytes:
         if number and (number, content) == self._last:
-            # Our acknowledgement was lost on its way.
+            # Our acknowledgement was lost.
             return self._acknowledge(number)
         if not self._expected:
             return self._error(_ILLEGAL, "no transfer")

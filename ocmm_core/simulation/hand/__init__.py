@@ -1,12 +1,12 @@
-"""A hand at the virtual rig that somebody leads, from outside, over the part.
+"""Hand at the virtual rig, led over the part by the user.
 
-In: the virtual rig, and wishes where the ball shall be. Out: the motion of the probe, frame by
-frame, with contact on the true surfaces; what the part looks like.
+In: the virtual rig, and target positions of the ball. Out: the motion of the probe, frame by frame,
+with contact on the true surfaces; a mesh of the part.
 
-Read `_hand_at_rig` (taken over from the robot, led, handed back), `_led_hand` (the hand and its box
-of wishes), `_solids` (what a ball cannot enter) with `_kernel` (its compiled loops), `_shape_mesh`
-(what that looks like).
-It must not know who leads it, nor what becomes of the frames.
+Start with `_hand_at_rig` (take over, lead, release) and `_led_hand` (motion, target queue); then
+`_solids` (material that stops the ball) with `_kernel` (compiled loops), `_shape_mesh` (visible
+shape).
+It must not import user interfaces or frame consumers.
 """
 
 from __future__ import annotations

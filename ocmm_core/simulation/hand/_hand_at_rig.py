@@ -1,4 +1,4 @@
-"""The probe of the virtual rig in the hands of whoever sits before the screen, or of the robot."""
+"""Probe of the virtual rig in the user's hand or the robot's."""
 
 from __future__ import annotations
 
@@ -27,19 +27,18 @@ class LedView:
     """How the probe is held."""
 
     taken: bool = False
-    """Somebody leads it; else the robot hand does."""
+    """The user leads it, not the robot."""
     hand: HandView = field(default_factory=HandView)
-    """What the hand does then."""
     clear_mm: float = CLEAR_MM
-    """How far from the surface it is led."""
+    """Distance from the surface."""
     turn: tuple[float, float] = (0.0, 0.0)
-    """(2,), rad: how it is leaned to the right and back."""
+    """(2,), rad: lean to the right and back."""
 
 
 class HandAtRig:
-    """Take the probe over from the robot hand, lead it, and hand it back; for any thread.
+    """Take the probe from the robot, lead it, and return it; thread-safe.
 
-    What comes of it is frames of the cameras, as of any other motion.
+    Produces camera frames, as any other motion.
     """
 
     def __init__(self, source: SimulatedSource, rig: VirtualRig) -> None:
@@ -52,17 +51,11 @@ class HandAtRig:
 
     @property
     def taken(self) -> bool:
-        """Return whether somebody else than the robot holds the probe."""
+        """Return whether the user holds the probe."""
         return self._taken
 
     def take_over(self) -> None:
-        """Take the probe where it is; it holds still until it is led.
-
-        Raises
-        ------
-        InputError
-            The part is known at places only, so that nothing would keep the ball out of it.
-        """
+        """Take over the probe in place; InputError if the part has no shape."""
         with self._lock:
             if self._taken:
                 return
@@ -72,33 +65,33 @@ class HandAtRig:
             self._taken = True
 
     def hand_back(self) -> None:
-        """Give the probe to the robot hand, which measures what is missing."""
+        """Return the probe to the robot, which measures the missing points."""
         with self._lock:
             if self._taken:
                 self._source.hand_back()
                 self._taken = False
 
     def point_at(self, origin_world: Float, toward_world: Float) -> None:
-        """Lead the ball over what is seen along a ray (3,), mm, and (3,), unit."""
+        """Lead the ball over the surface along a ray: (3,), mm, and (3,), unit."""
         with self._lock:
             self._ray = (np.array(origin_world), np.array(toward_world))
             self._lead()
 
     def nearer(self, step_mm: float) -> None:
-        """Lead the ball so much nearer to the surface; below zero it is pressed on."""
+        """Lead the ball nearer to the surface; below zero it is pressed on."""
         with self._lock:
             self._clear = float(np.clip(self._clear - step_mm, NEAREST_MM, FARTHEST_MM))
             self._lead()
 
     def lean(self, right_rad: float, back_rad: float) -> None:
-        """Lean the probe to the right and back, beside what the surface needs."""
+        """Lean the probe to the right and back, in addition to the surface's attitude."""
         with self._lock:
             turn = self._turn + np.array([right_rad, back_rad])
             self._turn = np.clip(turn, -_MOST_RAD, _MOST_RAD)
             self._lead()
 
     def touch_at(self, origin_world: Float, toward_world: Float) -> bool:
-        """Touch what is seen along a ray once, with the button; return whether it is begun."""
+        """Touch the surface along a ray once, with the button; return whether it started."""
         with self._lock:
             if not self._taken or self._hand is None:
                 return False
@@ -107,7 +100,7 @@ class HandAtRig:
             return self._hand.touch(self._wish(self._hand))
 
     def press(self) -> None:
-        """Press the button of the probe where the ball is now."""
+        """Press the button of the probe at the current place."""
         with self._lock:
             if self._taken and self._hand is not None:
                 self._hand.press()
@@ -121,7 +114,7 @@ class HandAtRig:
             return LedView(self._taken, seen, self._clear, turn)
 
     def part(self) -> PlacedPart:
-        """Return what is touched, where it is; InputError as `take_over`."""
+        """Return the part and its pose; InputError as `take_over`."""
         with self._lock:
             return self._led().part()
 
@@ -136,6 +129,6 @@ class HandAtRig:
 
     def _wish(self, hand: MouseHand) -> Wish:
         if self._ray is None:
-            # The mouse has not moved since it was taken over.
+            # No mouse movement since take-over.
             return hand.wish_here(self._turn)
         return hand.wish_at(*self._ray, self._clear, self._turn)

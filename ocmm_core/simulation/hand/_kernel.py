@@ -1,6 +1,6 @@
-"""The compiled loops of a hand that somebody leads: how near solids are, and how the ball moves.
+"""Compiled loops of the led hand: distance to solids, and motion of the ball.
 
-Everything here is in the part frame: mm, s, rad.
+Part frame; mm, s, rad.
 """
 
 from __future__ import annotations
@@ -16,37 +16,37 @@ from ocmm_core.instructions import njit
 BOX, ROUND, BALL, RING = 0, 1, 2, 3
 """Kinds of solids: a slab with holes, a truncated cone, a ball, a ring."""
 
-# Columns of a solid. AXES are the rows of the rotation into its own frame, whose z leaves the
+# Columns of a solid: AXES are the rows of the rotation into its own frame, whose z leaves the
 # material. SIZES: half length, half width and thickness of a slab below its top at z = 0; radius at
 # z = 0, radius at the end and height of a round one; radius of a ball; radii of line and tube.
 KIND, ORIGIN, AXES, SIZES, HOLE0, HOLE1, MIDDLE, REACH = 0, 1, 4, 13, 16, 17, 18, 21
 N_SOLID = 22
 
 LONG, SQUARE, OVAL = 0, 1, 2
-"""Kinds of outlines of holes: with round ends (a circle has no length), a rectangle, an ellipse."""
+"""Hole outlines: with round ends (a circle has length zero), rectangle, ellipse."""
 
 # Columns of a hole, in the frame of its slab: outline, middle, direction, half sizes, depth. The
 # first half size of LONG is that of its straight part.
 OUTLINE, X, Y, COSINE, SINE, HALF_A, HALF_B, DEPTH = range(8)
 N_HOLE = 8
 
-# Columns of the state of a hand: place, velocity, outward normal where it touched, whether it does.
+# Columns of the state of a hand: place, velocity, outward contact normal, contact.
 PLACE, VELOCITY, NORMAL, TOUCHES = 0, 3, 6, 9
 N_STATE = 10
 
 _STIFFNESS = 18.0
-"""1/s: so fast a hand closes in on where it wants to be."""
+"""1/s: natural frequency of the approach to the target."""
 _MOST_MM_S2 = 5000.0
 """A hand accelerates by half of g (Flash and Hogan 1985: reaches of 0.3 m in 0.5 s)."""
 _GRIP = 0.5
-"""Friction: pressed in by 1 mm the ball stays where it is until it is dragged by this part."""
+"""Friction: lateral pull per pressed depth before the ball slides."""
 _ROUNDS = 16
 _SAME_MM = 1e-9
 
 
 @njit(cache=True, nogil=True)
 def _oval(a: float, b: float, x: float, y: float) -> tuple[float, float]:
-    """Return the place on an ellipse that is nearest to (x, y), by the turn that is left.
+    """Return the point on an ellipse nearest to (x, y), by the remaining turn.
 
     The foot of the normal is found by Newton's method on the parameter, from the point of the
     circle; half a dozen steps reach the last bit for the flat ellipses of parts.
@@ -65,7 +65,7 @@ def _oval(a: float, b: float, x: float, y: float) -> tuple[float, float]:
 
 @njit(cache=True, nogil=True)
 def _outline(hole: Float, x: float, y: float) -> tuple[float, float, float]:
-    """Return how far (x, y) is outside the outline, negative inside, and the way out of it."""
+    """Return the signed distance of (x, y) outside the outline, and its gradient."""
     c, s = hole[COSINE], hole[SINE]
     dx, dy = x - hole[X], y - hole[Y]
     u, v = c * dx + s * dy, -s * dx + c * dy
@@ -98,10 +98,10 @@ def _outline(hole: Float, x: float, y: float) -> tuple[float, float, float]:
 
 @njit(cache=True, nogil=True)
 def _slab(solid: Float, holes: Float, x: float, y: float, z: float, g: Float) -> float:
-    """Return how far a place is outside a slab with holes, and the way out of it in ``g``.
+    """Return the signed distance outside a slab with holes; gradient in ``g``.
 
-    Above the rim of a hole the way to the rim is the hypotenuse of the way down and the way to the
-    wall, because they are square to each other.
+    Above the rim of a hole the distance to the rim is the hypotenuse of the distances to plane and
+    wall, which are perpendicular.
     """
     qx, qy = abs(x) - solid[SIZES], abs(y) - solid[SIZES + 1]
     half = 0.5 * solid[SIZES + 2]
@@ -128,7 +128,7 @@ def _slab(solid: Float, holes: Float, x: float, y: float, z: float, g: Float) ->
         above = z + hole[DEPTH]
         if out >= 0.0 or above <= 0.0:
             continue
-        # In a hole: the wall, or its bottom, whichever is nearer.
+        # In a hole: the wall or the bottom, whichever is nearer.
         free, hx, hy, hz = -out, -gx, -gy, 0.0
         if above < free:
             free, hx, hy, hz = above, 0.0, 0.0, 1.0
@@ -158,7 +158,7 @@ def _to_segment(
 
 @njit(cache=True, nogil=True)
 def _round(solid: Float, x: float, y: float, z: float, g: Float) -> float:
-    """Return how far a place is outside a solid of revolution, and the way out of it in ``g``."""
+    """Return the signed distance outside a solid of revolution; gradient in ``g``."""
     rho = math.sqrt(x * x + y * y)
     if solid[KIND] == RING:
         away = rho - solid[SIZES]
@@ -193,10 +193,10 @@ def _round(solid: Float, x: float, y: float, z: float, g: Float) -> float:
 
 @njit(cache=True, nogil=True)
 def distance(place: Float, solids: Float, holes: Float, normal: Float) -> float:
-    """Return how far a place (3,) is from the nearest solid, and the way out (3,) in ``normal``.
+    """Return the signed distance of (3,) to the nearest solid; gradient in ``normal``.
 
-    ``solids`` (S, N_SOLID) and ``holes`` (H, N_HOLE). Outside all solids it is the distance itself;
-    inside it is negative and tells the way out only.
+    ``solids`` (S, N_SOLID) and ``holes`` (H, N_HOLE). Outside all solids it is the true distance;
+    inside it is negative and only indicates the way out.
     """
     best = 1e9
     g = np.empty(3)
@@ -235,10 +235,10 @@ def march(
     start: Float, direction: Float, radius: float, reach: float, solids: Float, holes: Float,
     place: Float, normal: Float,
 ) -> float:  # fmt: skip
-    """Return how far a ball can go along a direction before it touches, ``reach`` at most.
+    """Return the travel of a ball along a direction to contact, ``reach`` at most.
 
-    Sphere tracing (Hart 1996): the distance to the nearest solid is free in any direction.
-    ``place`` (3,) is where its centre is then, ``normal`` (3,) the way out there.
+    Sphere tracing (Hart 1996): the distance to the nearest solid is free in any direction. Outputs:
+    ``place`` (3,), the ball centre at the end, ``normal`` (3,), the way out there.
     """
     way = 0.0
     for _ in range(400):
@@ -258,14 +258,14 @@ def drive(
     state: Float, aim: Float, most_mm_s: float, radius: float, period_s: float, solids: Float,
     holes: Float, tips: Float, gaps: Float, contact: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    """Move the ball towards ``aim`` (3,), frame by frame, and never into a solid.
+    """Move the ball towards ``aim`` (3,), frame by frame, without entering solids.
 
-    ``state`` (N_STATE,) is where it was and becomes where it is. ``most_mm_s`` is how fast the hand
-    may be. Outputs: ``tips`` (n, 3); ``gaps`` (n,), mm, between ball and part; ``contact`` (n,).
+    ``state`` (N_STATE,) is updated in place. ``most_mm_s`` limits the speed. Outputs: ``tips`` (n,
+    3); ``gaps`` (n,), mm, between ball and part; ``contact`` (n,).
 
-    The hand is a critically damped spring, x'' = k^2 (aim - x) - 2 k x', with limits of a human
-    arm for x'' and x'. What it presses into the part it presses against the part: the ball is set
-    back along the way out, and friction holds it as long as it is not dragged.
+    The hand is a critically damped spring, x'' = k^2 (aim - x) - 2 k x', with limits of a human arm
+    for x'' and x'. Penetration becomes contact pressure: the ball is set back along the way out,
+    and friction holds it until it is dragged.
     """
     p, v, n = state[PLACE : PLACE + 3], state[VELOCITY : VELOCITY + 3], state[NORMAL : NORMAL + 3]
     g = np.empty(3)

@@ -1,8 +1,8 @@
-"""A hand that somebody leads: where it is to go comes in from outside, how it moves is its own.
+"""Hand led from outside: targets are external, the motion is its own.
 
-It moves no faster than a human arm, trembles like the operator's, stops at the part, and presses
-the button. What the cameras see of it goes the way of every other frame. Led alike in the same
-blocks of frames it moves alike; left alone it holds still.
+It is as fast as a human arm, trembles like the operator's, stops at the part, and presses the
+button. Its frames are processed as any others. Motion is reproducible for equal targets and block
+lengths; without targets it holds still.
 """
 
 from __future__ import annotations
@@ -23,59 +23,58 @@ from ocmm_core.simulation.hand._solids import Solid, Solids, solids_of
 from ocmm_core.simulation.scene import Motion, VirtualRig, attitude_at, rotation_vector
 
 MOST_LETTERS = 64
-"""So many wishes wait at most; older ones are forgotten, as the hand goes for the latest."""
+"""Maximum queued targets; older ones are dropped, as the latest counts."""
 
 CLEAR_MM, NEAREST_MM, FARTHEST_MM = 12.0, -1.2, 60.0
-"""How far from the surface the ball is led; less than nothing presses it on."""
+"""Distances of the ball from the surface, mm; negative presses it on."""
 
 TRAVEL_MM_S, APPROACH_MM_S = 320.0, 60.0
-"""The operator of the virtual rig travels with some 220 mm/s in the mean; nobody touches fast."""
+"""The virtual operator travels at 220 mm/s on average; touches are slow."""
 
 _PRESS_MM = 1.0
 _MOST_TILT = np.radians(65.0)
 _TURN_RAD_S, _TURN_RATE = 2.5, 10.0
-"""So fast a wrist turns at most, and closes in, 1/s."""
+"""Wrist: maximum turning speed, and approach rate, 1/s."""
 _AT_MM, _AT_MM_S, _TURNED_RAD = 0.15, 4.0, 0.05
 _SETTLE_S, _DOWN_S, _HOLD_S = 0.16, 0.05, 0.34
-"""On the surface until the button, pressed, and held still after it: a window is 0.25 s."""
+"""On the surface before the button, pressed, and held after it: a window is 0.25 s."""
 _GIVE_UP_S = 4.0
 _FREE_SHARE = 0.5
 _SWAY_MM = 4.0
-"""Farther than this from the part the hand sways as freely as it does."""
+"""Farther from the part than this the hand sways freely."""
 _SWAYS, _STREAM, _SWAY_SIZE = 4, 77, (2e-3, 0.10)
-"""Of attitude, rad, and place, mm: as the scripted operator's (`scene._operator`)."""
+"""Attitude, rad, and place, mm: as the scripted operator's (`scene._operator`)."""
 _REACH_MM = 3000.0
 _OVER_MM = 14.0
 
 
 @dataclass(frozen=True, slots=True)
 class Wish:
-    """Where somebody wants the ball: a letter in the box of the hand."""
+    """A target of the ball, queued for the hand."""
 
     contact_part: Float
     normal_part: Float
-    """`contact_part`, `normal_part`: (3,), mm and unit, part frame: ball centre where it touches,
-    and the way out; the normal is zero over nothing, where the ball goes to ``contact_part``
-    itself."""
+    """`contact_part`, `normal_part`: (3,), mm and unit, part frame: ball centre in contact, and the
+    way out; the normal is zero off the part, where the ball moves to ``contact_part`` itself."""
     clear_mm: float
-    """How far from there along the normal."""
+    """Distance from there along the normal."""
     turn: Float
-    """(2,), rad: how the probe is leaned to the right and back, beside what the surface needs."""
+    """(2,), rad: lean to the right and back, in addition to the surface's attitude."""
 
 
 @dataclass(frozen=True, slots=True)
 class HandView:
-    """How the hand stands."""
+    """State of the hand."""
 
     busy: bool = False
-    """It makes a touch that was asked for."""
+    """A requested touch is in progress."""
     touches: bool = False
     aim_world: Float | None = None
     normal_world: Float | None = None
-    """`aim_world`, `normal_world`: (3,), mm and unit: the place that is meant on the part, and the
-    way out; None over nothing."""
+    """`aim_world`, `normal_world`: (3,), mm and unit: target on the part, and the way out; None off
+    the part."""
     forgotten: int = 0
-    """Wishes that came faster than they could be read."""
+    """Dropped targets."""
 
 
 class _Phase(Enum):
@@ -89,19 +88,9 @@ class _Phase(Enum):
 
 
 class MouseHand:
-    """A `LedHand` over the part of a virtual rig.
+    """A `LedHand` over the part of a virtual rig; InputError if it has no shape.
 
-    Any thread may lead it while another one takes its motion.
-
-    Parameters
-    ----------
-    rig
-        Its part, its ball, its seed.
-
-    Raises
-    ------
-    InputError
-        A surface of the part is known at places only: nothing would keep the ball out of it.
+    Thread-safe: one thread may lead it while another reads its motion.
     """
 
     def __init__(self, rig: VirtualRig) -> None:
@@ -131,18 +120,12 @@ class MouseHand:
         self._over = max(map(_top, solids.items)) + self._radius + _OVER_MM
         self._waves = _draw_waves(np.random.default_rng([rig.seed, _STREAM]))
 
-    # What whoever leads it asks.
+    # Calls of the leader.
 
     def wish_at(self, origin_world: Float, toward_world: Float, clear_mm: float, turn: Float) -> (
         Wish
     ):  # fmt: skip
-        """Return what is meant by a place in a picture: the ball over what is seen there.
-
-        Parameters
-        ----------
-        origin_world, toward_world
-            (3,), mm and unit: the ray of the eye.
-        """
+        """Return the target on the surface seen along a ray, (3,) mm and unit."""
         inverse = self._pose.inverse()
         start = inverse.apply(origin_world)
         toward = np.ascontiguousarray(inverse.rotation @ toward_world)
@@ -151,30 +134,30 @@ class MouseHand:
         if way < _REACH_MM:
             clear = clear_mm
             if clear > 0.0:
-                # In a bore it keeps clear of the other side.
+                # In a bore it keeps clear of the opposite side.
                 free = self._march(place + 1e-3 * normal, normal, 2.0 * clear, np.empty(3),
                                    np.empty(3))  # fmt: skip
                 clear = min(clear, _FREE_SHARE * free)
             return Wish(place, normal, clear, turn)
-        # Over nothing: in the plane through the ball, square to the eye.
+        # Off the part: in the plane through the ball, perpendicular to the view.
         now = self._ball_part()
         along = float((now - start) @ toward)
         return Wish(start + along * toward, np.zeros(3), 0.0, turn)
 
     def wish_here(self, turn: Float) -> Wish:
-        """Return the wish to hold the ball where it is, leaned by ``turn`` (see `Wish`)."""
+        """Return the target that holds the ball in place, leaned by `turn` (see `Wish`)."""
         return Wish(self._ball_part(), np.zeros(3), 0.0, turn)
 
     def lead(self, wish: Wish) -> None:
-        """Put a wish into the box; the oldest is forgotten where it is full."""
+        """Queue a target; drop the oldest if full."""
         with self._lock:
             self._forgotten += len(self._letters) == MOST_LETTERS
             self._letters.append(wish)
 
     def touch(self, wish: Wish) -> bool:
-        """Touch there once: go, approach, rest, press the button, lift.
+        """Touch once: travel, approach, rest, press the button, lift.
 
-        One more may wait while a touch is made; False for a third, and over nothing.
+        One more may be queued during a touch; False for a third, and off the part.
         """
         with self._lock:
             if self._touch is not None or not np.any(wish.normal_part):
@@ -183,12 +166,12 @@ class MouseHand:
             return True
 
     def press(self) -> None:
-        """Press the button of the probe where the ball is now."""
+        """Press the button of the probe at the current place."""
         with self._lock:
             self._presses = 1
 
     def view(self) -> HandView:
-        """Return how the hand stands."""
+        """Return the state of the hand."""
         with self._lock:
             wish, aim, normal = self._wish, None, None
             if wish is not None and np.any(wish.normal_part):
@@ -199,15 +182,15 @@ class MouseHand:
             return HandView(busy, touches, aim, normal, self._forgotten)
 
     def part(self) -> PlacedPart:
-        """Return what is touched, where it is: a virtual part can be seen."""
+        """Return the part and its pose."""
         if self._mesh is None:
             self._mesh = part_mesh(self._name, self._solids)
         return PlacedPart(self._mesh, self._pose, is_rough=False)
 
-    # A `LedHand`.
+    # Interface `LedHand`.
 
     def begin(self, tip_world: Float, attitude: Float) -> None:
-        """Take the probe where it is, and hold it there."""
+        """Take the probe at its current pose, and hold it."""
         with self._lock:
             self._letters.clear()
             self._touch, self._wish, self._presses = None, None, 0
@@ -223,7 +206,7 @@ class MouseHand:
             return self._pose.apply(place), self._attitude.copy()
 
     def motion(self, times_s: Float) -> Motion:
-        """Move on by the frames at the times (n,), s, towards what is wished now."""
+        """Advance by the frames at the times (n,), s, towards the current target."""
         count = len(times_s)
         with self._lock:
             self._read_letters()
@@ -239,7 +222,7 @@ class MouseHand:
             self._button_s = max(self._button_s - count * self._period_s, 0.0)
         angles = self._waves[..., 1] * times_s[:, None, None, None] + self._waves[..., 2]
         waves = (self._waves[..., 0] * np.sin(angles)).sum(axis=-1)
-        # What touches is held by the part; near it the hand is guided.
+        # The part holds a touching ball; near it the hand is guided.
         share = np.clip(gaps / _SWAY_MM, 0.0, 1.0)[:, None]
         tip_world = self._pose.apply(tips) + share * waves[:, 1]
         rotation = _rotations(turns + waves[:, 0])
@@ -271,7 +254,7 @@ class MouseHand:
         self._phase, self._since_s = phase, 0.0
 
     def _decide(self, block_s: float) -> tuple[Float, float, Float]:
-        """Return where the ball is to go now, how fast, and the attitude (3,), rad, on the way."""
+        """Return the next ball target, the speed limit and the attitude (3,), rad."""
         now = self._state[kernel.PLACE : kernel.PLACE + 3].copy()
         wish = self._wish
         if wish is None:
@@ -290,11 +273,10 @@ class MouseHand:
         return self._way(now, hover), TRAVEL_MM_S, attitude
 
     def _step(self, now: Float, hover: Float, attitude: Float) -> None:
-        """Go on with a touch that was asked for."""
         phase, since = self._phase, self._since_s
         speed = float(np.linalg.norm(self._state[kernel.VELOCITY : kernel.VELOCITY + 3]))
         there = float(np.linalg.norm(hover - now)) < _AT_MM and speed < _AT_MM_S
-        # The wrist is turned before the ball comes near: it may be out of sight while it turns.
+        # The wrist turns before the ball comes near: the probe may be hidden meanwhile.
         turned = float(np.linalg.norm(attitude - self._attitude)) < _TURNED_RAD
         touches = self._state[kernel.TOUCHES] > 0.0
         if phase is _Phase.GO and ((there and turned) or since > _GIVE_UP_S):
@@ -312,7 +294,7 @@ class MouseHand:
             self._enter(_Phase.FOLLOW)
 
     def _way(self, now: Float, hover: Float) -> Float:
-        """Return where to go first: straight, or over the part where it is in the way."""
+        """Return the next waypoint: straight, or over the part if it is in the way."""
         if self._is_free(now, hover):
             return hover
         over = np.array([hover[0], hover[1], self._over])
@@ -328,13 +310,13 @@ class MouseHand:
             return True
         toward = (end - start) / way
         place, normal = np.empty(3), np.empty(3)
-        # Off the surface that it may still rest on.
+        # Off the surface on which it may still rest.
         kernel.distance(np.ascontiguousarray(start), self._solids.rows, self._solids.holes, normal)
         first = start + 0.01 * normal
         return self._march(first, toward, way, place, normal) >= way - 0.05
 
     def _wanted_attitude(self, wish: Wish) -> Float:
-        # The same for many blocks of frames: the part stands still.
+        # Cached for many blocks of frames: the part does not move.
         if self._wanted is None or self._wanted[0] is not wish:
             self._wanted = wish, self._attitude_of(wish)
         return self._wanted[1]
@@ -352,7 +334,7 @@ class MouseHand:
         return rotation_vector(leaned @ base)
 
     def _turned(self, wanted: Float, count: int) -> Float:
-        """Return the attitude (n, 3) on its way to the wanted one, and keep the last."""
+        """Return attitudes (n, 3) towards the wanted one, and store the last."""
         steps = np.arange(1, count + 1)[:, None] * self._period_s
         way = wanted - self._attitude
         size = float(np.linalg.norm(way))
@@ -364,7 +346,7 @@ class MouseHand:
 
 
 def _top(solid: Solid) -> float:
-    """Return how high a solid that stands upright reaches, mm, part frame."""
+    """Return the height of an upright solid, mm, part frame."""
     a, b, c = solid.sizes
     height = {kernel.BALL: a, kernel.ROUND: c, kernel.RING: b}.get(solid.kind, 0.0)
     return float(solid.origin[2]) + height

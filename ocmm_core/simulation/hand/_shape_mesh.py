@@ -1,4 +1,4 @@
-"""What a virtual part looks like: a mesh of its solids, for whoever leads the ball over it."""
+"""Mesh of a virtual part, made from its solids."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _STEP_MM = 8.0
 
 
 class _Mesh:
-    """Faces one after another, each with vertices of its own."""
+    """Faces, each with its own vertices."""
 
     def __init__(self) -> None:
         self.vertices: list[Float] = []
@@ -30,7 +30,7 @@ class _Mesh:
         self._count = 0
 
     def add(self, feature: str, kind: str, places: Float, normals: Float, corners: Int) -> None:
-        """Add a face; its triangles are turned so that they look along the normals."""
+        """Add a face; triangles are oriented along the normals."""
         a, b, c = (places[corners[:, k]] for k in range(3))
         facing = np.einsum("ni,ni->n", np.cross(b - a, c - a), normals[corners[:, 0]])
         corners = np.where((facing < 0.0)[:, None], corners[:, ::-1], corners)
@@ -43,7 +43,7 @@ class _Mesh:
         self._count += len(places)
 
     def strip(self, feature: str, kind: str, rings: list[Float], normals: list[Float]) -> None:
-        """Add the face between rings of as many places each."""
+        """Add the face between rings of equally many points."""
         count = len(rings[0])
         corners = []
         for ring in range(len(rings) - 1):
@@ -55,7 +55,6 @@ class _Mesh:
         )
 
     def model(self, name: str) -> PartModel:
-        """Return everything that was added."""
         edges = self.edges
         starts = np.concatenate([[0], np.cumsum([len(one) for one in edges])])
         return PartModel(
@@ -70,13 +69,7 @@ class _Mesh:
 
 
 def part_mesh(name: str, solids: Solids) -> PartModel:
-    """Return what a part looks like, in the part frame.
-
-    Parameters
-    ----------
-    solids
-        What it is made of.
-    """
+    """Return the mesh of a part in the part frame."""
     mesh = _Mesh()
     for solid in solids.items:
         if solid.kind == kernel.BOX:
@@ -87,7 +80,7 @@ def part_mesh(name: str, solids: Solids) -> PartModel:
 
 
 def outline_of(hole: Float) -> tuple[Float, Float]:
-    """Return the outline (n, 2) of a hole in its slab, closed, and the way out of it (n, 2)."""
+    """Return the closed outline (n, 2) of a hole in its slab, and its normals (n, 2)."""
     a, b = hole[kernel.HALF_A], hole[kernel.HALF_B]
     cosine, sine = np.cos(_TURN), np.sin(_TURN)
     if hole[kernel.OUTLINE] == kernel.LONG:
@@ -125,7 +118,7 @@ def _add_slab(mesh: _Mesh, solid: Solid) -> None:
     outlines = [(name, hole, *outline_of(hole)) for name, hole in solid.holes]
     flat = np.unique(
         np.round(np.concatenate([rim, *(one[2] for one in outlines)]), 6), axis=0
-    )  # Delaunay cannot take a place twice.
+    )  # Delaunay refuses duplicate points.
     corners = Delaunay(flat).simplices
     middle = flat[corners].mean(axis=1)
     inside = np.zeros(len(corners), dtype=np.bool_)
@@ -182,7 +175,7 @@ def _add_round(mesh: _Mesh, solid: Solid) -> None:
 
 
 def _rim(a: float, b: float) -> Float:
-    """Return places round a rectangle, not farther apart than the holes' are dense."""
+    """Return points round a rectangle, as dense as those of holes."""
     corners = np.array([[a, -b], [a, b], [-a, b], [-a, -b], [a, -b]])
     sides = []
     for first, last in pairwise(corners):
@@ -192,7 +185,7 @@ def _rim(a: float, b: float) -> Float:
 
 
 def _within(outline: Float, places: Float) -> NDArray[np.bool_]:
-    """Return whether places (n, 2) lie in a closed outline: a ray crosses it an odd time."""
+    """Return whether points (n, 2) lie in a closed outline: odd number of ray crossings."""
     x, y = places[:, 0][:, None], places[:, 1][:, None]
     x0, y0, x1, y1 = outline[:-1, 0], outline[:-1, 1], outline[1:, 0], outline[1:, 1]
     spans = (y0 > y) != (y1 > y)

@@ -1,8 +1,8 @@
-"""The solids of a virtual part: what a ball cannot enter, from the surfaces of its document.
+"""Solids of a virtual part, derived from the surfaces of its document.
 
-A document says surfaces that are touched, not bodies. A plane is the top of a slab that reaches
-down to the plane below it; holes whose mouth lies in it are cut out; balls stand on a stem. Every
-surface of the document is a surface of a solid, exactly, so that what is touched is the true one.
+A document lists touched surfaces, not bodies. A plane is the top of a slab that reaches down to the
+plane below it, with holes cut out whose mouth lies in it; balls have a stem. Every surface of the
+document is exactly a surface of a solid, so touches are true.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ocmm_core.simulation.hand import _kernel as kernel
 from ocmm_core.simulation.scene import Part, surfaces
 
 _RIM_MM = 3.0
-"""So far a slab reaches over the areas that are free to touch, and round a hole in no plane."""
+"""Margin of a slab beyond its touchable areas, and round a hole in no plane."""
 _THICK_MM = 12.0
 _NEAR_MM = 0.6
 _LEVEL = 1e-3
@@ -26,15 +26,15 @@ _FACE_MM = (6.0, 6.0)
 
 @dataclass(frozen=True, slots=True)
 class Solid:
-    """One solid, see `_kernel` for its columns."""
+    """One solid; columns as in `_kernel`."""
 
     feature: str
-    """Whose surface it has; a stem belongs to nobody."""
+    """Feature with its surface; empty for a stem."""
     kind: int
     origin: Float
     axes: Float
     sizes: tuple[float, float, float]
-    """`kind`, `origin`, `axes`, `sizes`: ``axes`` (3, 3): the rows are its x, y and z in the part
+    """`kind`, `origin`, `axes`, `sizes`: ``axes`` (3, 3): rows are its x, y and z in the part
     frame."""
     holes: tuple[tuple[str, Float], ...] = ()
     """Name and columns of each."""
@@ -42,7 +42,7 @@ class Solid:
 
 @dataclass(frozen=True, slots=True)
 class Solids:
-    """All solids of a part, and the same as arrays for the compiled loops."""
+    """All solids of a part, also as arrays for the compiled loops."""
 
     items: tuple[Solid, ...]
     rows: Float
@@ -50,7 +50,7 @@ class Solids:
 
 
 def solids_of(part: Part) -> Solids | None:
-    """Return the solids of a part; None where a surface of it has places only, and no shape."""
+    """Return the solids of a part; None if a surface has touch points but no shape."""
     if any(isinstance(entry, surfaces.TouchedEntry) for entry in part.artefacts):
         return None
     entries = part.artefacts
@@ -85,7 +85,7 @@ def _slab(
         [areas[:, 1].min() - _RIM_MM, areas[:, 3].max() + _RIM_MM],
     ])  # fmt: skip
     for line in lines:
-        # Where a line lies on a side of it, that side is where the line is.
+        # A line on a side face defines that side.
         facing, start = unit(np.array(line.normal)), np.array(line.point) - point
         for axis, direction in enumerate((along, across)):
             for end, sign in ((0, -1.0), (1, 1.0)):
@@ -104,7 +104,7 @@ def _slab(
 
 
 def _drop(point: Float, normal: Float, below: surfaces.PlaneEntry) -> float:
-    """Return how far a place is above a plane that faces the same way; zero where it is beside."""
+    """Return the height above a parallel plane; zero outside its areas."""
     facing, along = unit(np.array(below.direction)), unit(np.array(below.along))
     away = point - np.array(below.point)
     areas = np.array(below.areas)
@@ -163,7 +163,7 @@ def _collar(entry: surfaces.BoreEntry | surfaces.SlotEntry | surfaces.EllipseEnt
 
 
 def _body(entry: surfaces.Artefact, there: list[Solid]) -> list[Solid]:
-    """Return the solids of a surface that is no plane and no hole."""
+    """Return the solids of a surface other than planes and holes."""
     point, axis = np.array(entry.point), unit(np.array(entry.direction))
     axes = np.stack([*perpendicular_pair(axis), axis])
     if isinstance(entry, surfaces.SphereEntry):
@@ -204,7 +204,7 @@ def _body(entry: surfaces.Artefact, there: list[Solid]) -> list[Solid]:
 
 
 def _has_face(slab: Solid, point: Float, normal: Float) -> bool:
-    """Return whether a place lies on a face of a slab, to the last bit but rounding."""
+    """Return whether a point lies on a face of a slab, up to rounding."""
     if slab.kind != kernel.BOX:
         return False
     local, facing = slab.axes @ (point - slab.origin), slab.axes @ normal

@@ -1,13 +1,12 @@
-"""The virtual rig: cameras, operator and part with known truth, down to the pixels.
+"""Virtual scene: cameras, operator and part with known truth, down to the pixels.
 
-In: documents of a rig, a probe and a part, a seed. Out: frames as a source, down to the pixels if
-wanted, and the truth: where camera, probe and ball really are.
+In: documents of a rig, a probe and a part, a seed. Out: frames as a source, optionally from
+rendered pixels, and the true poses of camera, probe and ball.
 
-Read `_world` (what is really there), `_rig` (the virtual rig), `_operator` with `_attitude`,
-`_hand` and `_touches` (somebody touches the part), `_surfaces` and `_artefacts`, `_source`. The
-pixels: `_sensor`, `_exposure`, `_spot_pattern`, `_pixel_frames`. `_kernels` are its compiled
-loops; `_probe_study` is the simulation of the thesis. Truth and documents are kept apart: the
-product is given the documents alone.
+Start with `_world` (truth) and `_rig` (virtual rig); then `_operator` with `_attitude`, `_hand` and
+`_touches`, `_surfaces` and `_artefacts`, `_source`. Pixels: `_sensor`, `_exposure`,
+`_spot_pattern`, `_pixel_frames`. `_kernels` holds the compiled loops; `_probe_study` is the
+simulation of the thesis. Truth and documents are separate: the product receives the documents only.
 """
 
 from __future__ import annotations

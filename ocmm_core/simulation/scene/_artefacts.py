@@ -1,7 +1,7 @@
-"""Test parts of artefacts with known truth, and the documents that describe them.
+"""Test parts with known truth, and their documents.
 
-A part document says where the part stands in the world and what its surfaces truly are, in the
-part frame. The measuring side never reads it: it knows only the plan.
+A part document defines the part's pose in the world and its true surfaces in the part frame.
+Measuring code never reads it, only the plan.
 """
 
 from __future__ import annotations
@@ -59,23 +59,22 @@ SCHEMA = "ocmm.part/1"
 
 
 class PartPose(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where the part stands: the motion from the part frame to the world, mm and rad."""
+    """Pose of the part: motion from the part frame to the world, mm and rad."""
 
     translation: Vector3
     rotation_vector: Vector3
 
     def motion(self) -> RigidTransform:
-        """Return the motion itself."""
         return RigidTransform(
             rotation_from_vector(np.array(self.rotation_vector)), np.array(self.translation)
         )
 
 
 class PartDocument(Document, frozen=True, kw_only=True):
-    """A part as it is written down; lengths in mm, part frame.
+    """Document of a part; lengths in mm, part frame.
 
-    ``reference`` is where a reference body would be fixed to it: the motion from the reference
-    frame to the part frame.
+    ``reference`` is the pose of an attached reference body: from the reference frame to the part
+    frame.
     """
 
     name: str
@@ -86,27 +85,25 @@ class PartDocument(Document, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class TrueFeature:
-    """What a surface truly is, in one frame."""
+    """True geometry of a surface."""
 
     name: str
     kind: str
     """``"plane"``, ``"sphere"``, ``"bore"``, ``"cylinder"``, ``"cone"``, ``"line"``, ``"point"``,
-    ``"slot"``, ``"ellipse"``, ``"torus"`` or ``"touched"``; a bore is what a plan calls a circle.
-    """
+    ``"slot"``, ``"ellipse"``, ``"torus"`` or ``"touched"``; a bore is a circle in plans."""
     point: Float
     """(3,), mm: centre (sphere, torus, mouth of a hole, foot of cylinder and cone) or a point on
     it."""
     direction: Float
     """(3,), unit: normal, axis or direction of the line."""
     diameter: float
-    """mm; zero where the kind has none, that of the foot for a cone, of the centre line for a
-    torus."""
+    """mm; zero if inapplicable; of the foot of a cone, of the centre line of a torus."""
     along: Float
-    """(3,), unit: direction of the length of slot and ellipse, else zero."""
+    """(3,), unit: length direction of slot and ellipse, otherwise zero."""
     length: float = 0.0
     width: float = 0.0
-    """`length`, `width`: mm: overall, of slot and ellipse; the width of a torus is the diameter of
-    its tube."""
+    """`length`, `width`: mm, overall, of slot and ellipse; the width of a torus is its tube
+    diameter."""
     half_angle: float = 0.0
     """rad: of a cone, whose radius falls along its direction."""
 
@@ -116,18 +113,14 @@ class Part:
     """A part with known truth."""
 
     name: str
-    """Name of the part."""
     T_world_from_part: RigidTransform
-    """Where it stands."""
     artefacts: tuple[Artefact, ...]
-    """Its surfaces, part frame."""
     identity: str
-    """SHA-256 of the document."""
     T_part_from_reference: RigidTransform | None = None
-    """Where a reference body is fixed to it; None where there is no place for one."""
+    """Pose of a reference body; None without a place for one."""
 
     def artefact(self, name: str) -> Artefact:
-        """Return the surface called ``name``; InputError if there is none."""
+        """Return the surface with this name; raise InputError if absent."""
         for entry in self.artefacts:
             if entry.name == name:
                 return entry
@@ -157,14 +150,7 @@ class Part:
 
 
 def load_part(path: Path | str) -> Part:
-    """Return the part of the document at ``path``.
-
-    Raises
-    ------
-    InputError
-        The document is malformed, has no features or two of one name, or gives a surface that
-        cannot exist or cannot be touched.
-    """
+    """Return the part of a document; raise InputError if it is invalid."""
     document = load_document(path, PartDocument, SCHEMA)
     _check(Path(path), document)
     return Part(

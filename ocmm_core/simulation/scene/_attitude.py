@@ -1,4 +1,4 @@
-"""How the operator holds the probe at a touch."""
+"""Attitude of the probe in the operator's hand at a touch."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ _MAX_TILT = np.radians(38.0)
 _MAX_BACKWARD = np.radians(26.0)
 """Leaning back turns the LEDs up and away from the cameras."""
 _LEAN_GAIN = 0.32
-"""The handle follows the outward normal by this part of its angle from the vertical."""
+"""Fraction of the outward normal's angle from the vertical that the handle follows."""
 
 
 def attitude_at(normal_world: Float, lean: Float, yaw: float, *, bore: bool) -> Float:
-    """Return how the probe is held, as a rotation vector (3,), rad.
+    """Return the attitude of the probe as a rotation vector (3,), rad.
 
     The handle leans towards the outward normal, so that the stylus stays clear of the material,
-    but never so far that the LEDs turn away from the cameras; in a bore it stays near the axis.
+    within the limit at which the LEDs turn away from the cameras; in a bore it stays near the axis.
     """
     if not bore:
         level = float(np.hypot(normal_world[0], normal_world[1]))

@@ -1,7 +1,7 @@
-"""The compiled loops of a virtual sensor: light, fixed pattern and noise to counts, to spots.
+"""Compiled loops of a virtual sensor: light, fixed pattern and noise to counts and spots.
 
-Every random number is a function of a key and the number of its pixel, so that a pixel of a frame
-has the same value in whichever window, line or picture it is read.
+Every random number is a function of a key and its pixel number, so a pixel of a frame has the same
+value in any window, line or image.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from ocmm_core.geometry import Float, Int
     RESPONSE_SPREAD, ELECTRONS_PER_COUNT, FULL_SCALE, BACKGROUND, SENSOR_WIDTH,
 ) = range(11)  # fmt: skip
 N_PACKED = 11
-"""Places in the packed sensor, see `sensor.Sensor.packed`; light in electrons."""
+"""Length of the packed sensor, see `sensor.Sensor.packed`; light in electrons."""
 
 NORMAL_BITS = 14
-"""The table of normal numbers has two to the power of this many."""
+"""The table of normal numbers has 2 to this power entries."""
 
 _REACH = 6.0
-"""Light further from its centre than this many sigmas is left out: 2e-9 of it."""
+"""Spot radius in sigmas; the light beyond is 2e-9 and ignored."""
 _MASK = np.uint64((1 << NORMAL_BITS) - 1)
 _STEP = np.uint64(0x9E3779B97F4A7C15)
 _FIRST, _SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 _S27, _S30, _S31, _S16, _S32, _S40 = (np.uint64(shift) for shift in (27, 30, 31, 16, 32, 40))
-# Makes a number from 0 to 1 of 24 bits.
+# Scales 24 bits to 0 to 1.
 _UNIT24 = 1.0 / (1 << 24)
 
 
@@ -58,13 +58,12 @@ def expose(
     signal: Float,
     out: NDArray[np.uint16],
 ) -> None:
-    """Fill in the counts of a window, or of some pixels of lines.
+    """Compute the counts of a window, or of some pixels of lines.
 
-    ``out`` (rows, >= columns): its pixel (i, j) is the one of the sensor in row ``top + i`` and
-    column ``left + step j``. ``lights`` (m, 3): centre (px) and electrons of each spot, NaN where
-    there is none.
-    ``quieter`` multiplies the noise: one over the root of the number of frames for their mean.
-    ``normal``: table of normal numbers. ``signal`` (rows, >= columns): room to work in.
+    ``out`` (rows, >= columns): its pixel (i, j) is the sensor's at row ``top + i`` and column
+    ``left + step j``. ``lights`` (m, 3): centre (px) and electrons of each spot, NaN if absent.
+    ``quieter`` scales the noise: one over the root of the number of averaged frames. ``normal``:
+    table of normal numbers. ``signal`` (rows, >= columns): scratch space.
     """
     rows = out.shape[0]
     for i in range(rows):
@@ -75,17 +74,17 @@ def expose(
         if lights[k, 0] == lights[k, 0]:
             _add_light(left, top, step, columns, lights[k], packed[SPOT_SIGMA], signal)
     gain = 1.0 / packed[ELECTRONS_PER_COUNT]
-    # Half a count, since the conversion to a whole number below cuts off.
+    # Half a count: the integer conversion below truncates.
     level, full = packed[DARK_LEVEL] + 0.5, packed[FULL_SCALE]
     read2, background = packed[READ_NOISE] ** 2, packed[BACKGROUND]
     dark_spread, response_spread = packed[DARK_SPREAD], packed[RESPONSE_SPREAD]
-    # The sum of two numbers of the table has variance 2 and reaches twice as far.
+    # The sum of two numbers of the table has variance 2 and twice the range.
     scale = quieter * math.sqrt(0.5)
-    # Compared with 24 random bits of the pixel: that part of all pixels is hot.
+    # Threshold for 24 random bits per pixel: this fraction of pixels is hot.
     hot = np.uint64(packed[HOT_PART] * (1 << 24))
     width, stride = np.uint64(packed[SENSOR_WIDTH]), np.uint64(step)
     dark = np.empty(columns)
-    # Short loops without branches: the compiler turns them into vector instructions.
+    # Short loops without branches, so that the compiler vectorises them.
     for i in range(rows):
         start = np.uint64(top + i) * width + np.uint64(left)
         n_hot = 0
@@ -95,7 +94,7 @@ def expose(
             fixed = mix(pattern_key, start + stride * np.uint64(j))
             dark[j] = dark_spread * normal[np.int64(fixed & _MASK)]
             light = signal[i, j]
-            # Background and light, electrons; only the light of LEDs has the uneven response.
+            # Background and light, electrons; only LED light has the uneven response.
             signal[i, j] = background + light * (
                 1.0 + response_spread * normal[np.int64((fixed >> _S16) & _MASK)]
             )
@@ -105,7 +104,7 @@ def expose(
                 number = start + stride * np.uint64(j)
                 fixed = mix(pattern_key, number)
                 if (fixed >> _S40) < hot:
-                    # From a second draw, for the first is below `hot` here. The half keeps the
+                    # A second draw, because the first is below `hot` here. The half keeps the
                     # logarithm off zero.
                     chance = (float(mix(fixed, number) >> _S40) + 0.5) * _UNIT24
                     # Exponential, with the mean HOT_ELECTRONS.
@@ -115,7 +114,7 @@ def expose(
             # Lowest 14 bits, and 14 from bit 32 on.
             two = normal[np.int64(noise & _MASK)] + normal[np.int64((noise >> _S32) & _MASK)]
             light = signal[i, j]
-            # Photons come with the variance of their number; normal instead of Poisson.
+            # Shot noise: variance equals the number of photons; normal instead of Poisson.
             electrons = light + dark[j] + scale * math.sqrt(read2 + light) * two
             out[i, j] = np.uint16(min(max(level + gain * electrons, 0.0), full))
 
@@ -138,10 +137,10 @@ def _add_light(
     share = np.empty(j1 - j0)
     for j in range(j0, j1):
         x = left + step * j - u
-        # A pixel is one px wide whatever the step; the integral of a Gaussian over it is half a
-        # difference of error functions, along either axis, hence the 0.25 below.
+        # A pixel is one px wide for any step; the integral of a Gaussian over it is half a
+        # difference of error functions per axis, hence the 0.25 below.
         share[j - j0] = math.erf((x + 0.5) * scale) - math.erf((x - 0.5) * scale)
-    # The lower edge of a row is the upper edge of the one before.
+    # The lower edge of a row is the upper edge of the previous one.
     below = math.erf((top + i0 - 0.5 - v) * scale)
     for i in range(i0, i1):
         above = math.erf((top + i + 0.5 - v) * scale)
@@ -172,11 +171,11 @@ def run(
     uv: Float,
     variance: Float,
 ) -> None:
-    """Expose consecutive frames where the camera looks, and let it find its spots.
+    """Expose consecutive frames in the camera's windows, and find its spots.
 
     ``lights`` (n, m, 3): of each frame. ``black``, and ``slots`` to ``options``: as in
     `camera.windows` and `camera.search`. ``valid`` (n,), ``saturated`` (n,), ``status`` (n, 8),
-    ``uv`` and ``variance`` (n, 8, 2) are outputs, ``slots`` and ``cursor`` are moved on.
+    ``uv`` and ``variance`` (n, 8, 2) are outputs, ``slots`` and ``cursor`` are updated.
     """
     n_slots, size = len(slots), int(options[centroid.WINDOW])
     step, n_lines = int(options[centroid.SEARCH_STEP]), int(options[centroid.SEARCH_LINES])
@@ -189,8 +188,7 @@ def run(
     samples = np.empty((n_lines, width), np.uint16)
     line_room = np.empty((1, width))
     for k in range(len(lights)):
-        # By the number of the frame: a stream that is cut elsewhere, or read again, has the same
-        # noise.
+        # Keyed by frame number: a stream read in other blocks, or again, has the same noise.
         key = mix(frame_stream, np.uint64(first + k))
         windows.predict_windows(slots, options, width, height, corners)
         for s in range(n_slots):

@@ -1,12 +1,11 @@
-"""A steady hand that holds the ball of a probe on a surface.
+"""Steady hand that holds the ball of a probe on a surface.
 
-Of a free instrument the tip trembles by 0.038 mm RMS in space (Singh and Riviere, IEEE EMBS/BMES
-2002, eye surgeons at work), at 8 to 12 Hz (Lakie et al., J. Physiol. 593 (2015) 4411), and leaves
-its place by 0.049 mm RMS in all, mostly below 2 Hz (Riviere, Rader and Khosla, IEEE EMBS 1997, eye
-surgeons who hold still). Here this is the grip, 150 mm from a ball of 6 mm that rests on a surface.
-The surface holds the ball; turned by the grip it rolls by its radius, 3/150 of that way. The
-bending of the stylus under a trembling force comes to it, so that the trembling is taken four times
-greater.
+The tip of a free instrument trembles by 0.038 mm RMS in space (Singh and Riviere, IEEE EMBS/BMES
+2002, eye surgeons at work), at 8 to 12 Hz (Lakie et al., J. Physiol. 593 (2015) 4411), and wanders
+by 0.049 mm RMS in all, mostly below 2 Hz (Riviere, Rader and Khosla, IEEE EMBS 1997, eye surgeons
+holding still). Here this is the grip, 150 mm from a ball of 6 mm that rests on a surface. The
+surface holds the ball; turned by the grip it rolls by its radius, 3/150 of that motion. The stylus
+also bends under the trembling force, so the tremor is assumed four times greater.
 """
 
 from __future__ import annotations
@@ -20,24 +19,15 @@ TREMOR_MM, WANDER_MM = 0.002, 0.0006
 """Standard deviations of the ball along each axis."""
 
 TREMOR_RAD, WANDER_RAD = 1.5e-4, 1.9e-4
-"""Of the probe about each axis."""
+"""Standard deviations of the probe about each axis."""
 
 _WAVES = 4
 
 
 def steady_hand(times_s: Float, rng: np.random.Generator) -> tuple[Float, Float]:
-    """Return how the ball moves about its place and the probe about its attitude.
+    """Return ball motion about its place (n, 3), mm, and probe rotation vectors (n, 3), rad.
 
-    Parameters
-    ----------
-    times_s
-        (n,), s.
-
-    Returns
-    -------
-    numpy.ndarray, numpy.ndarray
-        (n, 3), mm, and (n, 3), rad: a rotation vector. Both are sums of sines, zero in the mean
-        over all hands.
+    Sums of sines at the times (n,), s; zero mean over all hands.
     """
     tremor, wander = _swing(times_s, TREMOR_HZ, rng), _swing(times_s, WANDER_HZ, rng)
     turn, roll = _swing(times_s, TREMOR_HZ, rng), _swing(times_s, WANDER_HZ, rng)

@@ -1,4 +1,4 @@
-"""The compiled loops of the virtual rig: how the probe moves, and what a camera sees of it."""
+"""Compiled loops of the virtual rig: probe motion, and camera views of it."""
 
 from __future__ import annotations
 
@@ -11,28 +11,27 @@ from ocmm_core.instructions import njit
 MOVE, TOUCH, REST = 0, 1, 2
 """Kinds of segments of the motion."""
 
-# Columns of a segment of the motion. Times in s, places in mm, attitudes as rotation vectors
-# (rad), world frame.
+# Columns of a motion segment. Times in s, places in mm, attitudes as rotation vectors (rad), world
+# frame.
 T0, T1, KIND, TOP, SWAY0, SWAY1 = range(6)
 P0, P1, W0, W1, NORMAL = 6, 9, 12, 15, 18
 N_COLUMNS = 21
 
 BUTTON_DOWN_S, BUTTON_UP_S = 0.10, 0.14
-"""The operator presses the button this long after contact."""
+"""Button press and release after contact."""
 
 SETTLE_S, SETTLE_MM = 0.08, 0.02
-"""On contact the ball lifts off by this much once, and rests after this time."""
+"""Time and height of the single bounce on contact."""
 
 
 @njit(cache=True, nogil=True, inline="always")
 def _minimum_jerk(x: float) -> float:
-    """Return the smooth way from 0 to 1 with no velocity and no acceleration at its ends."""
+    """Return a smooth 0 to 1 with zero velocity and acceleration at both ends."""
     if x <= 0.0:
         return 0.0
     if x >= 1.0:
         return 1.0
-    # 10 x^3 - 15 x^4 + 6 x^5: the way of a hand from rest to rest (minimum jerk, Flash and Hogan
-    # 1985).
+    # 10 x^3 - 15 x^4 + 6 x^5: minimum jerk (Flash and Hogan 1985).
     return x * x * x * (10.0 + x * (6.0 * x - 15.0))
 
 
@@ -48,10 +47,10 @@ def move(
 ) -> None:
     """Fill in attitude, ball centre, button and contact at each time.
 
-    ``times`` (n,), s, ascending. ``segments`` (S, N_COLUMNS), one after the other in time; after
-    the last one the probe stays where that one ends. ``tremor`` (2, 3, K, 3): for attitude (rad)
-    and place (mm), each axis and each wave: amplitude, angular frequency, phase.
-    ``rotation`` (n, 3, 3), ``tip`` (n, 3), ``button`` and ``contact`` (n,) bool are outputs.
+    ``times`` (n,), s, ascending. ``segments`` (S, N_COLUMNS), consecutive; after the last one the
+    probe stays at its end. ``tremor`` (2, 3, K, 3): for attitude (rad) and place (mm), each axis
+    and wave: amplitude, angular frequency, phase. ``rotation`` (n, 3, 3), ``tip`` (n, 3),
+    ``button`` and ``contact`` (n,) bool are outputs.
     """
     last = len(segments) - 1
     k = 0
@@ -66,18 +65,18 @@ def move(
         x = min(max((t - s[T0]) / (s[T1] - s[T0]), 0.0), 1.0)
         way = _minimum_jerk(x)
         lateral = way
-        # NaN, the only number unlike itself, says that there is no height to rise to.
+        # False for NaN: no height to rise to.
         lifted = s[TOP] == s[TOP]
         if lifted:
             # Sideways between 0.2 and 0.8 of the time; up in the first 0.4 and down in the last
-            # 0.4, so that the ball clears the part. At 0.4 and 0.6 the height is reached and left.
+            # 0.4, so that the ball clears the part.
             lateral = _minimum_jerk((x - 0.2) / 0.6)
         sway = s[SWAY0] + (s[SWAY1] - s[SWAY0]) * way
         for a in range(3):
             turn = 0.0
             drift = 0.0
             for j in range(tremor.shape[2]):
-                # A sum of sines with fixed phases: the same at a time however the frames are cut.
+                # A sum of sines with fixed phases: independent of how frames are grouped.
                 turn += tremor[0, a, j, 0] * np.sin(tremor[0, a, j, 1] * t + tremor[0, a, j, 2])
                 drift += tremor[1, a, j, 0] * np.sin(tremor[1, a, j, 1] * t + tremor[1, a, j, 2])
             w[a] = s[W0 + a] + (s[W1 + a] - s[W0 + a]) * way + turn
@@ -88,7 +87,7 @@ def move(
             if sway != 0.0:
                 tip[i, a] += sway * drift
         since = t - s[T0]
-        # In a touch's segment the ball is on the surface from beginning to end.
+        # In a touch segment the ball is on the surface throughout.
         contact[i] = s[KIND] == TOUCH and t < s[T1]
         button[i] = contact[i] and since >= BUTTON_DOWN_S and since < BUTTON_UP_S
         if contact[i] and since < SETTLE_S:
@@ -98,8 +97,7 @@ def move(
             for a in range(3):
                 tip[i, a] += hop * s[NORMAL + a]
         angle = np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
-        # Limits of sin(x) / x and (1 - cos x) / x^2; the next terms are x^2 / 6 and x^2 / 24,
-        # nothing.
+        # Limits of sin(x) / x and (1 - cos x) / x^2; the next terms, x^2 / 6 and x^2 / 24, vanish.
         if angle < 1e-9:
             sinc, versed = 1.0, 0.5
         else:
@@ -137,7 +135,7 @@ def see(
     valid: NDArray[np.uint64],
     uv: Float,
 ) -> None:
-    """Fill in the spots that one camera has of the probe in each frame.
+    """Fill in one camera's spots of the probe in each frame.
 
     ``rotation`` (n, 3, 3) and ``origin`` (n, 3): world from probe. ``leds`` and ``directions``
     (L, 3), probe frame. ``camera`` (21,): `CameraModel.packed`. ``slots`` (L,). ``nodes``
@@ -167,8 +165,7 @@ def see(
                 p[a] = origin[i, a] + q[0] * leds[n, 0] + q[1] * leds[n, 1] + q[2] * leds[n, 2]
                 light = q[0] * directions[n, 0] + q[1] * directions[n, 1] + q[2] * directions[n, 2]
                 ray = centre[a] - p[a]
-                # direction . ray; divided by the length of the ray it is the cosine of the angle of
-                # emission.
+                # direction . ray; divided by the ray length it is the cosine of the emission angle.
                 towards += light * ray
                 distance2 += ray * ray
             if towards < cos_emission * np.sqrt(distance2):
@@ -176,19 +173,18 @@ def see(
             z = r[6] * p[0] + r[7] * p[1] + r[8] * p[2] + camera[11]
             if z <= 0.0:
                 continue
-            # Ideal image, mm; then distortion, then pixels, as `camera.project` does it for one
-            # point.
+            # Ideal image, mm; then distortion, then pixels, as in `camera.project`.
             x = f * (r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + camera[9]) / z
             y = f * (r[3] * p[0] + r[4] * p[1] + r[5] * p[2] + camera[10]) / z
             r2 = x * x + y * y
             radial = r2 * (k1 + k2 * r2)
             u = u0 + sx * (x + x * radial + 2.0 * p1 * x * y + p2 * (3.0 * x * x + y * y))
             v = v0 + sy * (y + y * radial + p1 * (x * x + 3.0 * y * y) + 2.0 * p2 * x * y)
-            # Pixel centres are whole numbers: the picture ends at width - 1.
+            # Pixel centres are integers: the image ends at width - 1.
             if not (u >= 0.0 and u <= width - 1.0 and v >= 0.0 and v <= height - 1.0):
                 continue
-            # The fixed pattern is bilinear between nodes `step` px apart: an error that stays at
-            # its place on the sensor, which no averaging in time takes away.
+            # The fixed pattern is bilinear between nodes `step` px apart: an error fixed to the
+            # sensor position, which averaging in time does not reduce.
             column = int(u / step)
             row = int(v / step)
             g = u / step - column

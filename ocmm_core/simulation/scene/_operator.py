@@ -1,9 +1,8 @@
-"""The operator of the virtual rig: an open-loop script of touches on the true part.
+"""Operator of the virtual rig: an open-loop script of touches on the true part.
 
-Each touch is a travel from the place before, an approach along the surface normal, a dwell in
-contact with the trembling of a hand, a press of the button, and a retreat. All ways have minimum
-jerk (Flash and Hogan 1985), so that a dwell can be told from a motion. The motion is a pure
-function of time.
+Each touch is a travel, an approach along the surface normal, a dwell in contact with hand tremor, a
+button press, and a retract. All motions have minimum jerk (Flash and Hogan 1985), so that dwells
+are distinguishable. The motion is a pure function of time.
 """
 
 from __future__ import annotations
@@ -33,14 +32,14 @@ from ocmm_core.simulation.scene._surfaces import (
 from ocmm_core.simulation.scene._touches import Contacts, farthest, sample
 
 Touches = Sequence[tuple[str, int]]
-"""Names of features and how often each is touched, in order."""
+"""Feature names and number of touches of each, in order."""
 
 REST_S = 0.5
 DWELL_S = 0.45
 _APPROACH_S, _RETRACT_S = 0.25, 0.18
 _APPROACH_MM = 8.0
 _BORE_APPROACH = 0.8
-"""In a bore the approach takes this part of the way from its axis to the wall."""
+"""Fraction of the way from axis to wall used as approach in a bore."""
 _SPEED_MM_S = 220.0
 _TRAVEL_MIN_S, _TRAVEL_MAX_S = 0.35, 1.6
 _CLEARANCE_MM = 12.0
@@ -52,12 +51,12 @@ _STREAM = 16
 
 @dataclass(frozen=True, slots=True)
 class Missing:
-    """What an operator sees on the screen at the end of the script."""
+    """Missing points at the end of the script, as an operator reads them on screen."""
 
     touches: Touches
-    """Features and how many points each still needs."""
+    """Features and number of missing points of each."""
     taken: Mapping[str, Float]
-    """Ball centres (n, 3), mm, world, of the points that each of them has; none where left out."""
+    """Ball centres (n, 3), mm, world, of the recorded points by feature; none if absent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,22 +72,21 @@ class Motion:
     """`button`, `in_contact`: (n,) bool."""
 
     def origin_world(self, tip_probe: Float) -> Float:
-        """Return the origin of the probe frame (n, 3), mm, for a ball at ``tip_probe`` (3,)."""
+        """Return the origin of the probe frame (n, 3), mm, for a ball at `tip_probe` (3,)."""
         origin: Float = self.tip_world - self.rotation_world_from_probe @ tip_probe
         return origin
 
 
 @dataclass(frozen=True, slots=True)
 class ScriptedTouch:
-    """One touch as it truly happens."""
+    """True course of one touch."""
 
     feature: str
-    """Name of the feature."""
     contact_s: float
     settled_s: float
     retract_s: float
-    """`contact_s`, `settled_s`, `retract_s`: When the ball first meets the surface, from when on
-    its centre rests, and until when."""
+    """`contact_s`, `settled_s`, `retract_s`: first contact, and start and end of the rest of the
+    ball centre."""
     surface_world: Float
     """(3,), mm: the point that is touched."""
     normal_world: Float
@@ -99,7 +97,7 @@ class ScriptedTouch:
 
 @dataclass(frozen=True, slots=True)
 class _Timeline:
-    """Everything that `Operator.extend` replaces at once."""
+    """State that `Operator.extend` replaces atomically."""
 
     segments: Float
     touches: tuple[ScriptedTouch, ...]
@@ -111,16 +109,9 @@ class _Timeline:
 
 
 class Operator:
-    """The script; any thread may ask for the motion while another one extends it.
+    """The script; thread-safe between reading motion and extending.
 
-    Parameters
-    ----------
-    part
-        What is touched.
-    tip_radius
-        True radius of the ball, mm.
-    touches
-        What to touch, in order.
+    ``tip_radius`` is the true radius of the ball, mm.
     """
 
     def __init__(self, part: Part, tip_radius: float, touches: Touches, seed: int) -> None:
@@ -141,27 +132,25 @@ class Operator:
 
     @property
     def duration_s(self) -> float:
-        """Return when the script ends, s."""
+        """Return the end of the script, s."""
         return self._timeline.end_s
 
     @property
     def touches(self) -> tuple[ScriptedTouch, ...]:
-        """Return all touches of the script so far."""
         return self._timeline.touches
 
     def extend(self, touches: Touches, not_before_s: float) -> None:
-        """Append touches after the end of the script, or after ``not_before_s`` if later.
+        """Append touches after the end of the script, or after `not_before_s` if later.
 
-        The places are new ones, even for a feature that was touched before.
+        Touch points are new, even for a feature touched before.
         """
         with self._lock:
             self._timeline = self._extended(self._timeline, touches, not_before_s)
 
     def complete(self, missing: Missing, not_before_s: float) -> None:
-        """Append the touches that gave no point, at the places where they were made.
+        """Append the touches that gave no point, at their original places.
 
-        Other places would not do: some that happen to lie on one side of a slot do not determine
-        it, although their number is right.
+        Other places may not determine the feature, for example all on one side of a slot.
         """
         with self._lock:
             self._timeline = self._extended(
@@ -169,7 +158,7 @@ class Operator:
             )
 
     def interrupt(self, at_s: float) -> None:
-        """End the script at a time; a touch that is not over by then is none."""
+        """End the script at a time, dropping unfinished touches."""
         with self._lock:
             old = self._timeline
             begun = old.segments[:, kernels.T0] < at_s
@@ -178,14 +167,14 @@ class Operator:
             self._timeline = _Timeline(old.segments[begun], over, old.rounds)
 
     def resume(self, tip_world: Float, attitude: Float, at_s: float) -> None:
-        """Bring the probe home from where it is: up first, so that it clears the part.
+        """Bring the probe home from its place: up first, so that it clears the part.
 
         Parameters
         ----------
         tip_world, attitude
             (3,), mm, and (3,), rad: ball centre, and attitude as a rotation vector.
         at_s
-            When, after the end of the script.
+            Start time, after the end of the script.
         """
         with self._lock:
             old = self._timeline
@@ -199,7 +188,7 @@ class Operator:
             )
 
     def motion(self, times_s: Float) -> Motion:
-        """Return the probe at the given times (n,), s, ascending; a pure function of time."""
+        """Return the probe at times (n,), s, ascending; a pure function of time."""
         n = len(times_s)
         rotation, tip = np.empty((n, 3, 3)), np.empty((n, 3))
         button, contact = np.empty(n, dtype=np.bool_), np.empty(n, dtype=np.bool_)
@@ -243,7 +232,7 @@ class Operator:
     def _open(
         self, artefact: Artefact, count: int, taken: Float, rng: np.random.Generator
     ) -> Contacts:
-        """Return ``count`` of the first places of a surface: those without a point (n, 3)."""
+        """Return the first `count` touch points of a surface without a point in (n, 3)."""
         places = self._places.get(artefact.name)
         if places is None or len(places.points) < count:
             places = sample(artefact, count + len(taken), rng)
@@ -293,8 +282,6 @@ class Operator:
 
 
 class _Writer:
-    """Writes segments one after the other."""
-
     def __init__(self, place: Float, start_s: float, attitude: Float | None = None) -> None:
         self.segments: list[Float] = []
         self.touches: list[ScriptedTouch] = []
@@ -372,7 +359,7 @@ def _draw_tremor(rng: np.random.Generator) -> Float:
 def _top(artefact: Artefact) -> Float:
     """Return the points (n, 3) of a surface that may be its highest, mm, part frame.
 
-    It is one, along its own axis; of a surface with places of its own all of these.
+    The axial top point, or all touch points of a surface that lists its own.
     """
     if isinstance(artefact, TouchedEntry):
         return np.array(artefact.places)

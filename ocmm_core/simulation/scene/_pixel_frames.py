@@ -1,7 +1,7 @@
-"""Cameras of the virtual rig down to their pixels: light, sensor, windows, spots.
+"""Rendered cameras of the virtual rig: light, sensor, windows, spots.
 
-It serves the frames of a software camera (`pattern.CameraFrames`) and obeys its electronics
-(`pattern.SensorControl`). Only the windows and the lines of the search are rendered.
+Implements `pattern.CameraFrames` and `pattern.SensorControl` for software cameras. Only the windows
+and the search lines are rendered.
 """
 
 from __future__ import annotations
@@ -24,21 +24,19 @@ from ocmm_core.simulation.scene._sensor import Sensor, SensorOptions, normal_tab
 from ocmm_core.simulation.slave import Frames
 
 CHUNK_FRAMES = 80
-"""Frames that are made at once, and what lies between two remembered states."""
+"""Frames per chunk, the distance between stored states."""
 
 _KEPT_CHUNKS = 128
 _MILESTONE = 100
-"""Every so many chunks a state is remembered for ever: one a second at 8 kHz."""
+"""Every this many chunks a state is kept permanently: one per second at 8 kHz."""
 _CACHED_CHUNKS = 4
 _CATCH_UP_CHUNKS = 200
-"""A camera that is asked for frames beyond these stood still in between and starts anew."""
+"""A camera that must skip more chunks than this was idle and restarts."""
 _FACTORY_FRAMES = 64
 
 
 @dataclass(slots=True)
 class _Camera:
-    """One camera: how it is set, and what it remembers."""
-
     sensor: Sensor
     finder: SpotFinder
     exposure_ns: int
@@ -50,27 +48,23 @@ class _Camera:
     frame: int = 0
 
     def forget(self) -> None:
-        """Let the camera begin anew with the next frames."""
+        """Restart the camera with the next frames."""
         self.states.clear()
         self.starts.clear()
         self.chunks.clear()
 
 
 class PixelFrames:
-    """What the cameras of a virtual rig see, through their pixels; used by one thread.
+    """Cameras of a virtual rig with rendered pixels; for one thread.
 
-    A camera begins to search with the first frames that it is asked for after it was made or set,
-    and whenever it is asked for frames that are far ahead. From there on its frames are a function
-    of script, options and settings: asked again, in whatever pieces, it gives the same.
+    A camera starts searching with the first frames requested after it was made or configured, and
+    after long gaps. From there its frames are a function of script, options and settings, for any
+    grouping of requests.
 
     Parameters
     ----------
-    rig
-        Where the LEDs shine.
-    options
-        What the sensors are like.
     spots
-        How spots are found; noise, scale and times follow from sensor and rig.
+        Spot detection; noise, scale and times follow from sensor and rig.
     """
 
     def __init__(
@@ -99,14 +93,14 @@ class PixelFrames:
             )
 
     def camera_frames(self, camera: int, first: int, count: int) -> Frames:
-        """Return what a camera sends for ``count`` frames from ``first`` on; see `CameraFrames`."""
+        """Return `count` frames of a camera from `first`; see `CameraFrames`."""
         block = self.spots(camera, first, count)
         probe = self.rig.flags(self.rig.motion(first, count), first)
         saturated = np.where(block.saturated, FrameFlag.SATURATED, 0)
         return block.valid, (probe | saturated).astype(np.uint16), block.uv
 
     def frames(self, first: int, count: int) -> FrameBlock:
-        """Return what all cameras send, joined as on the host."""
+        """Return the frames of all cameras, joined as on the host."""
         seen = [self.camera_frames(camera, first, count) for camera in range(len(self._cameras))]
         counter = np.arange(first, first + count, dtype=np.int64)
         return FrameBlock(
@@ -144,13 +138,13 @@ class PixelFrames:
         strobe: int,
         windows: tuple[tuple[int, int, int, int], ...],
     ) -> None:
-        """Set a camera; it begins to search anew. See `SensorControl`.
+        """Configure a camera, which restarts searching. See `SensorControl`.
 
         Raises
         ------
         InputError
-            The exposure is longer than the frame period, the threshold is zero, or a window does
-            not lie on the sensor.
+            The exposure exceeds the frame period, the threshold is zero, or a window lies outside
+            the sensor.
         """
         unit = self._cameras[camera]
         if not 0 < exposure_ns <= self.rig.frame_period_ns:
@@ -169,13 +163,7 @@ class PixelFrames:
     def image(
         self, camera: int, left: int, top: int, width: int, height: int
     ) -> NDArray[np.uint16]:
-        """Return a region (height, width) of the frame that the camera was last asked for.
-
-        Raises
-        ------
-        InputError
-            The region does not lie on the sensor.
-        """
+        """Return a region of the camera's last frame; raise InputError if off the sensor."""
         unit = self._cameras[camera]
         sensor = unit.sensor
         if (
@@ -194,18 +182,12 @@ class PixelFrames:
         return sensor.picture(unit.frame, lights, unit.exposure_ns, left, top, width, height)
 
     def black_image(self, camera: int, frames: int) -> NDArray[np.uint16]:
-        """Return the mean of so many frames of the whole sensor with the LEDs off."""
+        """Return the mean of `frames` frames of the whole sensor with the LEDs off."""
         unit = self._cameras[camera]
         return unit.sensor.black_image(frames, unit.exposure_ns)
 
     def set_black_image(self, camera: int, image: NDArray[np.uint16] | None) -> None:
-        """Subtract this picture from now on, or nothing; the camera begins to search anew.
-
-        Raises
-        ------
-        InputError
-            The picture has not the size of the sensor.
-        """
+        """Subtract this image, or none, and restart the search; InputError for wrong size."""
         unit = self._cameras[camera]
         shape = (unit.sensor.height, unit.sensor.width)
         if image is not None and image.shape != shape:
@@ -218,7 +200,7 @@ class PixelFrames:
         unit.forget()
 
     def temperature_c(self, camera: int) -> float:
-        """Return the temperature of the sensor, degrees Celsius; all cameras have the same."""
+        """Return the sensor temperature, degrees Celsius; the same for all cameras."""
         return self._cameras[camera].sensor.options.temperature_c
 
     def _finder(self, sensor: Sensor, threshold: int, start: tuple[Window, ...]) -> SpotFinder:
@@ -246,7 +228,7 @@ class PixelFrames:
         return unit.chunks[number]
 
     def _make(self, camera: int, number: int) -> None:
-        """Make a chunk whose state is known, and remember the state after it."""
+        """Make a chunk from its stored state, and store the state after it."""
         unit = self._cameras[camera]
         finder, sensor = unit.finder, unit.sensor
         first = number * CHUNK_FRAMES
@@ -268,15 +250,13 @@ class PixelFrames:
 
 
 class PixelScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A virtual rig with pixels in words: what a process needs to build the same one."""
+    """Serialisable description of `PixelFrames`."""
 
     pixels: SensorOptions
-    """What the sensors are like."""
     script: RigScript
-    """What they look at."""
 
     def to_json(self) -> str:
-        """Return the script as text."""
+        """Return the script as JSON."""
         return msgspec.json.encode(self).decode("utf-8")
 
     def build(self) -> PixelFrames:
@@ -285,7 +265,7 @@ class PixelScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 def _matched(spots: SpotOptions, sensor: SensorOptions) -> SpotOptions:
-    """Return the options of a camera whose maker knows its sensor."""
+    """Return spot options matched to the noise and gain of the sensor."""
     gain = sensor.electrons_per_count
     return replace(
         spots,

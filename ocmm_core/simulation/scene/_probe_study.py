@@ -1,8 +1,8 @@
-"""How far the calibration of a probe is wrong by noise alone: the simulation of thesis 3.2.1.
+"""Error of a probe calibration due to noise alone: simulation of thesis 3.2.1.
 
-The LEDs are turned about the tip by angles that are uniform in a range, noise is added to every
-position, and the tip is estimated; many times. The same can be asked of the product's estimator,
-which sees spots of a rig instead of positions.
+The LEDs are turned about the tip by uniformly distributed angles, noise is added to every position,
+and the tip is estimated; many times. The product's estimator, which uses spots of a rig instead of
+positions, can be studied as well.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ Estimator = Literal["thesis", "common", "bundle"]
 """Mean of one sphere for each LED; one common centre; adjustment on the spots of a rig."""
 
 _CHUNK = 2000
-"""Poses whose numbers stay in the cache together."""
+"""Poses whose data fit into the cache together."""
 
 _RUNS_A_TASK = 20
 
 
 @dataclass(frozen=True, slots=True)
 class ProbeStudy:
-    """What is simulated."""
+    """Parameters of a study."""
 
     leds: Points3
     """(L, 3), mm: from the tip (thesis Table 2)."""
@@ -51,31 +51,29 @@ class ProbeStudy:
     poses: int
     estimator: Estimator = "thesis"
     with_leds: bool = True
-    """Also average the LEDs and compare them (figure 15); the tip alone is much quicker."""
+    """Also average the LEDs and compare them (figure 15); the tip alone is much faster."""
     rig: Rig | None = None
     spot_sigma_px: float = 0.0105
     centre_world: Float | None = None
-    """`rig`, `spot_sigma_px`, `centre_world`: For "bundle": the cameras, the noise of a spot, px,
-    and where the ball rests, (3,), mm."""
+    """`rig`, `spot_sigma_px`, `centre_world`: for "bundle": cameras, spot noise, px, and ball
+    centre, (3,), mm."""
 
 
 @dataclass(frozen=True, slots=True)
 class StudyResult:
-    """Errors of every run, in the order of the runs."""
+    """Errors of all runs, in order."""
 
     centre_errors: Float
-    """(r, 3), mm: estimated less true centre of the ball, world."""
+    """(r, 3), mm: estimated minus true ball centre, world."""
     tip_errors: Float
-    """(r, 3), mm: of the tip in the frame of the LEDs, which is what counts in use; NaN without
-    LEDs."""
+    """(r, 3), mm: tip in the LED frame, relevant in use; NaN without LEDs."""
     led_errors: Float
-    """(r,), mm: mean distance of the averaged LEDs from the true ones (figure 15); NaN without."""
+    """(r,), mm: mean distance of averaged from true LEDs (figure 15); NaN without LEDs."""
     cpu_s: float
-    """Processor time of all runs."""
 
     @property
     def distances(self) -> Float:
-        """Return the length of every error of the centre (r,), mm (figure 14)."""
+        """Return the norms of the centre errors (r,), mm (figure 14)."""
         distances: Float = np.linalg.norm(self.centre_errors, axis=1)
         return distances
 
@@ -89,7 +87,7 @@ def draw_angles(study: ProbeStudy, rng: np.random.Generator, count: int) -> Floa
 def draw_targets(study: ProbeStudy, rng: np.random.Generator) -> tuple[Float, Float]:
     """Return the moments (L, 13) of one run's paths and its targets (n, L, 3), mm.
 
-    The targets are empty unless the LEDs are wanted.
+    The targets are empty unless the LEDs are requested.
     """
     n_leds = len(study.leds)
     moments = np.zeros((n_leds, 13))
@@ -128,16 +126,12 @@ def run_study(
     progress: Callable[[int], None] = lambda done: None,
     site: Site = HERE,
 ) -> StudyResult:
-    """Return the errors of many runs, the same however many processes or computers share them.
+    """Return the errors of many runs, independent of their distribution.
 
     Parameters
     ----------
     processes
-        Of this computer; without, the site decides. With one, everything happens in this process.
-    progress
-        Called with the number of runs that are done.
-    site
-        Where is computed.
+        On this computer; None lets the site decide. With one, everything runs in this process.
 
     Raises
     ------
@@ -174,7 +168,7 @@ def _parts(
 
 
 def _run_some(study: ProbeStudy, seeds: list[np.random.SeedSequence]) -> tuple[Float, float]:
-    """Return rows of errors (m, 7) and the processor time that they took."""
+    """Return rows of errors (m, 7) and their processor time."""
     began = time.process_time()
     found = [run_once(study, seed) for seed in seeds]
     rows = np.array([[*centre, *tip, led] for centre, tip, led in found])
@@ -182,7 +176,7 @@ def _run_some(study: ProbeStudy, seeds: list[np.random.SeedSequence]) -> tuple[F
 
 
 def _led_errors(study: ProbeStudy, arms: Points3) -> tuple[Float, float]:
-    """Return the error of the tip in the frame of the LEDs, and the mean one of the LEDs."""
+    """Return the tip error in the LED frame, and the mean error of the LEDs."""
     s = arms.T @ study.leds
     u, _, vt = np.linalg.svd(s)
     turn = vt.T @ np.diag([1.0, 1.0, np.sign(np.linalg.det(vt.T @ u.T))]) @ u.T

@@ -1,4 +1,4 @@
-"""The compiled inner loop of the study of the probe calibration: paths of LEDs with noise."""
+"""Compiled inner loop of the probe calibration study: LED paths with noise."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ def add_paths(
 ) -> None:  # fmt: skip
     """Turn the LEDs about the tip, add noise, and add to the moments of their paths.
 
-    Numbers that belong to one pose stand in one column, so that several poses are computed at
-    once. Single precision serves turns and noise: it moves an LED by some 10 nm at random, a
-    hundredth of the noise at most, which adds to it by its square.
+    Data of a pose is one column, so that several poses are vectorised. Single precision serves
+    turns and noise: it moves an LED by some 10 nm at random, a hundredth of the noise at most,
+    which adds to it by its square.
 
     Parameters
     ----------
@@ -30,13 +30,13 @@ def add_paths(
     leds, sigma
         (L, 3), mm, from the tip; (3,), mm, world.
     first
-        Number of the first of these poses.
+        Number of the first pose.
     turns
-        (9, m): room for the rotations.
+        (9, m): scratch space for the rotations.
     moments
         (L, 13), added to: `pivot.add_moments` with the LEDs as reference.
     points
-        (n, L, 3), mm, out: the noisy targets; (0, L, 3) where nobody wants them.
+        (n, L, 3), mm, output: noisy targets; (0, L, 3) to skip them.
     """
     m = sines.shape[1]
     for i in range(m):
@@ -55,11 +55,11 @@ def add_paths(
     for led in range(leds.shape[0]):
         lx, ly, lz = leds[led, 0], leds[led, 1], leds[led, 2]
         noise_x, noise_y, noise_z = noise[3 * led], noise[3 * led + 1], noise[3 * led + 2]
-        # Sums of y = target less the LED at rest, which keeps the digits: see `add_moments`.
+        # Sums of y = target minus the LED at rest, for numerical precision: see `add_moments`.
         tx = ty = tz = 0.0
         xx = xy = xz = yy = yz = zz = qx = qy = qz = 0.0
         for i in range(m):
-            # The tip is the origin of the world here, so that no translation follows.
+            # The tip is the origin of the world here: no translation.
             x = turns[0, i] * lx + turns[1, i] * ly + turns[2, i] * lz + sigma[0] * noise_x[i] - lx
             y = turns[3, i] * lx + turns[4, i] * ly + turns[5, i] * lz + sigma[1] * noise_y[i] - ly
             z = turns[6, i] * lx + turns[7, i] * ly + turns[8, i] * lz + sigma[2] * noise_z[i] - lz
@@ -90,7 +90,7 @@ def add_paths(
         own[10] += qx
         own[11] += qy
         own[12] += qz
-        # Computed once more rather than kept: few studies want the targets themselves.
+        # Recomputed: few studies need the targets themselves.
         if points.shape[0] > 0:
             for i in range(m):
                 at = points[first + i, led]

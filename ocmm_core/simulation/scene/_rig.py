@@ -1,8 +1,8 @@
-"""The virtual rig: cameras that see an operator touch a part with a probe.
+"""Virtual rig: cameras that observe an operator touching a part with a probe.
 
-What a camera sees in a frame is a pure function of the frame number, whatever the blocks in
-which it is asked for and whichever process asks: every software camera on the bus builds the
-same rig from the same script and asks for its own frames only.
+A camera's view is a pure function of the frame number, for any grouping of requests and any
+process: every software camera builds the same rig from the same script and requests its own frames
+only.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ from ocmm_core.simulation.scene._world import (
 from ocmm_core.tracking import LedBody, ProbeBody, ReferenceBody, dark_bits
 
 _BLOW_NS = 1_000_000_000
-"""A blow is reported for so long."""
+"""Duration of a shock report."""
 
 CameraFrames = tuple[NDArray[np.uint16], NDArray[np.uint16], Float]
-"""Valid slots (n,), flags (n,) and spots (n, 8, 2), px, of one camera, as they go on the wire."""
+"""Valid slots (n,), flags (n,) and spots (n, 8, 2), px, of one camera, as sent on the wire."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Lights:
-    """LEDs of one body: true places (L, 3), mm, what is known of it, and slots (L,) of each."""
+    """LEDs of one body: true places (L, 3), mm, documented data, and slots (L,) of each."""
 
     leds: Float
     body: LedBody
@@ -53,21 +53,17 @@ class VirtualRig:
     Parameters
     ----------
     rig, body, part
-        What the documents say. The truth about cameras and probe differs from it by a draw from
-        its covariance.
-    touches
-        What the operator touches: names of features of the part and numbers of touches.
+        From their documents. True cameras and probe deviate by a draw from the documents'
+        covariance.
     seed
-        Of everything that is drawn; 0 to 2^63 - 1.
-    options
-        Which imperfections there are.
+        Of all random draws; 0 to 2^63 - 1.
     frame_rate_hz
-        Exposures a second; that of the rig unless given.
+        Exposures per second; default: that of the rig.
     reference
-        Reference body, fixed to the part where its document says; its LEDs are numbered on after
-        those of the probe.
+        Reference body, attached to the part as its document states; its LED numbers follow those of
+        the probe.
     behind_body
-        LEDs, from 0, that the body of the probe hides from everybody.
+        LEDs, from 0, permanently hidden by the probe's body.
     """
 
     def __init__(
@@ -107,7 +103,7 @@ class VirtualRig:
 
     @property
     def n_slots(self) -> int:
-        """Return the slots of every camera: as many as LEDs, and no fewer than cameras have."""
+        """Return the slots of every camera: at least the number of LEDs and a camera's minimum."""
         return self._world.n_slots
 
     @property
@@ -127,7 +123,7 @@ class VirtualRig:
 
     @property
     def truth(self) -> Truth:
-        """Return what is truly there, with the touches of the script so far."""
+        """Return the truth, with the touches of the script so far."""
         world = self._world
         return Truth(
             cameras=world.cameras,
@@ -156,38 +152,38 @@ class VirtualRig:
         )
 
     def extend(self, touches: Touches, after_frame: int = 0) -> None:
-        """Append touches after the end of the script, or after ``after_frame`` if that is later.
+        """Append touches after the end of the script, or after `after_frame` if later.
 
-        Any thread may call this while another one reads frames.
+        Thread-safe.
         """
         self._operator.extend(touches, after_frame * self.frame_period_ns * 1e-9)
 
     def complete(self, missing: Missing, after_frame: int) -> None:
-        """Append the touches that gave no point, as `extend` does, where they were made."""
+        """Append the touches that gave no point, as `extend` does, at the same places."""
         self._operator.complete(missing, after_frame * self.frame_period_ns * 1e-9)
 
     def motion(self, first: int, count: int) -> Motion:
-        """Return where the probe truly is in ``count`` frames from ``first`` on."""
+        """Return the true probe motion in `count` frames from `first`."""
         return self._nudged(self.operator_motion(first, count), first)
 
     def operator_motion(self, first: int, count: int) -> Motion:
-        """Return the same as the operator means it, in the world as it is before any nudge."""
+        """Return the operator's motion, in the world before any nudge."""
         return self._operator.motion(self._times(first, count))
 
     def interrupt(self, frame: int) -> None:
-        """End the script at a frame: the operator gives the probe away."""
+        """End the script at a frame: the operator releases the probe."""
         self._operator.interrupt(frame * self.frame_period_ns * 1e-9)
 
     def resume(self, tip_world: Float, attitude: Float, frame: int) -> None:
-        """Let the operator take the probe from where it is, (3,), mm and rad, and bring it home."""
+        """Return the probe at (3,), mm and rad, to the operator, who brings it home."""
         self._operator.resume(tip_world, attitude, frame * self.frame_period_ns * 1e-9)
 
     def led_frames(
         self, motion_at: Callable[[Float], Motion], first: int, count: int
     ) -> FrameBlock:
-        """Return what all cameras see of a probe that somebody else moves.
+        """Return all cameras' frames of an externally moved probe.
 
-        ``motion_at`` is asked once, for the times (count,), s, of the frames from ``first`` on.
+        ``motion_at`` is called once, with the times (count,), s, of the frames from ``first``.
         """
         return self.frames_of(self._nudged(motion_at(self._times(first, count)), first), first)
 
@@ -203,19 +199,19 @@ class VirtualRig:
         )
 
     def reference_pose(self, first: int, count: int) -> tuple[Float, Float]:
-        """Return where the reference body truly is: (count, 3, 3) and (count, 3), mm, world."""
+        """Return the true reference body poses: (count, 3, 3) and (count, 3), mm, world."""
         pose = self._T_world_from_reference or RigidTransform.identity()
         turn, shift = nudged(self.options.nudges, np.arange(first, first + count))
         return turn @ pose.rotation, turn @ pose.translation + shift
 
     def camera_frames(self, camera: int, first: int, count: int) -> CameraFrames:
-        """Return what one camera sees in ``count`` frames from ``first`` on."""
+        """Return `count` frames of one camera from `first`."""
         motion = self.motion(first, count)
         valid, uv = self._see(camera, motion, first, count, self._white(camera, first, count))
         return valid.astype(np.uint16), self.flags(motion, first).astype(np.uint16), uv
 
     def flags(self, motion: Motion, first: int) -> NDArray[np.uint32]:
-        """Return the flags of the probe in the frames of a motion from frame ``first`` on."""
+        """Return the probe flags in the frames of a motion from frame `first`."""
         flags = np.where(motion.button, FrameFlag.BUTTON, 0).astype(np.uint32)
         frames = np.arange(first, first + len(flags))
         for drop in self.options.drops:
@@ -224,15 +220,14 @@ class VirtualRig:
         return flags
 
     def led_images(self, camera: int, first: int, count: int) -> tuple[NDArray[np.bool_], Float]:
-        """Return where the LEDs truly shine on a sensor in ``count`` frames from ``first`` on.
+        """Return the true LED images of a camera in `count` frames from `first`.
 
         Returns
         -------
         visible
-            (count, L) bool, by number of the LED, those of a reference body last.
+            (count, L) bool, by LED number, those of a reference body last.
         uv
-            (count, L, 2), px: without white noise, with the pattern of the optics; NaN where not
-            visible.
+            (count, L, 2), px: without white noise, with the optical pattern; NaN if not visible.
         """
         slots = np.concatenate([self._world.slots[camera], self._world.reference_slots[camera]])
         white = np.zeros((count, len(slots), 2))
@@ -241,11 +236,11 @@ class VirtualRig:
         return np.isfinite(by_led[..., 0]), by_led
 
     def frames(self, first: int, count: int) -> FrameBlock:
-        """Return what all cameras see in ``count`` frames from ``first`` on."""
+        """Return `count` frames of all cameras from `first`."""
         return self.frames_of(self.motion(first, count), first)
 
     def frames_of(self, motion: Motion, first: int) -> FrameBlock:
-        """Return what all cameras see of a probe that moves like this from frame ``first`` on."""
+        """Return all cameras' frames of a probe motion from frame `first`."""
         count = len(motion.tip_world)
         seen = [
             self._see(camera, motion, first, count, self._white(camera, first, count))
@@ -298,7 +293,7 @@ class VirtualRig:
         self, camera: int, first: int, rotation: Float, origin: Float, lights: _Lights,
         white: Float, hidden: NDArray[np.uint64],
     ) -> tuple[NDArray[np.uint64], Float]:  # fmt: skip
-        """Return valid slots (n,) and spots (n, S, 2) that a camera has of one body."""
+        """Return valid slots (n,) and spots (n, S, 2) of one body in a camera."""
         count = len(origin)
         valid, uv = np.empty(count, dtype=np.uint64), np.empty((count, self.n_slots, 2))
         model, pattern = self._world.cameras[camera], self._world.patterns[camera]
@@ -331,7 +326,7 @@ class VirtualRig:
         return valid, uv
 
     def _places_of(self, camera: int) -> list[tuple[int, Float]]:
-        """Return from which frame on a camera stands where, for the kernel; the first from 0 on."""
+        """Return the poses of a camera for the kernel with their first frames."""
         model = self._world.cameras[camera]
         places = [(0, model.packed())]
         for bump in self.options.bumps:
@@ -345,12 +340,12 @@ class VirtualRig:
         return frames * (self.frame_period_ns * 1e-9)
 
     def _frame_at(self, time_s: float) -> int:
-        """Return the first frame that is not before a time."""
+        """Return the first frame at or after a time."""
         return int(np.ceil(time_s / (self.frame_period_ns * 1e-9) - 1e-6))
 
 
 def _place_of(part: Part) -> RigidTransform:
-    """Return where a reference body stands on a part, world frame."""
+    """Return the pose of a reference body attached to a part, world frame."""
     if part.T_part_from_reference is None:
         raise InputError(
             "part.reference",

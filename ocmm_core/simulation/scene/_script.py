@@ -1,4 +1,4 @@
-"""A virtual rig in words, and the rig that they say."""
+"""Serialisable description of a virtual rig."""
 
 from __future__ import annotations
 
@@ -21,28 +21,21 @@ S = TypeVar("S", bound=msgspec.Struct)
 
 
 class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A virtual rig in words: what a process needs to build the same one.
-
-    Attributes
-    ----------
-    rig, probe, part, reference
-        Paths of the documents; that of the reference body is empty without one.
-    """
+    """Serialisable description of a `VirtualRig`, with the paths of its documents."""
 
     rig: str
     probe: str
     part: str
     touches: tuple[tuple[str, int], ...]
-    """Names of features and numbers of touches."""
     seed: int
     options: WorldOptions = WorldOptions()
     frame_rate_hz: int = 0
-    """`seed`, `options`, `frame_rate_hz`: As in `VirtualRig`; a rate of zero is that of the rig
-    document."""
+    """`seed`, `options`, `frame_rate_hz`: as in `VirtualRig`; rate 0 is that of the rig document.
+    """
     reference: str = ""
 
     def to_json(self) -> str:
-        """Return the script as text."""
+        """Return the script as JSON."""
         return msgspec.json.encode(self).decode("utf-8")
 
     def build(self) -> VirtualRig:
@@ -63,10 +56,10 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 @lru_cache(maxsize=8)
 def _behind_body(probe: str, identity: str) -> tuple[int, ...]:
-    """Return the LEDs that the body of a probe hides, by its shipped design; none without one.
+    """Return the LEDs hidden by the body of a probe, by its shipped design, if any.
 
-    Half a million places are looked at, which takes as long as the rest of a virtual rig: once for
-    each probe, whose document is known by its ``identity``.
+    Tests half a million directions, as slow as the rest of a virtual rig; cached per probe document
+    by its ``identity``.
     """
     body = load_probe(Path(probe))
     design = shipped_design(body)
@@ -74,13 +67,7 @@ def _behind_body(probe: str, identity: str) -> tuple[int, ...]:
 
 
 def decode_script(text: str | bytes, kind: type[S]) -> S:
-    """Return the script in ``text``.
-
-    Raises
-    ------
-    InputError
-        The text is no such script.
-    """
+    """Return the script in `text`; raise InputError if it is invalid."""
     try:
         return msgspec.json.decode(text, type=kind)
     except msgspec.DecodeError as error:

@@ -1,10 +1,10 @@
-"""A virtual image sensor: what its pixels count when LEDs shine on it.
+"""Virtual image sensor: pixel counts under LED light.
 
-The default values make a spot scatter by the 0.030 px that the rig documents state for one
-exposure: with the camera's default exposure of 20 us an LED gives 8400 electrons in a spot of 1 px
-(sigma), on 40 electrons of read noise. That is the sensor of the thesis (2.1: 66 dB, thus 40 of
-80,000 electrons), behind an amplifier that lets the 14 bits count single electrons, so that the
-default threshold of 200 counts is five times the read noise.
+With the defaults a spot scatters by 0.030 px as in the rig documents for one exposure: at the
+camera's default exposure of 20 us an LED gives 8400 electrons in a spot of 1 px (sigma), on 40
+electrons of read noise. This is the sensor of the thesis (2.1: 66 dB, so 40 of 80,000 electrons),
+with an amplifier that lets the 14 bits count single electrons, so that the default threshold of 200
+counts is five times the read noise.
 """
 
 from __future__ import annotations
@@ -25,44 +25,37 @@ _COMA_PART = 0.2
 
 @dataclass(frozen=True, slots=True)
 class SensorOptions:
-    """What the sensor and the light are like."""
+    """Properties of sensor and light."""
 
     spot_sigma_px: float = 1.0
-    """Of the round Gaussian spot that lens and LED make."""
+    """Sigma of the round Gaussian spot of lens and LED."""
     coma_px: float = 0.0
-    """A fifth of the light falls this much further out at the corner of the sensor, and in
-    proportion to the distance from its middle elsewhere."""
+    """Outward shift of a fifth of the light at the corner of the sensor, proportional to the
+    distance from its middle elsewhere."""
     led_electrons_per_us: float = 420.0
-    """All electrons of one LED for each microsecond of exposure."""
+    """Electrons of one LED per microsecond of exposure."""
     background_electrons_per_us: float = 1.0
-    """Ambient light, each pixel."""
+    """Ambient light per pixel."""
     read_noise_electrons: float = 40.0
-    """Standard deviation of a pixel in the dark."""
+    """Standard deviation of a dark pixel."""
     dark_level_counts: float = 500.0
-    """Mean of the converter in the dark."""
+    """Mean dark count."""
     dark_spread_electrons: float = 60.0
-    """Standard deviation of the dark signal from pixel to pixel."""
+    """Standard deviation of the dark signal between pixels."""
     hot_part: float = 1e-4
     hot_electrons: float = 2000.0
-    """`hot_part`, `hot_electrons`: Part of the pixels that have, on the average, so much more dark
-    signal (exponential)."""
+    """`hot_part`, `hot_electrons`: fraction of hot pixels and their mean excess dark signal
+    (exponential)."""
     response_spread: float = 0.01
-    """Relative standard deviation of the response to light from pixel to pixel."""
+    """Relative standard deviation of the response to light between pixels."""
     electrons_per_count: float = 1.0
     bits: int = 14
-    """`electrons_per_count`, `bits`: The converter."""
     temperature_c: float = 35.0
     factory_black: bool = True
-    """The camera starts with a black image of its own: the thesis keeps it in flash memory."""
+    """The camera starts with a factory black image, as the thesis' in flash memory."""
 
     def __post_init__(self) -> None:
-        """Refuse what no sensor is like.
-
-        Raises
-        ------
-        InputError
-            A number is out of range.
-        """
+        """Raise InputError for values out of range."""
         for name, low, high in (
             ("spot_sigma_px", 0.3, 5.0),
             ("coma_px", -5.0, 5.0),
@@ -101,21 +94,12 @@ def normal_table() -> Float:
 
 
 class Sensor:
-    """The sensor of one camera; whatever it shows is a function of its arguments.
-
-    Parameters
-    ----------
-    width, height
-        px.
-    options
-        What it is like.
-    normal
-        `normal_table`.
+    """Sensor of one camera; all results are functions of their arguments.
 
     Attributes
     ----------
     pattern_key, frame_stream
-        Keys of the fixed pattern and of the noise of frames, as `exposure` takes them.
+        Keys of the fixed pattern and of the noise of frames, see `exposure`.
     """
 
     def __init__(
@@ -130,7 +114,7 @@ class Sensor:
         )
 
     def packed(self, exposure_ns: int) -> Float:
-        """Return sensor and exposure as the compiled loop takes them, (N_PACKED,)."""
+        """Return sensor and exposure for the compiled loop, (N_PACKED,)."""
         o = self.options
         background = o.background_electrons_per_us * 1e-3 * exposure_ns
         return np.array(
@@ -143,9 +127,9 @@ class Sensor:
         )  # fmt: skip
 
     def lights(self, uv: Float, lit: NDArray[np.bool_], exposure_ns: int) -> Float:
-        """Return the light of LEDs at ``uv`` (..., L, 2), px, as (..., m, 3): centre, electrons.
+        """Return the light of LEDs at `uv` (..., L, 2), px, as (..., m, 3): centre, electrons.
 
-        ``lit`` (L,) says which ones the strobe lights; the others, and those at NaN, give none.
+        ``lit`` (L,): LEDs lit by the strobe; the others, and those at NaN, give no light.
         """
         o = self.options
         electrons = o.led_electrons_per_us * 1e-3 * exposure_ns
@@ -175,10 +159,9 @@ class Sensor:
         return self._expose(key, lights, exposure_ns, 1.0, left, top, width, height)
 
     def black_image(self, frames: int, exposure_ns: int) -> NDArray[np.uint16]:
-        """Return the mean (height, width), counts, of so many frames without LEDs.
+        """Return the mean (height, width), counts, of `frames` frames without LEDs.
 
-        Each frame has noise that nothing else uses; its mean is drawn at once, because a sum of
-        normal numbers is one.
+        Noise is independent between frames, so its mean is drawn at once.
         """
         if frames < 1:
             raise InputError(

@@ -1,4 +1,4 @@
-"""The virtual rig as a source of frames, as fast as the reader takes them or paced in time."""
+"""The virtual rig as a frame source, paced or as fast as the reader."""
 
 from __future__ import annotations
 
@@ -15,46 +15,45 @@ from ocmm_core.simulation.scene._operator import Missing, Motion, Touches
 from ocmm_core.simulation.scene._rig import VirtualRig
 
 BLOCK_NS = 10_000_000
-"""A read brings the frames of 10 ms."""
+"""Frames of 10 ms per read."""
 
 _MOST_ROUNDS = 3
-"""How often an operator whom nobody watches tries again before giving up."""
+"""Maximum retries of missing touches by an unattended operator."""
 
 SLOWEST = 0.1
 """Below this speed one read would take longer than a source may block."""
 
 
 class LedHand(Protocol):
-    """Holds the probe instead of the scripted operator, as somebody leads it."""
+    """Holder of the probe instead of the scripted operator."""
 
     def begin(self, tip_world: Float, attitude: Float) -> None:
         """Take the probe: ball centre (3,), mm, and attitude as a rotation vector (3,), rad."""
         ...
 
     def motion(self, times_s: Float) -> Motion:
-        """Move on, and return the probe at the times (n,), s, of the next frames."""
+        """Advance, and return the probe at the times (n,), s, of the next frames."""
         ...
 
     def place(self) -> tuple[Float, Float]:
-        """Return ball centre and attitude as they are, as `begin` takes them."""
+        """Return ball centre and attitude in the form of `begin`."""
         ...
 
 
 class SimulatedSource:
     """A `FrameSource` that reads a virtual rig.
 
-    It is not live: a reader that is slow makes the time of the rig pass more slowly, and no frame
-    is lost.
+    Not live: rig time waits for slow readers, and no frame is lost.
 
     Parameters
     ----------
     speed
-        Time of the rig over time on the clock; zero is as fast as the reader takes the frames.
+        Multiple of real time; zero is as fast as frames are read.
     hover
-        At the end of the script the probe rests at home for ever; otherwise the source finishes.
+        At the end of the script the probe rests at home for ever; otherwise the source ends.
     rest_speed
-        The speed while it rests, where ``speed`` is zero: there is nothing to hurry for, and a
-        window that stays open would keep a core busy. Zero hurries there as well.
+        Speed at rest if ``speed`` is zero, because an open window would keep a core busy. Zero is
+        as fast as frames are read.
     """
 
     def __init__(
@@ -67,9 +66,8 @@ class SimulatedSource:
                 f"Give {SLOWEST:g} to 1000 times real time, or 0 for as fast as possible.",
             )
         self.ask: Callable[[], Missing] | None = None
-        """Asked at the end of the script what is still missing, as the operator would look at the
-        screen; what it returns is touched next, at the places where it was touched before. The
-        reader must then be no more than half a second behind. None asks nobody."""
+        """Called at the end of the script for missing points, which are then touched at their
+        original places. The reader must lag by half a second at most. None disables it."""
         self._asked = 0
         self._rig = rig
         self._speed = speed
@@ -83,7 +81,6 @@ class SimulatedSource:
 
     @property
     def description(self) -> SourceDescription:
-        """Return what the source says about itself."""
         rig = self._rig
         return SourceDescription(
             name=f"simulated ({rig.rig.name}, seed {rig.seed})",
@@ -96,7 +93,7 @@ class SimulatedSource:
         )
 
     def open(self) -> None:
-        """Start at the first frame; compiles the rig's loops if that has not been done."""
+        """Start at the first frame; compiles the loops if necessary."""
         self._rig.frames(0, 1)
         self._next_frame = 0
         self._due_s = time.monotonic()
@@ -121,12 +118,12 @@ class SimulatedSource:
         )
 
     def close(self) -> None:
-        """Do nothing: the source holds nothing that must be given back."""
+        """Do nothing: the source holds no resources."""
 
     def extend(self, touches: Touches) -> None:
-        """Let the operator touch more, after the script or after now; any thread may call this.
+        """Append touches after the script or after now; thread-safe.
 
-        The blocks that are under way are not touched by it: the new touches begin after them.
+        The new touches start after the blocks in progress.
         """
         with self._lock:
             self._rig.extend(touches, self._next_frame + self._block)
@@ -137,9 +134,9 @@ class SimulatedSource:
         return self._rig.frame_period_ns * 1e-9
 
     def take_over(self, hand: LedHand) -> None:
-        """Let a hand hold the probe from the next frame on; any thread may call this.
+        """Give the probe to a hand from the next frame on; thread-safe.
 
-        What the operator was about to touch is not touched.
+        Pending touches of the operator are dropped.
         """
         with self._lock:
             now = self._rig.operator_motion(self._next_frame, 1)
@@ -148,16 +145,16 @@ class SimulatedSource:
             self._hand = hand
 
     def hand_back(self) -> None:
-        """Give the probe back to the operator, who brings it home and looks what is missing."""
+        """Return the probe to the operator, who brings it home and checks for missing points."""
         with self._lock:
             if self._hand is not None:
                 self._rig.resume(*self._hand.place(), self._next_frame + self._block)
                 self._hand = None
 
     def _read_led(self) -> FrameBlock | None:
-        """Return the next block as somebody leads the hand; None where nobody does.
+        """Return the next block of the led hand, or None without one.
 
-        The hand is not given away within a block: whoever takes it finds it where it is.
+        The hand is only exchanged between blocks.
         """
         with self._lock:
             if self._hand is None:
@@ -185,5 +182,5 @@ class SimulatedSource:
         if wait > 0.0:
             time.sleep(wait)
         else:
-            # The reader was slow: the time that it took is not caught up by a rush of frames.
+            # A slow reader's delay is not caught up by a burst of frames.
             self._due_s -= wait

@@ -1,4 +1,4 @@
-"""The fixed pattern of a sensor: how far spots are off at each place, the same in every frame."""
+"""Fixed pattern of a sensor: position-dependent spot errors, the same in every frame."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NODES_PER_LENGTH = 5.0
 
 @dataclass(frozen=True, slots=True)
 class SpotPattern:
-    """A smooth random field on the sensor, one for each image axis."""
+    """A smooth random field on the sensor, one per image axis."""
 
     nodes: Float
     """(2, rows, columns), px: error in u and in v at the nodes."""
@@ -28,7 +28,7 @@ class SpotPattern:
 def draw_pattern(
     noise: SpotNoise, width: int, height: int, rng: np.random.Generator
 ) -> SpotPattern:
-    """Return a Gaussian field with the standard deviation and the correlation of ``noise``.
+    """Return a Gaussian field with the standard deviation and the correlation of `noise`.
 
     The correlation at distance d is ``exp(-d^2 / (2 l^2))``. The field is a sum of cosine waves
     with normally distributed wave vectors (random Fourier features, Rahimi and Recht 2007); the
@@ -50,8 +50,8 @@ def draw_pattern(
 def _waves(count: int, turn: Float, phase: Float) -> tuple[Float, Float]:
     """Return cosine and sine (count, w) of ``n turn + phase``; turn and phase are (w,), rad.
 
-    By the addition theorem from those of every `_FEW`-th and of the first: they are what a pattern
-    costs.
+    Uses the addition theorem on every `_FEW`-th value and the first ones, because these functions
+    dominate the cost.
     """
     far = _FEW * np.arange(-(-count // _FEW))[:, None, None] * turn + phase
     near = np.arange(_FEW)[:, None] * turn

@@ -1,4 +1,4 @@
-"""The surfaces of a virtual part as its document says them."""
+"""Surfaces of a virtual part in its document."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Area = tuple[float, float, float, float]
 class _Surface(
     msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="kind"
 ):
-    """What all of them have: a name, a place, and a direction."""
+    """Common fields: name, place and direction."""
 
     name: str
     point: Vector3
@@ -22,10 +22,10 @@ class _Surface(
 
 
 class PlaneEntry(_Surface, frozen=True, kw_only=True, tag="plane"):
-    """A plane: a point on it and the normal that leaves the material.
+    """A plane: a point on it and the normal out of the material.
 
-    ``along`` is the first axis in the plane, the second is normal x along; ``areas`` are the
-    free rectangles [from, from, to, to] on these axes, from ``point``, mm.
+    ``along`` is the first in-plane axis, the second is normal x along; ``areas`` are the free
+    rectangles [from, from, to, to] on these axes, from ``point``, mm.
     """
 
     along: Vector3
@@ -33,27 +33,27 @@ class PlaneEntry(_Surface, frozen=True, kw_only=True, tag="plane"):
 
 
 class SphereEntry(_Surface, frozen=True, kw_only=True, tag="sphere"):
-    """A ball: its centre, and the direction from its stem to its pole."""
+    """A ball: its centre, and the direction from stem to pole."""
 
     diameter: float
 
 
 class BoreEntry(_Surface, frozen=True, kw_only=True, tag="bore"):
-    """A bore: the centre of its mouth, the axis that leaves the material, and its depth."""
+    """A bore: centre of its mouth, axis out of the material, and depth."""
 
     diameter: float
     depth: float
 
 
 class CylinderEntry(_Surface, frozen=True, kw_only=True, tag="cylinder"):
-    """A boss: the centre of its foot, the axis that leaves the material, and its height."""
+    """A boss: centre of its foot, axis out of the material, and height."""
 
     diameter: float
     height: float
 
 
 class ConeEntry(_Surface, frozen=True, kw_only=True, tag="cone"):
-    """A truncated cone: the centre of its foot, its axis, both diameters and its height."""
+    """A truncated cone: centre of its foot, axis, both diameters and height."""
 
     diameter: float
     top_diameter: float
@@ -61,7 +61,7 @@ class ConeEntry(_Surface, frozen=True, kw_only=True, tag="cone"):
 
 
 class LineEntry(_Surface, frozen=True, kw_only=True, tag="line"):
-    """A line on a face: its start, its direction, its length and the normal of the face."""
+    """A line on a face: start, direction, length and the normal of the face."""
 
     normal: Vector3
     length: float
@@ -72,9 +72,9 @@ class PointEntry(_Surface, frozen=True, kw_only=True, tag="point"):
 
 
 class SlotEntry(_Surface, frozen=True, kw_only=True, tag="slot"):
-    """A slot or pocket: the centre of its mouth, the axis that leaves the material, its depth.
+    """A slot or pocket: centre of its mouth, axis out of the material, depth.
 
-    ``along`` is the direction of its length; both sizes are overall.
+    ``along`` is its length direction; both sizes are overall.
     """
 
     along: Vector3
@@ -85,7 +85,7 @@ class SlotEntry(_Surface, frozen=True, kw_only=True, tag="slot"):
 
 
 class EllipseEntry(_Surface, frozen=True, kw_only=True, tag="ellipse"):
-    """An elliptic bore: as a slot, its two axes being length and width."""
+    """An elliptic bore: as a slot, with its axes as length and width."""
 
     along: Vector3
     length: float
@@ -94,19 +94,19 @@ class EllipseEntry(_Surface, frozen=True, kw_only=True, tag="ellipse"):
 
 
 class TorusEntry(_Surface, frozen=True, kw_only=True, tag="torus"):
-    """A ring: its centre, the axis whose side can be touched, and both its diameters."""
+    """A ring: centre, axis on the touchable side, and both diameters."""
 
     diameter: float
     tube_diameter: float
 
 
 class TouchedEntry(_Surface, frozen=True, kw_only=True, tag="touched"):
-    """A surface that is touched at places of its own, such as a trimmed face of a CAD model.
+    """A surface with its own touch points, such as a trimmed face of a CAD model.
 
-    ``normals`` are those from the material towards the ball at ``places``; ``free`` is how far a
-    ball of no size can go along them before it meets the surface again, mm. What is no size of the
-    shape is zero: diameter (of a cone at ``point``), width of the tube of a ring, whole apex angle
-    of a cone, whose ``direction`` leads to its wider end.
+    ``normals`` point from the material to the ball at ``places``; ``free`` is the distance along
+    them to the opposite surface, mm. Inapplicable sizes are zero: diameter (of a cone at
+    ``point``), tube width of a ring, whole apex angle of a cone, whose ``direction`` leads to its
+    wider end.
     """
 
     places: list[Vector3]
@@ -130,17 +130,16 @@ Artefact = (
     | TorusEntry
     | TouchedEntry
 )
-"""One surface of a part, in the part frame."""
 
 HOLES = (BoreEntry, SlotEntry, EllipseEntry)
-"""Surfaces that are touched from inside."""
+"""Surfaces touched from inside."""
 
 
 def free_width(entry: BoreEntry | SlotEntry | EllipseEntry) -> float:
-    """Return the diameter of the greatest ball that reaches all of a hole's wall, mm."""
+    """Return the diameter of the largest ball that reaches the whole wall of a hole, mm."""
     if isinstance(entry, BoreEntry):
         return entry.diameter
     if isinstance(entry, EllipseEntry):
-        # Its ends are bent the most.
+        # Curvature is highest at the ends.
         return entry.width**2 / entry.length
     return entry.width

@@ -1,4 +1,4 @@
-"""Where an operator touches each kind of surface: contact points and normals in the part frame."""
+"""Contact points and normals of an operator's touches, by kind of surface, part frame."""
 
 from __future__ import annotations
 
@@ -23,23 +23,21 @@ from ocmm_core.simulation.scene._surfaces import (
 )
 
 _CORNER = 0.4
-"""Part of a side at each end that is left out: a ball does not reach into a corner."""
+"""Fraction of each side omitted at the ends: a ball does not reach into a corner."""
 _TUBE = np.radians([25.0, 90.0, 155.0])
-"""Where the tube of a ring is touched, from outside over its top."""
+"""Touch angles on a ring's tube, from outside over its top."""
 _LEVELS = (0.35, 0.80)
-"""Heights at which bosses and cones are touched, as parts of their height."""
+"""Touch heights of bosses and cones, as fractions of their height."""
 
 
 @dataclass(frozen=True, slots=True)
 class Contacts:
-    """Touches of one surface, part frame."""
-
     points: Float
     """(n, 3), mm: on the surface."""
     normals: Float
     """(n, 3), unit: from the material towards the ball."""
     place: np.ndarray[tuple[int], np.dtype[np.int64]]
-    """(n,) int64: touches with the same place can be joined by a straight way."""
+    """(n,) int64: touches with the same number can be joined by a straight path."""
 
     def take(self, chosen: Sequence[int]) -> Contacts:
         """Return the touches with the given indices."""
@@ -48,12 +46,11 @@ class Contacts:
 
 
 def sample(artefact: Artefact, count: int, rng: np.random.Generator) -> Contacts:
-    """Return ``count`` touches spread over a surface, the way an inspector would spread them.
+    """Return `count` touches spread over a surface as an inspector would.
 
-    Planes are touched on a grid over their free areas, balls in layers from the pole to the
-    equator, holes around half their depth, bosses and cones around two heights, rings over the
-    upper half of their tube, lines along their length. A surface with places of its own is touched
-    at these, in their order.
+    Planes: a grid over their free areas; balls: layers from pole to equator; holes: around half
+    their depth; bosses and cones: around two heights; rings: the upper half of their tube; lines:
+    along their length. A surface with its own touch points uses these, in order.
     """
     point = np.array(artefact.point)
     axis = unit(np.array(artefact.direction))
@@ -73,7 +70,7 @@ def sample(artefact: Artefact, count: int, rng: np.random.Generator) -> Contacts
     if isinstance(artefact, CylinderEntry | ConeEntry):
         return _on_boss(artefact, point, axis, count, rng)
     if isinstance(artefact, TouchedEntry):
-        # Where there are too few, one after the other again: there are no others.
+        # If there are too few, repeat them.
         which = np.arange(count) % len(artefact.places)
         return _together(np.array(artefact.places)[which], unit(np.array(artefact.normals))[which])
     if isinstance(artefact, LineEntry):
@@ -85,15 +82,15 @@ def sample(artefact: Artefact, count: int, rng: np.random.Generator) -> Contacts
 
 
 def farthest(contacts: Contacts, radius: float, tips: Float, count: int) -> Contacts:
-    """Return the ``count`` touches whose ball lies farthest from all of ``tips`` (n, 3), in order.
+    """Return the `count` touches whose ball is farthest from all of `tips` (n, 3), in order.
 
     Parameters
     ----------
     radius
-        Of the ball, mm.
+        Ball radius, mm.
     tips
-        Ball centres, part frame, mm. Their own place is the nearest, even where the part was
-        pushed a little in between.
+        Ball centres, part frame, mm; each is nearest to its own touch, even after a small push of
+        the part.
     """
     balls = contacts.points + radius * contacts.normals
     gaps = np.linalg.norm(balls[:, None] - tips[None], axis=2).min(axis=1, initial=np.inf)
@@ -102,7 +99,7 @@ def farthest(contacts: Contacts, radius: float, tips: Float, count: int) -> Cont
 
 
 def _together(points: Float, normals: Float, place: int | None = None) -> Contacts:
-    """Return contacts that share one place, or have a place each."""
+    """Return contacts with a common place, or one place each."""
     count = len(points)
     places = np.arange(count) if place is None else np.full(count, place)
     return Contacts(points, normals, places.astype(np.int64))
@@ -120,7 +117,7 @@ def _on_plane(
 ) -> Contacts:
     along = unit(np.array(artefact.along))
     across = np.cross(normal, along)
-    # The square root favours small areas: they lie at the rim and carry the tilt of the plane.
+    # The square root favours small areas: they lie at the rim and determine the tilt.
     weight = np.sqrt([(u1 - u0) * (v1 - v0) for u0, v0, u1, v1 in artefact.areas])
     points: list[Float] = []
     place: list[int] = []
@@ -134,7 +131,7 @@ def _on_plane(
 
 
 def _grid(count: int, aspect: float, rng: np.random.Generator) -> list[tuple[float, float]]:
-    """Return ``count`` places of the unit square, row by row and back, with some scatter."""
+    """Return `count` jittered places of the unit square, row by row and back."""
     if count == 0:
         return []
     columns = int(np.clip(round(np.sqrt(count * aspect)), 1, count))
@@ -173,7 +170,7 @@ def _in_outline(
     count: int,
     rng: np.random.Generator,
 ) -> Contacts:
-    """Return contacts around the wall, all of them within reach of each other."""
+    """Return contacts around the wall, all mutually reachable."""
     along = unit(np.array(artefact.along))
     beside = np.cross(axis, along)
     a, b = 0.5 * artefact.length, 0.5 * artefact.width
@@ -194,14 +191,14 @@ def _in_outline(
 
 
 def _with_an_end(a: float, b: float, share: Float) -> Float:
-    """Return few places turned so that one, and of an even number a second, is about on an end.
+    """Return few places, turned so that one or two are near an end.
 
-    An operator who may touch a few times only touches both sides and both ends. Places that happen
-    to lie where the sides end leave the length of the slot open.
+    An operator with few touches covers both sides and both ends. Places at the transitions alone
+    leave the length of a slot undetermined.
     """
     middle = (2.0 * (a - b) + 0.5 * np.pi * b) / (4.0 * (a - b) + 2.0 * np.pi * b)
     beside = share + (middle - share[np.argmin(np.abs(share - middle))])
-    # What was drawn at random stays, at a third: nobody hits the middle.
+    # A third of the random offset remains, as hands miss the exact middle.
     turned: Float = (beside + (share[0] - 0.5 / len(share)) / 3.0) % 1.0
     return turned
 
@@ -222,8 +219,7 @@ def _on_round_ends(a: float, b: float, share: Float) -> tuple[Float, Float]:
 def _on_sides(a: float, b: float, count: int) -> tuple[Float, Float]:
     """Return places (n, 2) and outward normals on the four sides of a rectangle.
 
-    Each end gets one at least, and the sides, which carry the direction, two of them where there
-    are six or more.
+    At least one on each end, and two on each side, which determine the direction, from six on.
     """
     places, normals = [], []
     few = count < _MANY_ON_OUTLINE
@@ -245,7 +241,7 @@ def _on_ring(
     artefact: TorusEntry, centre: Float, axis: Float, count: int, rng: np.random.Generator
 ) -> Contacts:
     around = _around(axis, count, rng)
-    # Neighbours are touched at different places of the tube.
+    # Neighbours are touched at different angles of the tube.
     tube = _TUBE[np.arange(count) % len(_TUBE)][:, None]
     normals = np.cos(tube) * around + np.sin(tube) * axis
     ring = centre + 0.5 * artefact.diameter * around
@@ -275,7 +271,7 @@ def _on_boss(
 
 
 def _share(count: int, weight: Float) -> list[int]:
-    """Return ``count`` divided in whole numbers by ``weight`` (largest remainder)."""
+    """Return `count` divided into integers by `weight` (largest remainder)."""
     exact = count * weight / weight.sum()
     shares = np.floor(exact).astype(int)
     order = np.argsort(-(exact - shares), kind="stable")
@@ -284,4 +280,4 @@ def _share(count: int, weight: Float) -> list[int]:
 
 
 _MANY_ON_OUTLINE = 8
-"""From so many touches on every side and end of an outline gets some wherever they begin."""
+"""From this number on, every side and end of an outline gets a touch for any start."""

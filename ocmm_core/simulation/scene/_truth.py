@@ -1,4 +1,4 @@
-"""What is truly there on the virtual rig; the measuring side never sees it."""
+"""True state of the virtual rig, never visible to measuring code."""
 
 from __future__ import annotations
 
@@ -11,15 +11,13 @@ from ocmm_core.simulation.scene._artefacts import TrueFeature
 
 @dataclass(frozen=True, slots=True)
 class TrueTouch:
-    """One touch as it truly happens."""
+    """True course of one touch."""
 
     feature: str
-    """Name of the feature."""
     contact_s: float
-    """Bus time at which the ball first meets the surface, s."""
+    """Bus time of the first contact, s."""
     first_frame: int
     last_frame: int
-    """`first_frame`, `last_frame`: Frames in which the ball rests in contact."""
     surface_world: Float
     """(3,), mm: the point that is touched."""
     normal_world: Float
@@ -30,7 +28,7 @@ class TrueTouch:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """Everything that is truly there; the measuring side never sees it."""
+    """True geometry and touches."""
 
     cameras: tuple[CameraModel, ...]
     leds_probe: Float
@@ -39,17 +37,15 @@ class Truth:
     tip_radius: float
     """mm."""
     slots: Int
-    """(C, L): the slot in which each camera follows each LED."""
+    """(C, L): slot of each LED in each camera."""
     T_world_from_part: RigidTransform
-    """Where the part stands."""
     features_part: dict[str, TrueFeature]
     features_world: dict[str, TrueFeature]
-    """`features_part`, `features_world`: The surfaces by name, in both frames."""
     touches: tuple[TrueTouch, ...]
-    """In the order of the script; world as it is before any nudge."""
+    """In script order; world before any nudge."""
     leds_reference: Float
     reference_slots: Int
-    """`leds_reference`, `reference_slots`: (R, 3), mm, reference frame, and (C, R): of the
-    reference body; empty without one."""
+    """`leds_reference`, `reference_slots`: (R, 3), mm, reference frame, and (C, R): reference body;
+    empty without one."""
     T_world_from_reference: RigidTransform | None
-    """Where it stands, before any nudge; None without one."""
+    """Before any nudge; None without a reference body."""

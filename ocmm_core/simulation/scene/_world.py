@@ -1,7 +1,7 @@
-"""What is really there: cameras, probe and ball as they are, not as the documents say.
+"""True cameras, probe and ball, as opposed to their documents.
 
-Documents give the best knowledge and its covariance. Each virtual world draws its truth from
-that covariance, so that stated uncertainties can be held against known errors.
+Documents hold the best estimate and its covariance. Each virtual world draws its truth from that
+covariance, so that stated uncertainties can be compared with known errors.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ocmm_core.simulation.scene._spot_pattern import SpotPattern, draw_pattern, 
 from ocmm_core.tracking import ProbeBody, ReferenceBody
 
 CHUNK_FRAMES = 80
-"""Frames whose white noise comes from one key."""
+"""Frames whose white noise shares one key."""
 
 _CAMERAS, _PROBE, _PATTERN, _SLOTS, _WHITE, _OCCLUSION, _REFERENCE = range(7)
 _OCCLUSION_CELL_S = 1.0
@@ -29,25 +29,22 @@ _OCCLUSION_MIN_S, _OCCLUSION_MAX_S = 0.050, 0.300
 
 @dataclass(frozen=True, slots=True)
 class ScriptedOcclusion:
-    """LEDs that are hidden from a camera during a range of frames."""
+    """LEDs hidden from a camera during a range of frames."""
 
     camera: int
-    """Index of the camera; -1 for all of them."""
+    """Index of the camera; -1 for all."""
     leds: tuple[int, ...]
-    """LED numbers."""
     first_frame: int
     last_frame: int
-    """`first_frame`, `last_frame`: Inclusive."""
 
 
 @dataclass(frozen=True, slots=True)
 class ScriptedBump:
-    """A camera that is pushed and stays where it comes to rest."""
+    """A permanent displacement of a camera."""
 
     camera: int
-    """Index of the camera."""
     first_frame: int
-    """First frame that it takes from its new place."""
+    """First frame from the new pose."""
     turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """rad, about its own axes (right, down, along the view) through its projection centre."""
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -56,48 +53,43 @@ class ScriptedBump:
 
 @dataclass(frozen=True, slots=True)
 class ScriptedNudge:
-    """A motion of part, reference body and operator together against the frame of the cameras.
+    """A common motion of part, reference body and operator against the camera frame.
 
-    A table that moves, or a camera frame that is pushed: seen from the cameras they are the same.
-    It goes on from where the nudges before it ended.
+    A moved table or a pushed camera frame: the cameras cannot distinguish them. It adds to earlier
+    nudges.
     """
 
     first_frame: int
     frames: int = 0
-    """`first_frame`, `frames`: When it begins and how long it takes; no frames for a jump."""
+    """`first_frame`, `frames`: start and duration; 0 frames for a jump."""
     turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """rad, about the axes of the world through its origin."""
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """mm."""
 
 
 @dataclass(frozen=True, slots=True)
 class WorldOptions:
-    """Which imperfections the virtual world has."""
+    """Simulated imperfections."""
 
     camera_error: bool = True
     probe_error: bool = True
     tip_error: bool = True
-    """`camera_error`, `probe_error`, `tip_error`: Whether true cameras, LED and tip positions, and
-    ball radius differ from the documents."""
+    """`camera_error`, `probe_error`, `tip_error`: true cameras, LED and tip positions, and ball
+    radius differ from the documents."""
     white_noise: bool = True
     pattern_noise: bool = True
-    """`white_noise`, `pattern_noise`: Whether spots scatter from frame to frame, and over the
-    sensor."""
+    """`white_noise`, `pattern_noise`: spots scatter between frames, and over the sensor."""
     occlusion_rate_hz: float = 0.0
-    """Mean number of occlusions a second of each LED for each camera, of 50 to 300 ms each."""
+    """Mean number of occlusions per second of each LED and camera, of 50 to 300 ms each."""
     occlusions: tuple[ScriptedOcclusion, ...] = ()
-    """Occlusions at given frames."""
     bumps: tuple[ScriptedBump, ...] = ()
-    """Cameras that are pushed, in the order of their frames."""
     nudges: tuple[ScriptedNudge, ...] = ()
-    """Motions of everything that is seen, in the order of their frames."""
     drops: tuple[int, ...] = ()
-    """Frames at which the probe is dropped and caught: it feels a blow, nothing else changes."""
+    """Frames at which the probe is dropped and caught: it senses a shock, nothing else changes."""
 
     @classmethod
     def ideal(cls) -> WorldOptions:
-        """Return a world in which the documents are true and spots do not scatter; for tests."""
+        """Return a world with true documents and without scatter; for tests."""
         return cls(
             camera_error=False,
             probe_error=False,
@@ -109,7 +101,7 @@ class WorldOptions:
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """The truth about cameras and probe."""
+    """True cameras and probe."""
 
     cameras: tuple[CameraModel, ...]
     leds_probe: Float
@@ -119,15 +111,14 @@ class World:
     tip_radius: float
     """mm."""
     n_slots: int
-    """Slots of every camera: as many as LEDs, and no fewer than cameras have."""
+    """Slots of every camera: at least the number of LEDs and a camera's minimum."""
     slots: Int
-    """(C, L) int64: the slot in which each camera follows each LED."""
+    """(C, L) int64: slot of each LED in each camera."""
     patterns: tuple[SpotPattern, ...]
-    """One for each camera."""
     leds_reference: Float
     """(R, 3), mm, reference frame; (0, 3) without a reference body."""
     reference_slots: Int
-    """(C, R) int64: the slot in which each camera follows each LED of the reference body."""
+    """(C, R) int64: slot of each LED of the reference body in each camera."""
 
 
 def draw_world(
@@ -137,7 +128,7 @@ def draw_world(
     options: WorldOptions,
     reference: ReferenceBody | None = None,
 ) -> World:
-    """Return the world of ``seed``: truth drawn from what the documents say about their errors."""
+    """Return the world of a seed: truth drawn from the documents' covariances."""
     cameras = rig.cameras
     if options.camera_error:
         change = _draw(rig.parameter_covariance, _generator(seed, _CAMERAS))
@@ -181,18 +172,17 @@ def draw_world(
 def _patterns(
     noise: SpotNoise, sizes: tuple[tuple[int, int], ...], seed: int
 ) -> tuple[SpotPattern, ...]:
-    """Return the pattern of each camera of so many pixels; nobody writes into them.
+    """Return the read-only patterns of cameras of these sizes.
 
-    Drawing them takes longer than all else of a world. One rig is made again and again, for each
-    job and each procedure: the last ones are kept, 10 MB each. (Arrays that refuse to be written
-    are another type for the kernel that reads them.)
+    Drawing them dominates the cost of a world, and one rig is rebuilt for each job and procedure:
+    the last ones are cached, 10 MB each. (Arrays with a cleared write flag would be another type
+    for the kernel.)
     """
     rng = _generator(seed, _PATTERN)
     return tuple(draw_pattern(noise, width, height, rng) for width, height in sizes)
 
 
 def bumped(camera: CameraModel, bump: ScriptedBump) -> CameraModel:
-    """Return a camera after it was pushed."""
     turn = rotation_from_vector(-np.array(bump.turn))
     pose = camera.T_camera_from_world
     moved = RigidTransform(turn @ pose.rotation, turn @ (pose.translation - np.array(bump.shift)))
@@ -200,7 +190,7 @@ def bumped(camera: CameraModel, bump: ScriptedBump) -> CameraModel:
 
 
 def nudged(nudges: Sequence[ScriptedNudge], frames: Int) -> tuple[Float, Float]:
-    """Return the motion (n, 3, 3) and (n, 3), mm, of what is seen in the frames (n,)."""
+    """Return the scene motion (n, 3, 3) and (n, 3), mm, in the frames (n,)."""
     rotation = np.broadcast_to(np.eye(3), (len(frames), 3, 3)).copy()
     shift = np.zeros((len(frames), 3))
     for nudge in nudges:
@@ -218,14 +208,13 @@ def nudged(nudges: Sequence[ScriptedNudge], frames: Int) -> tuple[Float, Float]:
 def white_noise(
     seed: int, camera: int, n_leds: int, first: int, count: int, *, beside: bool = False
 ) -> Float:
-    """Return standard normal numbers (count, n_leds, 2) for the frames from ``first`` on.
+    """Return standard normal numbers (count, n_leds, 2) for the frames from `first`.
 
-    Every chunk of frames has a key of its own (counter-based generator Philox, Salmon et al.
-    2011), so that a frame gets the same numbers in whichever block it is asked for. The LEDs of a
-    body ``beside`` the probe have keys of their own, so that the probe's noise is the same with
-    and without.
+    Every chunk of frames has its own key (counter-based generator Philox, Salmon et al. 2011), so a
+    frame has the same numbers in any grouping. The LEDs of a second body (``beside``) have other
+    keys, so that the probe's noise does not depend on it.
     """
-    # Cameras beyond four came later; the numbers of the first four stay what they were.
+    # Cameras beyond four were added later; the first four keep their numbers.
     item = camera + (4 if beside else 0) if camera < 4 else camera + (128 if beside else 64)
     chunks = range(first // CHUNK_FRAMES, (first + count - 1) // CHUNK_FRAMES + 1)
     numbers = [_white_chunk(seed, item, chunk, n_leds) for chunk in chunks]
@@ -238,8 +227,8 @@ def white_noise(
 def _white_chunk(seed: int, item: int, chunk: int, n_leds: int) -> Float:
     """Return the numbers (CHUNK_FRAMES, n_leds, 2) of one key; read-only.
 
-    A rig with a low rate asks for few frames at a time, so for each chunk many times in turn. Kept
-    are as many as two bodies before a dozen cameras need at once, 10 kB each.
+    A slow rig requests few frames at a time, so each chunk often. The cache holds the chunks of two
+    bodies and a dozen cameras, 10 kB each.
     """
     numbers = _keyed(seed, _WHITE, item, chunk).standard_normal((CHUNK_FRAMES, n_leds, 2))
     numbers.setflags(write=False)
@@ -249,14 +238,9 @@ def _white_chunk(seed: int, item: int, chunk: int, n_leds: int) -> Float:
 def hidden_leds(
     options: WorldOptions, seed: int, camera: int, n_leds: int, first: int, times_s: Float
 ) -> NDArray[np.uint64]:
-    """Return which LEDs are hidden from a camera: (n,) uint64, bit l for LED l.
+    """Return the hidden LEDs of a camera: (n,) uint64, bit l for LED l.
 
-    Parameters
-    ----------
-    first
-        Number of the first frame.
-    times_s
-        (n,): times of consecutive frames.
+    ``first`` is the first frame, ``times_s`` (n,) the times of consecutive frames.
     """
     hidden = np.zeros(len(times_s), dtype=np.uint64)
     frames = first + np.arange(len(times_s))
@@ -265,7 +249,7 @@ def hidden_leds(
             bits = sum(1 << led for led in event.leds)
             hidden[(frames >= event.first_frame) & (frames <= event.last_frame)] |= np.uint64(bits)
     if options.occlusion_rate_hz > 0.0 and len(times_s):
-        # An event of the cell before may last into the first cell.
+        # An event of the previous cell may extend into the first cell.
         cells = (times_s[[0, -1]] / _OCCLUSION_CELL_S).astype(int)
         for cell in range(cells[0] - 1, cells[1] + 1):
             for led in range(n_leds):
@@ -279,7 +263,7 @@ def hidden_leds(
 
 
 def _led_item(camera: int, led: int) -> int:
-    # LEDs beyond eight came later; the events of the first eight stay what they were.
+    # LEDs beyond eight were added later; the first eight keep their events.
     return 8 * camera + led if led < 8 else 128 + 64 * camera + led
 
 
@@ -288,23 +272,23 @@ def _generator(seed: int, stream: int) -> np.random.Generator:
 
 
 class _Key(ISeedSequence):
-    """The key of a Philox generator as it stands.
+    """The key of a Philox generator.
 
-    ``Philox(key=...)`` gives the same numbers, but asks the system for random ones first, which it
-    does not use: 110 of its 145 us, paid for each chunk of each camera.
+    ``Philox(key=...)`` gives the same numbers but first reads unused random bytes from the system:
+    110 of its 145 us, for each chunk of each camera.
     """
 
     def __init__(self, key: NDArray[np.uint64]) -> None:
         self._key = key
 
     def generate_state(self, n_words: int, dtype: DTypeLike = np.uint64) -> NDArray[np.uint64]:
-        """Return the key: Philox asks for two words of 64 bits."""
+        """Return the key: Philox requests two words of 64 bits."""
         return self._key
 
 
 def _keyed(seed: int, stream: int, item: int, block: int) -> np.random.Generator:
     key = np.array([seed, (stream << 56) | (item << 40) | block], dtype=np.uint64)
-    # numpy takes any ISeedSequence; its stub knows its own alone.
+    # numpy accepts any ISeedSequence; its stub only its own.
     return np.random.Generator(np.random.Philox(_Key(key)))  # type: ignore[arg-type]
 
 

@@ -1,13 +1,13 @@
-"""The software camera: a slave controller with objects, memory, errors and frames.
+"""Software camera: a slave controller with objects, memory, errors and frames.
 
-In: EtherCAT frames of any master, and pictures or spots of where its frames come from.
-Out: answers as a real camera gives them, down to registers, mailboxes and process data.
+In: EtherCAT frames of any master, and images or spots of a frame provider.
+Out: answers as of a real camera, including registers, mailboxes and process data.
 
-Read `_software_camera` (the whole), `_esc` with `_registers` and `_slave_clock` (the controller),
-`_segment` (cameras on one wire), `_coe` with the `_sdo_values`
-and `_sdo_abort` behind it (objects), `_electronics`, `_diagnosis`, `_store`, `_sii`;
-`_frame_buffer` and `_pattern` (frames), `_sensor`, `_black_image` and `_snapshot` (pictures).
-It must not know optics or the scene: frames are given to it.
+Start with `_software_camera` (the whole); then `_esc` with `_registers` and `_slave_clock`
+(controller), `_segment` (cameras on one wire), `_coe` with `_sdo_values` and `_sdo_abort`
+(objects), `_electronics`, `_diagnosis`, `_store`, `_sii`; `_frame_buffer` and `_pattern` (frames),
+`_sensor`, `_black_image` and `_snapshot` (images).
+It must not import optics or the scene: a provider supplies the frames.
 """
 
 from __future__ import annotations

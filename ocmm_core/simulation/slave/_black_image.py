@@ -1,6 +1,6 @@
-"""The black image of a software camera (object 0x8020): measured, kept, loaded, cleared.
+"""Black image of a software camera (object 0x8020): measure, store, load, clear.
 
-Work of a software camera that takes longer than its master waits for an answer.
+The work exceeds a master's time limit for an answer, so it runs in the background.
 """
 
 from __future__ import annotations
@@ -29,25 +29,17 @@ T = TypeVar("T")
 
 
 class BackgroundJob(Generic[T]):
-    """One piece of work on a thread of its own, which ends by itself.
-
-    Parameters
-    ----------
-    work
-        What to do.
-    """
+    """Work on its own thread."""
 
     def __init__(self, name: str, work: Callable[[], T]) -> None:
         self.result: T | None = None
-        """What it returned, once it is done."""
         self.error: OcmmError | None = None
-        """Why it failed."""
         self._work = work
         self._thread = threading.Thread(target=self._run, name=name)
         self._thread.start()
 
     def finished(self) -> bool:
-        """Return whether it is done, well or not."""
+        """Return whether it ended, successfully or not."""
         if self._thread.is_alive():
             return False
         self._thread.join()
@@ -62,7 +54,7 @@ class BackgroundJob(Generic[T]):
 
 
 def _lower_priority() -> None:
-    """Leave the real-time priority that this thread got from the one that answers the master."""
+    """Drop the real-time priority inherited from the thread that answers the master."""
     if hasattr(os, "sched_setscheduler"):
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 
@@ -74,7 +66,7 @@ _COMMAND, _FRAMES, _STATE, _PROGRESS, _IMAGES, _SHA, _CRC, _MEAN = range(1, 9)
 
 @dataclass(frozen=True, slots=True)
 class _InUse:
-    """A black image with what the objects show of it."""
+    """A black image with its object values."""
 
     pixels: NDArray[np.uint16]
     sha256: bytes
@@ -88,7 +80,7 @@ class _InUse:
         return cls(pixels, digest, zlib.crc32(content), float(pixels.mean()))
 
     def block(self) -> bytes:
-        """Return it as it is kept."""
+        """Return its stored form."""
         height, width = self.pixels.shape
         return _SHAPE.pack(width, height) + np.ascontiguousarray(self.pixels, "<u2").tobytes()
 
@@ -104,19 +96,12 @@ class _InUse:
 
 
 class BlackImages:
-    """The objects of the black image and the work behind them.
+    """The black image objects and their work.
 
     Parameters
     ----------
-    sensor, camera
-        Where exposures come from.
-    store
-        Where it is kept without power.
     darken
-        Called with a number of exposures to make with the LEDs off; returns how long that takes,
-        ns.
-    failed
-        Called with what went wrong.
+        Called with the number of exposures without LEDs; returns their duration, ns.
     """
 
     def __init__(
@@ -141,9 +126,9 @@ class BlackImages:
         self._now_ns = 0
 
     def switch_on(self) -> None:
-        """Use the stored one, as the camera does when it gets power.
+        """Use the stored image, as at power-on.
 
-        Where none is stored, the sensor keeps what it came with.
+        Without a stored one, the sensor keeps its factory image.
         """
         try:
             block = self._store.load(STORED_NAME)
@@ -157,7 +142,7 @@ class BlackImages:
         self._stored_sha = loaded.sha256
 
     def work(self, now_ns: int) -> bool:
-        """Look whether the work is done; say whether there was any."""
+        """Process finished work; return whether there was any."""
         self._now_ns = now_ns
         job = self._job
         if job is None or now_ns - self._began_ns < self._takes_ns or not job.finished():
@@ -166,7 +151,7 @@ class BlackImages:
         error = job.error
         if error is None:
             try:
-                # Not by the job: the sensor is set by the thread that makes the frames alone.
+                # Not in the job: only the thread that makes the frames may set the sensor.
                 self._use(job.result)
             except OcmmError as refused:
                 error = refused
@@ -176,7 +161,7 @@ class BlackImages:
         return True
 
     def live(self) -> dict[Address, Callable[[], bytes]]:
-        """Return how to read the entries."""
+        """Return readers of the entries."""
         return {
             (BLACK_IMAGE, _STATE): lambda: bytes([self._state]),
             (BLACK_IMAGE, _PROGRESS): lambda: bytes([self._percent()]),
@@ -191,7 +176,7 @@ class BlackImages:
         }
 
     def written(self) -> dict[Address, Callable[[bytes], object]]:
-        """Return what writing the entries does."""
+        """Return the actions for written entries."""
         return {(BLACK_IMAGE, _COMMAND): self._command, (BLACK_IMAGE, _FRAMES): self._set_frames}
 
     def _set_frames(self, value: bytes) -> None:

@@ -1,9 +1,7 @@
-"""CANopen over EtherCAT, the slave's side: what comes in a mailbox and what goes back.
+"""CANopen over EtherCAT, slave side: mailbox requests and answers.
 
-Whatever the bytes are, the answer is a CoE answer, a mailbox error reply or nothing (ETG.1000.4,
-5.6; ETG.1000.6, 5.6).
-
-What the camera tells about its object dictionary (SDO information, ETG.1000.6, 5.6.3).
+Any bytes are answered by CoE, a mailbox error reply or nothing (ETG.1000.4, 5.6; ETG.1000.6, 5.6).
+Includes SDO information (ETG.1000.6, 5.6.3).
 """
 
 from __future__ import annotations
@@ -26,7 +24,7 @@ _OUTPUTS = range(0x7000, 0x8000)
 
 
 def object_information(objects: Mapping[int, DictionaryObject], request: bytes, room: int) -> bytes:
-    """Return the answer to a request of at least 4 bytes; ``room`` is what a mailbox takes."""
+    """Return the answer to a request of at least 4 bytes; `room` is a mailbox's capacity."""
     operation = request[0] & 0x7F
     content = request[4:]
     answer: bytes | None = None
@@ -44,7 +42,7 @@ def object_information(objects: Mapping[int, DictionaryObject], request: bytes, 
         item = objects.get(index)
         entry = item.entries.get(sub) if item is not None else None
         if item is not None and entry is None and sub < max(item.entries):
-            # A gap inside a record is no error, or a list of everything would be full of them.
+            # A gap in a record is no error, or a full listing would contain many.
             answer = struct.pack("<HBBHHH", index, sub, 0, _NO_TYPE, 0, 0)
         if entry is not None:
             access = entry_access(index, entry)
@@ -60,7 +58,6 @@ def object_information(objects: Mapping[int, DictionaryObject], request: bytes, 
 
 
 def entry_access(index: int, entry: ObjectEntry) -> int:
-    """Return the access word of an entry."""
     access = _READ_ALWAYS
     if entry.writable:
         access |= _WRITE_PREOP if entry.preop_only else _WRITE_ALWAYS
@@ -111,7 +108,7 @@ _MAX_COUNTER = 7
 
 @dataclass(slots=True)
 class _Upload:
-    """A value on its way to the master: what is left of it and the toggle bit that is due."""
+    """A value being uploaded: remaining bytes and next toggle bit."""
 
     index: int
     sub: int
@@ -121,7 +118,7 @@ class _Upload:
 
 @dataclass(slots=True)
 class _Download:
-    """A value on its way from the master: how long it will be and what is there of it."""
+    """A value being downloaded: expected length and bytes so far."""
 
     index: int
     sub: int
@@ -136,14 +133,10 @@ class CoeServer:
 
     Parameters
     ----------
-    objects
-        The dictionary, by index.
-    mailbox_bytes
-        Size of one mailbox, head included.
     live
-        Values that are asked for when they are read, by (index, entry); may raise `AbortError`.
+        Readers of computed values, by (index, entry); may raise `AbortError`.
     written
-        What to do with a value before it is kept, by (index, entry); may raise `AbortError`.
+        Actions before a value is stored, by (index, entry); may raise `AbortError`.
     configurable
         Whether entries for PREOP may be written now.
     """
@@ -162,18 +155,18 @@ class CoeServer:
         self._transfer: _Upload | _Download | None = None
         self._counter = 0
         self.bad_mailboxes = 0
-        """Mailboxes that were answered with an error reply, or not at all."""
+        """Mailboxes answered with an error reply or not at all."""
 
     def value(self, index: int, sub: int) -> bytes:
-        """Return what the dictionary holds."""
+        """Return a value of the dictionary."""
         return self._values.read(index, sub)
 
     def set_value(self, index: int, sub: int, value: bytes) -> None:
-        """Change what the dictionary holds, from the device's side."""
+        """Set a value of the dictionary, from the device side."""
         self._values.put(index, sub, value)
 
     def reset(self) -> None:
-        """Forget the transfer under way."""
+        """Abort the current transfer."""
         self._transfer = None
 
     def emergency(self, code: int, register: int, data: bytes) -> bytes:
@@ -181,7 +174,7 @@ class CoeServer:
         return self._coe(_EMERGENCY, struct.pack("<HB5s", code, register, data))
 
     def answer(self, mailbox: bytes) -> bytes | None:
-        """Return the mailbox that answers ``mailbox``, or None where there is nothing to say."""
+        """Return the mailbox that answers `mailbox`, or None."""
         if len(mailbox) < _MAILBOX_HEAD or mailbox[5] & 0x0F == _MAILBOX_ERROR:
             self.bad_mailboxes += 1
             return None
@@ -219,7 +212,7 @@ class CoeServer:
         if specifier in (1, 2) and len(body) < _SDO_HEAD:
             return self._error(_ERROR_SHORT)
         if body[0] == _ABORT:
-            # The master gives up; that is not answered.
+            # Abort by the master; not answered.
             self._transfer = None
             return None
         index, sub = struct.unpack_from("<HB", body.ljust(_SDO_HEAD, b"\x00"), 1)
@@ -237,7 +230,7 @@ class CoeServer:
             raise AbortError(Abort.COMMAND)
         except AbortError as abort:
             self._transfer = None
-            # The abort is a service of its own that the standard sends as a request.
+            # The abort is a separate service that the standard sends as a request.
             return self._coe(_SDO_REQUEST, struct.pack("<BHBI", _ABORT, index, sub, abort.reason))
 
     def _start_upload(self, body: bytes, index: int, sub: int) -> bytes:

@@ -21,34 +21,27 @@ _SEND = 1
 
 
 class Diagnosis:
-    """What went wrong inside the camera since it was switched on.
+    """Errors of the camera since power-on.
 
-    Parameters
-    ----------
-    clock
-        Returns the bus time, ns.
-    send
-        Sends an emergency message: code, error register, five bytes.
+    ``clock`` returns bus time, ns; ``send`` gets code, error register and five bytes.
     """
 
     def __init__(self, clock: Callable[[], int], send: Callable[[int, int, bytes], object]) -> None:
         self._clock = clock
         self._send = send
         self.register = 0
-        """Error register."""
         self.count = 0
-        """Emergencies so far."""
         self._messages: dict[int, bytes] = {}
         self._newest = self._acknowledged = 0
         self._flags = _SEND
 
     @property
     def pending(self) -> bool:
-        """Return whether the newest message is not acknowledged."""
+        """Return whether the newest message is unacknowledged."""
         return self._newest != self._acknowledged
 
     def report(self, code: int, register: int, data: bytes) -> None:
-        """Remember an error, or with code 0 its end, and tell the master."""
+        """Record an error, or with code 0 its end, and notify the master."""
         data = data[:DATA_BYTES].ljust(DATA_BYTES, b"\x00")
         self.register = register
         self.count += 1
@@ -57,7 +50,7 @@ class Diagnosis:
         else:
             self._newest = HISTORY_FIRST
         if self._newest == self._acknowledged:
-            # The acknowledged message is the one that gives way.
+            # The acknowledged message is overwritten.
             self._acknowledged = 0
         message = DiagnosisMessage(code, self._clock(), register, data)
         self._messages[self._newest] = message.encode()
@@ -65,7 +58,7 @@ class Diagnosis:
             self._send(code, register, data)
 
     def live(self) -> dict[Address, Callable[[], bytes]]:
-        """Return how to read the entries."""
+        """Return readers of the entries."""
         entries: dict[Address, Callable[[], bytes]] = {
             (ERROR_REGISTER, 0): lambda: bytes([self.register]),
             (HISTORY, _NEWEST): lambda: bytes([self._newest]),
@@ -77,7 +70,7 @@ class Diagnosis:
         return entries
 
     def written(self) -> dict[Address, Callable[[bytes], object]]:
-        """Return what writing the entries does."""
+        """Return the actions for written entries."""
         return {(HISTORY, _ACKNOWLEDGED): self._acknowledge, (HISTORY, _FLAGS): self._set_flags}
 
     def _acknowledge(self, value: bytes) -> None:

@@ -1,4 +1,4 @@
-"""What is inside a software camera besides its frames: sensor, memory, errors and their objects."""
+"""Sensor, memory and errors of a software camera with their objects."""
 
 from __future__ import annotations
 
@@ -39,20 +39,12 @@ _WIDTH, _HEIGHT, _TEMPERATURE, _HOURS = range(2, 6)
 
 
 class Electronics:
-    """The application behind the objects of one camera.
+    """Application behind the objects of one camera.
 
     Parameters
     ----------
-    camera, serial
-        Number for the provider, and serial number.
-    provider
-        What it sees; its sensor is used where it has one.
-    store
-        What it keeps without power.
-    diagnosis
-        Where errors go.
     sensor
-        Serial number and size of the sensor, px, as object 0x9000 tells them.
+        Serial number and size of the sensor, px, for object 0x9000.
     """
 
     def __init__(
@@ -67,9 +59,9 @@ class Electronics:
     ) -> None:
         self._told_sensor = sensor
         self.warmer_c = 0.0
-        """Fault: the sensor is so much warmer."""
+        """Fault: excess temperature of the sensor."""
         self.sensor_fails = False
-        """Fault: the sensor does not work; no spot is valid."""
+        """Fault: the sensor fails; no spot is valid."""
         self._camera = camera
         self._serial = serial
         self._store = store
@@ -91,16 +83,16 @@ class Electronics:
 
     @property
     def lens(self) -> CameraModel | None:
-        """Return what corrects the image, or None where no intrinsics are stored."""
+        """Return the correction model, or None without stored intrinsics."""
         return Intrinsics.decode(self._intrinsics).model() if self._intrinsics else None
 
     @property
     def sensor_px(self) -> tuple[int, int]:
-        """Return width and height of the sensor as the objects tell them, px."""
+        """Return sensor width and height from the objects, px."""
         return self._told_sensor[1], self._told_sensor[2]
 
     def configure(self, config: CameraConfig) -> None:
-        """Hand the configuration to the sensor."""
+        """Apply the configuration to the sensor."""
         self._sensor.configure(
             self._camera,
             exposure_ns=config.exposure_ns,
@@ -110,7 +102,7 @@ class Electronics:
         )
 
     def work(self, now_ns: int) -> bool:
-        """Go on with what takes time; say whether something was done."""
+        """Advance lengthy work; return whether work was done."""
         self._now_ns = now_ns
         if self._checked_ns is None or now_ns - self._checked_ns >= _CHECK_NS:
             self._powered_ns += 0 if self._checked_ns is None else now_ns - self._checked_ns
@@ -119,7 +111,7 @@ class Electronics:
         return self._black.work(now_ns) or self._snapshots.work()
 
     def live(self) -> dict[Address, Callable[[], bytes]]:
-        """Return how to read the entries."""
+        """Return readers of the entries."""
         return {
             **self._diagnosis.live(),
             (IDENTIFY, 2): lambda: struct.pack("<H", self._blinks_for()),
@@ -139,7 +131,7 @@ class Electronics:
         }
 
     def written(self) -> Mapping[Address, Callable[[bytes], object]]:
-        """Return what writing the entries does."""
+        """Return the actions for written entries."""
         return {
             **self._diagnosis.written(),
             (IDENTIFY, 1): self._blink,
@@ -206,7 +198,7 @@ class Electronics:
         return self._hours + self._powered_ns // _HOUR_NS
 
     def _check(self) -> None:
-        """Watch hours, temperature and sensor, as once a second."""
+        """Check hours, temperature and sensor, once a second."""
         hours = self._operating_hours()
         if hours != self._saved_hours:
             self._saved_hours = hours

@@ -1,7 +1,7 @@
-"""A software EtherCAT slave controller: registers, sync managers, EEPROM, clock, states.
+"""Software EtherCAT slave controller: registers, sync managers, EEPROM, clock, states.
 
-The register layout is that of ETG.1000.4 and the ET1100. What a slave does beyond its
-controller (mailbox contents, process data) is left to an `Application`.
+Register layout of ETG.1000.4 and the ET1100. Mailbox contents and process data are left to an
+`Application`.
 """
 
 from __future__ import annotations
@@ -80,22 +80,22 @@ _OFFSET_AND_DELAY = struct.Struct("<qi")
 
 
 class Application(Protocol):
-    """What sits behind the controller."""
+    """Application behind the controller."""
 
     def answer(self, mailbox: bytes) -> bytes | None:
-        """Return the mailbox that answers ``mailbox``."""
+        """Return the mailbox that answers `mailbox`."""
         ...
 
     def state_changed(self, state: int) -> None:
-        """Take note of the state that was entered."""
+        """Handle the entered state."""
         ...
 
     def outputs_written(self) -> None:
-        """Take note of new outputs in the memory of the controller."""
+        """Handle new outputs in the controller memory."""
         ...
 
     def refresh_inputs(self) -> None:
-        """Put the newest inputs into the memory of the controller."""
+        """Write the newest inputs to the controller memory."""
         ...
 
 
@@ -104,12 +104,8 @@ class Esc:
 
     Parameters
     ----------
-    sii
-        EEPROM image.
     clock_offset_ns
-        What the free-running clock of this slave shows more than the host's.
-    application
-        What sits behind it.
+        Offset of this slave's free-running clock from the host's.
     sync_managers
         Start, length, control, status, activation and type of each; the master may set no others.
     """
@@ -123,20 +119,18 @@ class Esc:
     ) -> None:
         self.sync_managers = tuple(sync_managers)
         self.memory = bytearray(_MEMORY_BYTES)
-        """Registers and process memory."""
         self.now_ns = 0
-        """Host time at which the frame being handled arrived; set by the segment."""
+        """Host arrival time of the current frame; set by the segment."""
         self.can_boot = False
-        """It has the state BOOT."""
+        """Supports the state BOOT."""
         self.mapping_changed: Callable[[], object] = lambda: None
-        """Called whenever logical addresses may reach other memory than before."""
+        """Called when logical addresses may map to other memory than before."""
         self.eeprom_written: Callable[[bytes], object] = lambda _content: None
         """Called with the whole EEPROM after a word of it was written."""
         self.spoil: Callable[[bytearray], object] | None = None
         """Fault: called with the memory after the application renewed its inputs."""
         self._sii = bytearray(sii)
         self.clock = SlaveClock(clock_offset_ns)
-        """The free-running clock."""
         self._application = application
         self._replies: deque[bytes] = deque(maxlen=_MAX_REPLIES)
         self._last_reply = b""
@@ -151,7 +145,7 @@ class Esc:
         head = struct.pack("<BBHBBBBHH", 0x11, 0, 2, N_FMMU, len(SYNC_MANAGERS), 8, 0x0F, 0x0C, 0)
         self.memory[: len(head)] = head
         self.memory[STATION_ALIAS : STATION_ALIAS + 2] = sii[8:10]
-        # What a controller loads at power-on: connection, pins, length of the pulses.
+        # Loaded at power-on: PDI, pins, pulse length.
         self.memory[PDI_CONTROL : PDI_CONTROL + 2] = sii[0:2]
         self.memory[PDI_CONFIGURATION : PDI_CONFIGURATION + 2] = sii[2:4]
         self.memory[SYNC_PULSE : SYNC_PULSE + 2] = sii[4:6]
@@ -169,7 +163,7 @@ class Esc:
 
     @property
     def station_address(self) -> int:
-        """Return the address that the master gave."""
+        """Return the address assigned by the master."""
         return self.memory[STATION_ADDRESS] | self.memory[STATION_ADDRESS + 1] << 8
 
     @property
@@ -184,8 +178,8 @@ class Esc:
     def is_synchronised(self) -> bool:
         """Return whether SYNC0 is on.
 
-        A master's activation alone gives no signal: the unit must be enabled, the pin an output,
-        and the pulse have a length, as the EEPROM says.
+        Activation by a master is not sufficient: per EEPROM the unit must be enabled, the pin an
+        output, and the pulse length nonzero.
         """
         return (
             self.memory[SYNC_ACTIVATION] & 0x03 == 0x03
@@ -202,19 +196,19 @@ class Esc:
         return int(self._get(SYNC0_START, "<Q")), int(self._get(SYNC0_CYCLE, "<I"))
 
     def set_ports(self, *, last: bool) -> None:
-        """Say whether another slave follows on port 1."""
+        """Set whether another slave follows on port 1."""
         linked, loops = (0x0010, 0x5600) if last else (0x0030, 0x5A00)
         self._set(DL_STATUS, "<H", 0x0001 | linked | loops)
 
     def latch_receive_times(self, arrival_ns: int, return_ns: int) -> None:
-        """Keep when a frame came in on port 0 and came back on port 1, host times."""
+        """Latch arrival on port 0 and return on port 1, host times."""
         arrival = self.clock.local_ns(arrival_ns)
         self._set(PORT_TIME, "<I", arrival & 0xFFFFFFFF)
         self._set(PORT_TIME + 4, "<I", self.clock.local_ns(return_ns) & 0xFFFFFFFF)
         self._set(RECEIVE_TIME, "<Q", arrival)
 
     def read(self, address: int, length: int) -> bytes | None:
-        """Return memory as the master reads it, or None where the slave does not answer."""
+        """Return memory as read by the master, or None without answer."""
         end = address + length
         if address >= RAM:
             return self._read_ram(address, end)
@@ -223,12 +217,12 @@ class Esc:
         return bytes(self.memory[address:end])
 
     def write(self, address: int, data: bytes | bytearray | memoryview) -> bool:
-        """Write as the master does and say whether the slave took it."""
+        """Write as the master; return whether the slave accepted it."""
         end = address + len(data)
         if address >= RAM:
             return self._write_ram(address, data)
         if end <= SYSTEM_TIME + 8 and address >= SYSTEM_TIME:
-            # The time of the reference clock passes in every cycle; nothing of it is kept.
+            # The reference time passes in every cycle and is not stored.
             if address == SYSTEM_TIME and len(data) >= 4:
                 self._compare_clock(bytes(data[:4]))
             return True
@@ -250,14 +244,14 @@ class Esc:
         return True
 
     def exchange_allowed(self, sync_manager: int) -> bool:
-        """Say whether process data of this sync manager is exchanged now."""
+        """Return whether process data of a sync manager is exchanged now."""
         memory = self.memory
         return memory[AL_STATUS] & 0x0F >= SAFEOP and bool(
             memory[SYNC_MANAGER + 8 * sync_manager + 6] & 1
         )
 
     def store_outputs(self, address: int, data: memoryview) -> None:
-        """Take outputs from a logical datagram; feeds the watchdog."""
+        """Store outputs from a logical datagram; feeds the watchdog."""
         self.memory[address : address + len(data)] = data
         start, length = self._sm_range(SM_OUTPUTS)
         if address + len(data) == start + length:
@@ -271,7 +265,7 @@ class Esc:
             self.spoil(self.memory)
 
     def poll(self, now_ns: int) -> None:
-        """Fall back to SAFEOP where the outputs stayed away for longer than the watchdog time."""
+        """Fall back to SAFEOP if the outputs stay away longer than the watchdog time."""
         limit = (self._get(WATCHDOG_DIVIDER, "<H") + 2) * 40 * self._get(WATCHDOG_SM_TIME, "<H")
         if self.state == OP and limit and now_ns - self._fed_ns > limit:
             self._set(WATCHDOG_STATUS, "<H", 0)
@@ -279,8 +273,8 @@ class Esc:
             self.fall_back(SAFEOP, AL_WATCHDOG)
 
     def post(self, mailbox: bytes) -> bool:
-        """Send a mailbox that nobody asked for; say whether there was room for it."""
-        # One place is left for the answer to a request.
+        """Send an unsolicited mailbox; return whether there was room."""
+        # One place is reserved for the answer to a request.
         if self.state < PREOP or len(self._replies) >= _MAX_REPLIES - 1:
             return False
         self._replies.append(mailbox)
@@ -288,18 +282,18 @@ class Esc:
         return True
 
     def fall_back(self, state: int, code: int) -> None:
-        """Leave the present state by the slave's own decision, with an AL status code."""
+        """Fall to a state by the slave's own decision, with an AL status code."""
         self._enter(state)
         self.memory[AL_STATUS] = state | ERROR
         self._set(AL_STATUS_CODE, "<H", code)
 
     def count_link_errors(self, port: int, count: int) -> None:
-        """Count broken frames seen at a port, as a damaged cable makes them."""
+        """Count broken frames at a port, as after a damaged cable."""
         at = RX_ERRORS + 2 * port
         self.memory[at] = min(255, self.memory[at] + count)
 
     def _compare_clock(self, received: bytes) -> None:
-        """Compare the own time with the reference time that passes, and follow it."""
+        """Compare the system time with the passing reference time, and follow it."""
         difference = time_difference(self.system_time_ns, received)
         self._set(TIME_DIFFERENCE, "<I", difference_register(difference))
         self.clock.follow(difference, self.now_ns)
@@ -373,7 +367,7 @@ class Esc:
         control = SYNC_MANAGER + 8 * SM_MAILBOX_IN
         if not self._sm_active(SM_MAILBOX_IN):
             self.memory[control + 5] &= ~_SM_FULL
-        # The repeat bit asks for the last mailbox once more, because its way back failed.
+        # The repeat bit requests the last mailbox again after a lost return frame.
         if (self.memory[control + 6] ^ self.memory[control + 7]) & 0x02:
             self.memory[control + 7] ^= 0x02
             if self._last_reply:

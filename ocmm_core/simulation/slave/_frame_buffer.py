@@ -1,9 +1,8 @@
-"""The frames of a software camera between their exposure and their acknowledgement.
+"""Frame buffer of a software camera, from exposure to acknowledgement.
 
-Exposure k happens at start + k * period. The frames are generated ahead of time while the wire is
-idle and become readable one period after their exposure. A frame is kept until the master has
-acknowledged it (go-back-N), so that a lost or late cycle loses none; a buffer that is full drops
-the oldest and says so.
+Exposure k is at start + k * period. Frames are generated ahead of time while the wire is idle and
+become readable one period after their exposure. A frame is kept until acknowledged (go-back-N), so
+that a lost or late cycle loses none; a full buffer drops the oldest and reports it.
 """
 
 from __future__ import annotations
@@ -34,19 +33,10 @@ _NO_SPOT = b"\x00\x00"
 
 
 class FrameBuffer:
-    """Frames of one camera between their exposure and their acknowledgement.
+    """Frame buffer of one camera.
 
-    Parameters
-    ----------
-    provider, camera
-        Where the frames come from and which camera this is.
-
-    Attributes
-    ----------
-    lost, overruns
-        Frames dropped because the buffer was full, and how often that began.
-    late
-        How often frames were asked for that were not made in time.
+    ``overruns`` counts the events of frames ``lost`` in a full buffer, ``late`` the requests for
+    frames not generated in time.
     """
 
     def __init__(self, provider: CameraFrames, camera: int) -> None:
@@ -58,20 +48,19 @@ class FrameBuffer:
         self.period_ns = 0
         self.lost = self.overruns = self.late = 0
         self.lens: CameraModel | None = None
-        """Corrects the spots, and they are sent in mm; None sends them raw."""
+        """Corrects the spots, sent in mm; None sends them raw."""
         self.blind = False
-        """No spot is valid."""
         self._generated = self._tail = 0
         self._overrun_at = -1
         self._dark = range(0)
 
     @property
     def running(self) -> bool:
-        """Return whether exposures are being made."""
+        """Return whether exposures are running."""
         return self.period_ns > 0
 
     def start(self, start_ns: int, period_ns: int) -> None:
-        """Let exposure 0 happen at ``start_ns`` of the camera's clock."""
+        """Set exposure 0 to `start_ns` of the camera's clock."""
         self.start_ns, self.period_ns = start_ns, period_ns
         self.lost = 0
         self._generated = self._tail = 0
@@ -79,19 +68,19 @@ class FrameBuffer:
         self._dark = range(0)
 
     def resume(self, start_ns: int, period_ns: int, now_ns: int) -> None:
-        """Follow another schedule from now on; the exposures of it that are over are lost."""
+        """Follow another schedule from now on; its past exposures are lost."""
         self.start(start_ns, period_ns)
         first = max(0, self._newest(now_ns) + 1)
         self._generated = self._tail = self._overrun_at = first
         self.lost = first
 
     def look_again(self, now_ns: int) -> None:
-        """Make the frames anew that were made ahead of their exposure: the clock jumped."""
+        """Regenerate frames made ahead of their exposure, after a clock jump."""
         if self.running:
             self._generated = min(self._generated, max(self._tail, self._newest(now_ns) + 1))
 
     def darken(self, now_ns: int, count: int) -> int:
-        """Make the next exposures without light; return how long they take, ns."""
+        """Make the next exposures without light; return their duration, ns."""
         if not self.running:
             return 0
         first = max(0, self._newest(now_ns) + 1)
@@ -99,19 +88,19 @@ class FrameBuffer:
         return count * self.period_ns
 
     def is_dark(self, first: int, count: int) -> bool:
-        """Return whether any of these frames shows nothing."""
+        """Return whether any of these frames is dark."""
         return self.blind or (first < self._dark.stop and self._dark.start < first + count)
 
     def stop(self) -> None:
-        """Make no more exposures."""
+        """Stop the exposures."""
         self.period_ns = 0
 
     def is_behind(self, now_ns: int) -> bool:
-        """Return whether frames were exposed that are not made yet."""
+        """Return whether exposed frames are not generated yet."""
         return self.running and self._generated <= self._newest(now_ns)
 
     def generate(self, now_ns: int) -> bool:
-        """Make the next chunk of frames if it is due; say whether something was made."""
+        """Generate the next chunk of frames if due; return whether one was."""
         if not self.running or self._generated > self._newest(now_ns) + _AHEAD_FRAMES:
             return False
         first = self._generated
@@ -129,14 +118,14 @@ class FrameBuffer:
         return True
 
     def acknowledge(self, counter: int) -> None:
-        """Let go of all frames up to the one with this counter (32 bits, as on the wire)."""
-        # The nearest frame with these 32 bits; anything far from the buffer is not an answer to it.
+        """Release all frames up to this counter (32 bits, as on the wire)."""
+        # The nearest frame with these 32 bits; a value far from the buffer is no acknowledgement.
         ahead = (counter + 1 - self._tail) % COUNTER_MODULUS
         if 0 < ahead <= FRAMES_PER_CYCLE:
             self._tail += ahead
 
     def take(self, now_ns: int) -> tuple[int, int]:
-        """Return the first frame to send and how many; drops what no longer has room."""
+        """Return the first frame to send and their number; drop frames without room."""
         exposed = self._newest(now_ns) + 1
         end = min(exposed, self._generated)
         if end < exposed:
@@ -152,7 +141,7 @@ class FrameBuffer:
         return frame == self._overrun_at
 
     def copy(self, first: int, count: int, target: bytearray, at: int) -> None:
-        """Copy frames as they are sent into ``target``."""
+        """Copy frames in wire format into `target`."""
         size = FRAME_DTYPE.itemsize
         start = first % _RING_FRAMES
         whole = min(count, _RING_FRAMES - start)

@@ -1,4 +1,4 @@
-"""Where the frames of a software camera come from, and a test pattern that needs no physics."""
+"""Frame providers of a software camera, and test patterns without physics."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Frames = tuple[NDArray[np.uint16], NDArray[np.uint16], NDArray[np.float64]]
 
 
 class CameraFrames(Protocol):
-    """What the sensors see: a pure function of camera and exposure number."""
+    """Sensor view: a pure function of camera and exposure number."""
 
     def camera_frames(self, camera: int, first: int, count: int) -> Frames:
         """Return the frames ``first .. first + count - 1`` of one camera.
@@ -22,17 +22,17 @@ class CameraFrames(Protocol):
         Returns
         -------
         valid
-            (count,) uint16: bit s says that slot s holds a spot.
+            (count,) uint16: bit s: slot s holds a spot.
         flags
             (count,) uint16: bits of `FrameFlag`.
         uv
-            (count, 8, 2) float64, px: spots, NaN where not valid.
+            (count, 8, 2) float64, px: spots, NaN if invalid.
         """
         ...
 
 
 class SensorControl(Protocol):
-    """What the electronics of a camera can set and ask at its sensor."""
+    """Sensor functions available to a camera's electronics."""
 
     def configure(
         self,
@@ -45,31 +45,29 @@ class SensorControl(Protocol):
     ) -> None:
         """Set exposure time, threshold in grey levels, lit LEDs (bit mask, 0: all) and windows.
 
-        A window is left, top, width and height, px; without any the camera chooses by itself.
+        A window is left, top, width and height, px; if empty, the camera chooses.
         """
         ...
 
     def image(
         self, camera: int, left: int, top: int, width: int, height: int
     ) -> NDArray[np.uint16]:
-        """Return a raw picture of a region (height, width)."""
+        """Return a raw image of a region (height, width)."""
         ...
 
     def black_image(self, camera: int, frames: int) -> NDArray[np.uint16]:
-        """Return the mean of so many exposures of the whole sensor with the LEDs off."""
+        """Return the mean of `frames` exposures of the whole sensor with the LEDs off."""
         ...
 
     def set_black_image(self, camera: int, image: NDArray[np.uint16] | None) -> None:
-        """Subtract this picture from now on, or nothing."""
+        """Subtract this image, or none, from now on."""
         ...
 
-    def temperature_c(self, camera: int) -> float:
-        """Return the temperature of the sensor."""
-        ...
+    def temperature_c(self, camera: int) -> float: ...
 
 
 class Clocked(Protocol):
-    """Whose clock tells when a frame is exposed: a slave controller."""
+    """Provider of the exposure clock: a slave controller."""
 
     now_ns: int
 
@@ -80,31 +78,31 @@ class Clocked(Protocol):
 
 
 class Scheduled(Protocol):
-    """Who plans the exposures of a camera: its buffer."""
+    """Provider of the exposure schedule: a frame buffer."""
 
     start_ns: int
     period_ns: int
 
 
 _DIGIT = 1 << 10
-"""Values of one digit; a digit is a whole number of pixels from `_ZERO_PX` on."""
+"""Values of one digit; a digit is a whole number of pixels from `_ZERO_PX`."""
 _ZERO_PX = 100.0
 CLOCK_MODULUS_US = _DIGIT**4
 
 
 class ClockPattern:
-    """Spots that tell when they were exposed, so that old and mixed frames are found out.
+    """Spots that encode their exposure time, to detect old and mixed frames.
 
-    Slots 0 and 1 hold the exposure time on the bus clock as the camera believes it, slots 2 and 3
-    the host time at which it happens, both in microseconds, slot 4 the number of the camera and
-    its boot counter; the rest, and the button, follow from the exposure time. See `read_clock`.
+    Slots 0 and 1 hold the exposure time on the bus clock as set in the camera, slots 2 and 3 the
+    true host time, both in microseconds, slot 4 the camera number and boot counter; the rest, and
+    the button, follow from the exposure time. See `read_clock`.
     """
 
     def __init__(self) -> None:
         self._watched: dict[int, tuple[Clocked, Scheduled, int]] = {}
 
     def watch(self, camera: int, clock: Clocked, schedule: Scheduled, boots: int) -> None:
-        """Take a camera's times from these from now on."""
+        """Set the time sources of a camera."""
         self._watched[camera] = (clock, schedule, boots)
 
     def camera_frames(self, camera: int, first: int, count: int) -> Frames:
@@ -129,22 +127,21 @@ class ClockPattern:
 
 @dataclass(frozen=True, slots=True)
 class ClockReading:
-    """What frames of one camera that shows a `ClockPattern` say."""
+    """Decoded frames of one camera that shows a `ClockPattern`."""
 
     bus_us: NDArray[np.int64]
     host_us: NDArray[np.int64]
-    """`bus_us`, `host_us`: (n,): when they were exposed, modulo `CLOCK_MODULUS_US`."""
+    """`bus_us`, `host_us`: (n,): exposure times, modulo `CLOCK_MODULUS_US`."""
     camera: NDArray[np.int64]
     boots: NDArray[np.int64]
-    """`camera`, `boots`: (n,): who exposed them."""
     intact: NDArray[np.bool_]
-    """(n,): everything in the frame fits together."""
+    """(n,): the frame is consistent."""
 
 
 def read_clock(
     valid: NDArray[np.uint16] | NDArray[np.uint64], uv: NDArray[np.float64]
 ) -> ClockReading:
-    """Read what a `ClockPattern` shows: ``valid`` (n,) and ``uv`` (n, 8, 2) of one camera."""
+    """Decode a `ClockPattern` from `valid` (n,) and `uv` (n, 8, 2) of one camera."""
     digits = np.nan_to_num(uv - _ZERO_PX, nan=-1.0)
     whole = digits.astype(np.int64)
     weights = _DIGIT ** np.arange(4)
@@ -162,17 +159,17 @@ def read_clock(
 
 
 def _follow_up(bus_us: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return whole numbers (n, 3, 2) below `_DIGIT` that follow from the time."""
+    """Return whole numbers (n, 3, 2) below `_DIGIT` derived from the time."""
     factors = np.array([[7, 11], [13, 17], [19, 23]])
-    # A prime keeps the six numbers apart; any wrong bit of the time changes most of them.
+    # A prime keeps the six numbers distinct; any wrong bit of the time changes most of them.
     follow_up: NDArray[np.int64] = bus_us[:, None, None] * factors % 1021
     return follow_up
 
 
 class TestPattern:
-    """Spots on circles; a slot, the button and the positions all tell the exposure number.
+    """Spots on circles; slots, button and positions encode the exposure number.
 
-    Every tenth of a second the button changes, and every 37th frame one slot is missing.
+    The button changes every tenth of a second, and every 37th frame lacks one slot.
     """
 
     __test__ = False

@@ -50,7 +50,7 @@ AL_OUTPUTS = 0x001D
 AL_INPUTS = 0x001E
 AL_SYNC = 0x0030
 
-# What a master may change below the process memory.
+# Registers writable by a master below the process memory.
 WRITABLE = (
     (STATION_ADDRESS, 2), (DL_CONTROL, 4), (AL_CONTROL, 2), (0x0200, 4), (0x0300, 16),
     (WATCHDOG_DIVIDER, 2), (0x0410, 2), (WATCHDOG_SM_TIME, 2), (WATCHDOG_COUNT, 2), (0x0500, 16),

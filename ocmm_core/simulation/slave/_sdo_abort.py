@@ -1,4 +1,4 @@
-"""Why the camera refuses an object (abort codes of ETG.1000.6, table 41)."""
+"""Reasons for refused objects (abort codes of ETG.1000.6, table 41)."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ from ocmm_core.errors import BusError
 
 
 class Abort(IntEnum):
-    """The reasons that the camera gives."""
-
     TOGGLE = 0x05030000
     COMMAND = 0x05040001
     WRITE_ONLY = 0x06010001
@@ -31,7 +29,7 @@ class Abort(IntEnum):
 
 
 class AbortError(BusError):
-    """A transfer is refused; the master is told why."""
+    """A refused transfer, with the reason sent to the master."""
 
     def __init__(self, reason: Abort) -> None:
         super().__init__(
@@ -40,7 +38,6 @@ class AbortError(BusError):
             "Check the object and its value.",
         )
         self.reason = reason
-        """The abort code."""
 
     def __reduce__(self) -> tuple[type[AbortError], tuple[Abort]]:  # type: ignore[override]  # made from its reason alone
         return (type(self), (self.reason,))

@@ -1,4 +1,4 @@
-"""The values behind an object dictionary: who may read and write them, one by one or together."""
+"""Values of an object dictionary with access control, single or as records."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from ocmm_core.simulation.slave._sdo_abort import Abort, AbortError
 
 Address = tuple[int, int]
 _COUNT_BYTES = 2
-"""Entry 0 takes so many bytes where a record travels as a whole."""
+"""Size of entry 0 in a complete record transfer."""
 
 
 class SdoValues:
-    """What the entries hold."""
+    """Values of the entries."""
 
     def __init__(
         self,
@@ -33,17 +33,17 @@ class SdoValues:
         }
 
     def put(self, index: int, sub: int, value: bytes) -> None:
-        """Set a value from the device's side."""
+        """Set a value from the device side."""
         self._values[index, sub] = value
 
     def read(self, index: int, sub: int) -> bytes:
-        """Return a value, or raise `AbortError`."""
+        """Return a value; raise `AbortError` if not allowed."""
         self._entry(index, sub)
         live = self._live.get((index, sub))
         return self._values[index, sub] if live is None else live()
 
     def read_all(self, index: int, first: int) -> bytes:
-        """Return a record from entry ``first`` (0 or 1) on, or raise `AbortError`."""
+        """Return a record from entry `first` (0 or 1); raise `AbortError` if not allowed."""
         content = bytearray()
         for sub in self._together(index, first):
             value = self.read(index, sub)
@@ -51,7 +51,7 @@ class SdoValues:
         return bytes(content)
 
     def check_writable(self, index: int, sub: int, *, complete: bool) -> int:
-        """Return how many bytes may be written, or raise `AbortError`."""
+        """Return the writable size in bytes; raise `AbortError` if not allowed."""
         if not complete:
             entry = self._entry(index, sub)
             self._check_access(entry)
@@ -65,7 +65,7 @@ class SdoValues:
         return room
 
     def write(self, index: int, sub: int, value: bytes) -> None:
-        """Check and keep a value, or raise `AbortError`."""
+        """Check and store a value; raise `AbortError` if not allowed."""
         self.check_writable(index, sub, complete=False)
         self._check_value(self._entry(index, sub), value)
         written = self._written.get((index, sub))
@@ -74,7 +74,7 @@ class SdoValues:
         self._values[index, sub] = value
 
     def write_all(self, index: int, first: int, content: bytes) -> None:
-        """Check all values of a record before any is kept, or raise `AbortError`."""
+        """Check all values of a record before storing any; raise `AbortError` if not allowed."""
         if len(content) != self.check_writable(index, first, complete=True):
             raise AbortError(Abort.LENGTH)
         parts, at = [], 0

@@ -1,7 +1,7 @@
-"""A segment of slaves on one wire: works the datagrams of an EtherCAT frame (ETG.1000.4).
+"""Segment of slaves on one wire: processes EtherCAT datagrams (ETG.1000.4).
 
-Every slave in turn sees every datagram, as on a real wire, and adds to the working counter what
-the standard says: one for a read, one for a write, and in a combined command two for the write.
+Every slave in turn processes every datagram and increments the working counter: by one for a read,
+one for a write, and in a combined command two for the write.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class DatagramCommand(IntEnum):
     FRMW = 14
 
 
-# Plain numbers: a look at a member of an enumeration costs more than the datagram.
+# Plain integers: enumeration lookups cost more than the datagram.
 _BRD, _FPRD, _LRW = int(DatagramCommand.BRD), int(DatagramCommand.FPRD), int(DatagramCommand.LRW)
 _READS = {DatagramCommand.APRD, DatagramCommand.FPRD, DatagramCommand.BRD, DatagramCommand.LRD}
 _WRITES = {DatagramCommand.APWR, DatagramCommand.FPWR, DatagramCommand.BWR, DatagramCommand.LWR}
@@ -56,7 +56,7 @@ _BROADCAST = {DatagramCommand.BRD, DatagramCommand.BWR, DatagramCommand.BRW}
 
 @dataclass(frozen=True, slots=True)
 class _Copy:
-    """Bytes of a logical datagram that one FMMU maps; `sync_manager` 0 is plain memory."""
+    """Bytes of a logical datagram mapped by one FMMU; `sync_manager` 0 is plain memory."""
 
     slave: Esc
     write: bool
@@ -67,25 +67,19 @@ class _Copy:
 
 
 class Segment:
-    """The slaves of one wire, in the order in which a frame passes them."""
+    """Slaves of one wire in wire order."""
 
     def __init__(self, slaves: Sequence[Esc]) -> None:
         self.slaves = tuple(slaves)
-        # Working out which bytes an FMMU maps takes longer than copying them; masters repeat
-        # the same logical datagrams for hours.
+        # Resolving FMMU mappings takes longer than copying; masters repeat the same logical
+        # datagrams for hours.
         self._plans: dict[tuple[int, int, int], list[_Copy]] = {}
         for slave in self.slaves:
             slave.mapping_changed = self._plans.clear
             slave.set_ports(last=slave is self.slaves[-1])
 
     def process(self, frame: bytearray, now_ns: int) -> bool:
-        """Work through an Ethernet frame in place; say whether it was an EtherCAT frame.
-
-        Parameters
-        ----------
-        now_ns
-            When it arrived, ns.
-        """
+        """Process an Ethernet frame in place; return whether it was an EtherCAT frame."""
         if len(frame) < _ETHERNET_HEAD + 2 + _DATAGRAM_HEAD + 2:
             return False
         if frame[12:14] != _ETHERTYPE_BYTES:
@@ -114,7 +108,7 @@ class Segment:
             at = start + length + 2
             if at + _DATAGRAM_HEAD + 2 > len(frame):
                 return False
-        # A frame that has passed a slave is known by this bit of its source address.
+        # Marks a frame that has passed a slave, in its source address.
         frame[6] |= 0x02
         return True
 

@@ -1,4 +1,4 @@
-"""The sensor of a software camera whose frames come from nowhere that has pixels."""
+"""Sensor of a software camera whose provider has no pixels."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _TEMPERATURE_C = 36.5
 
 
 def sensor_of(provider: CameraFrames) -> SensorControl:
-    """Return the provider's own sensor, or a simple one that shows its first frame."""
+    """Return the provider's sensor, or a simple one that shows its first frame."""
     return provider if _is_sensor(provider) else SimpleSensor(provider)
 
 
@@ -26,14 +26,9 @@ def _is_sensor(provider: object) -> TypeGuard[SensorControl]:
 
 
 class SimpleSensor:
-    """A fixed dark pattern, and a round spot of light wherever the provider sees one.
+    """A fixed dark pattern, with round spots at the provider's positions.
 
-    The spots of a picture are those of the provider's first frame; black images have no spots.
-
-    Parameters
-    ----------
-    provider
-        Where the spots are.
+    Images show the provider's first frame; black images have no spots.
     """
 
     def __init__(self, provider: CameraFrames) -> None:
@@ -48,12 +43,12 @@ class SimpleSensor:
         strobe: int,
         windows: tuple[tuple[int, int, int, int], ...],
     ) -> None:
-        """Take note of nothing: positions come from the provider, not from pixels."""
+        """Do nothing: positions come from the provider, not from pixels."""
 
     def image(
         self, camera: int, left: int, top: int, width: int, height: int
     ) -> NDArray[np.uint16]:
-        """Return a raw picture of a region (height, width), grey levels."""
+        """Return a raw image of a region (height, width), grey levels."""
         rows, columns = np.arange(top, top + height), np.arange(left, left + width)
         grey = _dark(rows, columns).astype(np.float64)
         _valid, _flags, uv = self._provider.camera_frames(camera, 0, 1)
@@ -64,14 +59,14 @@ class SimpleSensor:
         return np.round(grey).astype(np.uint16)
 
     def black_image(self, camera: int, frames: int) -> NDArray[np.uint16]:
-        """Return the dark pattern of the whole sensor; averaging changes nothing about it."""
+        """Return the dark pattern of the whole sensor; averaging does not change it."""
         return _dark(np.arange(SENSOR_PX), np.arange(SENSOR_PX))
 
     def set_black_image(self, camera: int, image: NDArray[np.uint16] | None) -> None:
-        """Take note of nothing: positions come from the provider, not from pixels."""
+        """Do nothing: positions come from the provider, not from pixels."""
 
     def temperature_c(self, camera: int) -> float:
-        """Return a temperature that tells the cameras apart."""
+        """Return a camera-specific temperature."""
         return _TEMPERATURE_C + camera
 
 

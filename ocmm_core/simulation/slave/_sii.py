@@ -1,4 +1,4 @@
-"""The SII EEPROM image of the smart camera (ETG.2010), made from the device model."""
+"""SII EEPROM image of the smart camera (ETG.2010), made from the device model."""
 
 from __future__ import annotations
 
@@ -31,32 +31,22 @@ from ocmm_core.fieldbus.device import SYNC_MANAGERS as SYNC_MANAGERS
 _PROTOCOLS = 0x000C
 """CoE, and FoE for firmware."""
 _COE_DETAILS = 0x23
-"""SDO, SDO information and complete access; neither assignment nor mapping can be changed."""
+"""SDO, SDO information and complete access; assignment and mapping are fixed."""
 _CATEGORY_STRINGS, _CATEGORY_GENERAL, _CATEGORY_FMMU = 10, 30, 40
 _CATEGORY_SYNC_MANAGERS, _CATEGORY_TX_PDO, _CATEGORY_RX_PDO = 41, 50, 51
 _CATEGORY_CLOCK = 60
 _MANDATORY, _FIXED = 0x0001, 0x0010
-"""Of a PDO: every master maps it, and its content cannot be changed."""
+"""PDO flags: mapped by every master, with fixed content."""
 
 
 def sii_image(serial: int, alias: int, layout: InputLayout = NEWEST_LAYOUT) -> bytes:
-    """Return the content of the EEPROM.
-
-    Parameters
-    ----------
-    serial
-        Serial number of the camera.
-    alias
-        Station alias, 1 to 65535.
-    layout
-        Of its inputs, and by that its revision.
-    """
+    """Return the content of the EEPROM; `layout` defines the revision."""
     head = bytearray(SII_CONFIGURATION)
     struct.pack_into("<H", head, 8, alias)
     head += struct.pack("<H", checksum_of_configuration(head))
     head += struct.pack("<IIII", VENDOR_ID, PRODUCT_CODE, layout.revision, serial)
     head += bytes(8)
-    # In BOOT the mailboxes are where they always are.
+    # In BOOT the mailbox addresses are fixed.
     head += struct.pack("<HHHH", MAILBOX_OUT_START, MAILBOX_BYTES, MAILBOX_IN_START, MAILBOX_BYTES)
     head += struct.pack(
         "<HHHHH", MAILBOX_OUT_START, MAILBOX_BYTES, MAILBOX_IN_START, MAILBOX_BYTES, _PROTOCOLS
@@ -72,19 +62,19 @@ def sii_image(serial: int, alias: int, layout: InputLayout = NEWEST_LAYOUT) -> b
     body += b"".join(_pdo(_CATEGORY_TX_PDO, pdo, SM_INPUTS, strings) for pdo in layout.input_pdos)
     body += _pdo(_CATEGORY_RX_PDO, OUTPUT_PDO, SM_OUTPUTS, strings)
     body += _category(_CATEGORY_CLOCK, b"".join(_clock(mode, strings) for mode in CLOCK_MODES))
-    # Strings come first, and are known last.
+    # Strings come first, but are complete only now.
     body = _category(_CATEGORY_STRINGS, strings.content) + body
     return (bytes(head) + body + b"\xff\xff").ljust(SII_BYTES, b"\xff")
 
 
 class _Strings:
-    """The texts of an image; others name them by their number, from 1. Each is there once."""
+    """Unique texts of an image, referenced by number from 1."""
 
     def __init__(self) -> None:
         self._texts: list[str] = []
 
     def number(self, text: str) -> int:
-        """Return the number of a text; 0 is no text."""
+        """Return the number of a text; 0 for an empty text."""
         if not text:
             return 0
         if text not in self._texts:
@@ -93,7 +83,7 @@ class _Strings:
 
     @property
     def content(self) -> bytes:
-        """Return the category: how many there are, then each behind its length."""
+        """Return the category: count, then each text with its length."""
         encoded = [text.encode("ascii") for text in self._texts]
         return bytes([len(encoded)]) + b"".join(bytes([len(text)]) + text for text in encoded)
 
@@ -105,7 +95,7 @@ def _general(strings: _Strings) -> bytes:
     head = struct.pack("<BBBBBB", group, 0, name, name, 0, _COE_DETAILS)
     # FoE; no EoE, three reserved, flags, no current on the E-bus (int16).
     head += struct.pack("<B4xBh", 1, MAILBOX_REPEATS, 0)
-    # The group once more, a reserved byte, then at byte 16 the ports, a nibble each.
+    # Group again, a reserved byte, then at byte 16 the ports, a nibble each.
     head += struct.pack("<BBH", group, 0, PHYSICAL_PORTS)
     return head.ljust(32, b"\x00")
 
@@ -138,7 +128,7 @@ def _pdo(category: int, pdo: Pdo, sync_manager: int, strings: _Strings) -> bytes
 
 
 def checksum_of_configuration(content: bytes | bytearray) -> int:
-    """Return the check sum of the first 14 bytes (ETG.2010, table 2): CRC-8, start 0xFF."""
+    """Return the checksum of the first 14 bytes (ETG.2010, table 2): CRC-8, start 0xFF."""
     crc = 0xFF
     for byte in content:
         crc ^= byte

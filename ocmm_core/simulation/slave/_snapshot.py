@@ -1,4 +1,4 @@
-"""The snapshot of a software camera (object 0x8030): taken in slices, read in chunks."""
+"""Snapshot of a software camera (object 0x8030): captured in slices, read in chunks."""
 
 from __future__ import annotations
 
@@ -17,21 +17,11 @@ from ocmm_core.simulation.slave._sdo_values import Address
 _LEFT, _TOP, _WIDTH, _HEIGHT, _COMMAND, _STATE, _PROGRESS, _TOTAL = range(1, 9)
 _OFFSET, _CHUNK, _CRC, _PICTURE_WIDTH, _PICTURE_HEIGHT = range(9, 14)
 _SLICE_PIXELS = 16384
-"""Read out at once: a master must not wait for longer than this takes."""
+"""Pixels per slice; limits the delay of answers to the master."""
 
 
 class Snapshots:
-    """The objects of the snapshot and the work behind them.
-
-    Parameters
-    ----------
-    sensor, camera
-        Where pixels come from.
-    size
-        Width and height of the sensor, px.
-    failed
-        Called with what went wrong.
-    """
+    """The snapshot objects and their work."""
 
     def __init__(
         self,
@@ -52,7 +42,7 @@ class Snapshots:
         self._offset = 0
 
     def work(self) -> bool:
-        """Read out the next slice; say whether there was one."""
+        """Capture the next slice; return whether there was one."""
         if self._state is not Work.BUSY:
             return False
         left, top, width, height = self._region
@@ -72,7 +62,7 @@ class Snapshots:
         return True
 
     def live(self) -> dict[Address, Callable[[], bytes]]:
-        """Return how to read the entries."""
+        """Return readers of the entries."""
         return {
             (SNAPSHOT, _STATE): lambda: bytes([self._state]),
             (SNAPSHOT, _PROGRESS): lambda: bytes([self._percent()]),
@@ -84,7 +74,7 @@ class Snapshots:
         }
 
     def written(self) -> dict[Address, Callable[[bytes], object]]:
-        """Return what writing the entries does."""
+        """Return the actions for written entries."""
         return {
             **{(SNAPSHOT, sub): self._setter(sub) for sub in (_LEFT, _TOP, _WIDTH, _HEIGHT)},
             (SNAPSHOT, _COMMAND): self._command,

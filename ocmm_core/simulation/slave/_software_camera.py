@@ -1,4 +1,4 @@
-"""The software camera: a slave controller with frames, objects and errors behind it."""
+"""Software camera: a slave controller with frames, objects and errors."""
 
 from __future__ import annotations
 
@@ -72,12 +72,12 @@ from ocmm_core.simulation.slave._store import CameraStore
 
 _AL_INCONSISTENT = 0x0026
 _SYNC_CODES = (0x001A, 0x002C, *range(0x0030, 0x0038))
-"""AL status codes of falls that the clock signal caused."""
+"""AL status codes of falls caused by the sync signal."""
 _LOST_LINKS = slice(0x0310, 0x0314)
 _SYNC0_MODE = 2
 _FOE, _MAILBOX_HEAD = 4, 6
 _SOFTWARE_VERSION = 0x100A
-# Plain numbers: flags of an enumeration cost more than the frame that they go with.
+# Plain integers: enumeration flags cost more than the rest of a frame.
 _OPERATIONAL, _SYNCHRONISED = int(CameraStatus.OPERATIONAL), int(CameraStatus.SYNCHRONISED)
 _OVERRUN, _DARK = int(CameraStatus.OVERRUN), int(CameraStatus.DARK)
 _DIAGNOSIS, _STREAM = int(CameraStatus.DIAGNOSIS), int(Control.STREAM)
@@ -88,25 +88,19 @@ class SoftwareCamera:
 
     Parameters
     ----------
-    provider
-        What it sees; `SensorControl` is used where the provider has it.
-    boot_counter
-        How often it was switched on.
-    store
-        What it keeps without power; the same one for a camera that is switched on again.
+    store, banks
+        Non-volatile memory and firmware; pass the same objects after a restart.
     layout
-        Of its inputs, and by that its revision.
+        Input layout, which defines the revision.
     sensor
-        Serial number and size, px, that it tells of its sensor; 0: the camera's own number.
-    banks
-        Its firmware; the same ones for a camera that is switched on again.
+        Reported sensor serial number and size, px; 0: the camera's own number.
 
     Attributes
     ----------
     frozen
-        Fault: the camera's application stands still while its controller goes on answering.
+        Fault: the application hangs while its controller continues to answer.
     mailbox_hangs
-        Fault: mailboxes are taken and never answered.
+        Fault: mailboxes are accepted and never answered.
     """
 
     def __init__(
@@ -141,7 +135,6 @@ class SoftwareCamera:
         self.electronics = Electronics(
             index, serial, provider, store or CameraStore(), self._diagnosis, self._darken, sensor
         )
-        """Sensor and memory, with their faults."""
         self.coe = CoeServer(
             object_dictionary(serial, layout),
             MAILBOX_BYTES,
@@ -155,7 +148,7 @@ class SoftwareCamera:
 
     @property
     def period_override(self) -> int:
-        """Return the fault of exposing every so many ns whatever was told; 0 is none."""
+        """Return the faulty exposure period, ns, that overrides the configuration; 0: none."""
         return self._period_override
 
     @period_override.setter
@@ -171,13 +164,13 @@ class SoftwareCamera:
         if len(mailbox) >= _MAILBOX_HEAD and mailbox[5] & 0x0F == _FOE:
             (length,) = struct.unpack_from("<H", mailbox)
             return self.foe.answer(mailbox[_MAILBOX_HEAD : _MAILBOX_HEAD + length])
-        # In BOOT there is nothing but files.
+        # BOOT supports file access only.
         return None if self._state == BOOT else self.coe.answer(mailbox)
 
     def emergency(
         self, code: int, register: int = ErrorRegister.GENERIC, data: bytes = b""
     ) -> None:
-        """Send an emergency message and keep it in the history; code 0 ends an error."""
+        """Send an emergency message and record it; code 0 ends an error."""
         self._diagnosis.report(code, register, data)
 
     def state_changed(self, state: int) -> None:
@@ -203,7 +196,7 @@ class SoftwareCamera:
             self._start_exposures(state)
 
     def outputs_written(self) -> None:
-        """Take the master's acknowledgement."""
+        """Process the master's acknowledgement."""
         control, _pattern, counter, _heartbeat = OUTPUT_STRUCT.unpack_from(
             self.esc.memory, OUTPUT_START
         )
@@ -215,7 +208,7 @@ class SoftwareCamera:
             self.buffer.acknowledge(counter)
 
     def refresh_inputs(self) -> None:
-        """Put header and frames where the master reads them."""
+        """Write header and frames to the input memory."""
         if self.frozen:
             return
         buffer, esc = self.buffer, self.esc
@@ -242,24 +235,24 @@ class SoftwareCamera:
         DATA_CRC.pack_into(memory, INPUT_START + DATA_CRC_AT, crc)
 
     def generate(self, now_ns: int) -> bool:
-        """Work ahead; say whether something was done."""
+        """Work ahead; return whether work was done."""
         self.esc.now_ns = now_ns
         self.buffer.blind = self.electronics.sensor_fails
         return self.buffer.generate(self.esc.system_time_ns) or self.electronics.work(now_ns)
 
     def keep_up(self, now_ns: int) -> None:
-        """Make all frames that are exposed by now."""
+        """Make all frames exposed by now."""
         self.esc.now_ns = now_ns
         while self.buffer.is_behind(self.esc.system_time_ns):
             self.generate(now_ns)
 
     def remap(self, position: int, mapping_index: int) -> None:
-        """Fault: let another PDO stand at a position of the input assignment."""
+        """Fault: assign another PDO at a position of the input assignment."""
         value = struct.pack("<H", mapping_index)
         self.coe.set_value(SM_ASSIGNMENT + SM_INPUTS, position, value)
 
     def _start_firmware(self) -> None:
-        """Start anew with the bank that is due, as a camera does that leaves BOOT."""
+        """Restart with the selected firmware bank, as a camera leaving BOOT."""
         self._banks.start()
         self._tell_version()
 
@@ -269,7 +262,7 @@ class SoftwareCamera:
         self.coe.set_value(VERSIONS, 1, version)
 
     def _start_exposures(self, state: int) -> None:
-        """Put the configuration in force and begin; refuse one that contradicts itself."""
+        """Apply the configuration and start; refuse contradictions."""
         lens = self.electronics.lens
         try:
             config = self._config()
@@ -312,7 +305,6 @@ class SoftwareCamera:
         return code in _SYNC_CODES
 
     def _live(self) -> dict[Address, Callable[[], bytes]]:
-        """Return how to read what the controller and the frames know."""
         memory = self.esc.memory
         entries: dict[Address, Callable[[], bytes]] = {
             (TIMESTAMP, 0): lambda: struct.pack("<Q", self.esc.system_time_ns & (1 << 64) - 1),

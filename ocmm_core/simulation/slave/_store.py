@@ -1,4 +1,4 @@
-"""What a software camera keeps without power: named blocks of bytes, each with a check sum."""
+"""Non-volatile memory of a software camera: named blocks with checksums."""
 
 from __future__ import annotations
 
@@ -12,12 +12,9 @@ _CRC_BYTES = 4
 
 
 class CameraStore:
-    """Flash memory of one camera; give the same one to the camera after a loss of power.
+    """Flash memory of one camera: a file per block in `folder`, or in memory if None.
 
-    Parameters
-    ----------
-    folder
-        Where to keep it, one file for each block; None keeps it in this object only.
+    Pass the same object after a power cycle.
     """
 
     def __init__(self, folder: Path | None = None) -> None:
@@ -25,7 +22,7 @@ class CameraStore:
         self._blocks: dict[str, bytes] = {}
 
     def save(self, name: str, content: bytes) -> None:
-        """Keep ``content``, wholly or not at all; raise StorageError where that fails."""
+        """Store `content` atomically; raise StorageError on failure."""
         block = zlib.crc32(content).to_bytes(_CRC_BYTES, "little") + content
         if self._folder is None:
             self._blocks[name] = block
@@ -37,7 +34,7 @@ class CameraStore:
             raise _unwritable(name, error) from error
 
     def load(self, name: str) -> bytes | None:
-        """Return what was kept, or None; raise StorageError where it is damaged."""
+        """Return the content, or None; raise StorageError if damaged."""
         if self._folder is None:
             block = self._blocks.get(name)
         else:
@@ -55,7 +52,7 @@ class CameraStore:
         return content
 
     def forget(self, name: str) -> None:
-        """Keep nothing under this name; raise StorageError where that fails."""
+        """Delete the content; raise StorageError on failure."""
         self._blocks.pop(name, None)
         if self._folder is None:
             return

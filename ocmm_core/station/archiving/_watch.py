@@ -92,7 +92,10 @@ class ArchiveWatch:
     def _leave(self, path: Path) -> None:
         """Put a job in for the last time; where that fails its note stays for the next sweep."""
         note, self._note = self._note, None
-        put = self._try(path)
+        # The name of a lost job may mean another file: neither now nor at the next sweep.
+        job = self._station.job
+        lost = path == job.path and job.lost is not None
+        put = lost or self._try(path)
         if note is not None and put:
             note.done()
         elif note is not None:

@@ -1,13 +1,12 @@
-"""From values and their uncertainties to verdicts, and what several of them say.
+"""Verdicts from values and their uncertainties, and their combination.
 
-In: evaluated characteristics with their spread, limits, a decision rule.
-Out: results with U and verdict, the verdict of a feature and of the part, capability.
+In: evaluated characteristics with their spread, limits, a decision rule. Out: results with U and
+verdict, the verdict of a feature and of the part, capability.
 
-Read `_decision` (one value, its U, a verdict), `_result` (what is said of one characteristic),
-`_results` (all of a plan at once, and where U is put together), `_verdict` (of a feature and of
-the part), `_deviations` (of touched places, as a picture shows them), `_capability` (several parts:
-control chart, Cp, Cpk). There is one verdict, and every screen and report shows this one.
-It must not know `monte_carlo`.
+Read `_decision` (one value, its U, a verdict), `_result` (result of one characteristic), `_results`
+(all of a plan, with their U), `_verdict` (of a feature and of the part), `_deviations` (picture of
+touched places), `_capability` (several parts: control chart, Cp, Cpk). All screens and reports show
+this verdict. The package is independent of `monte_carlo`.
 """
 
 from __future__ import annotations

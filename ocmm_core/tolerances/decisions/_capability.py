@@ -1,14 +1,13 @@
-"""What the values of one characteristic over several parts say: control chart and capability.
+"""Control chart and capability of one characteristic over several parts.
 
 Individuals and moving ranges, as parts come one at a time. Sources: W. Shewhart's chart in the form
 of ISO 7870-2 for individuals (limits at 2.66 mean moving ranges), the four run rules of the Western
 Electric Statistical Quality Control Handbook (1956), the trend of L. Nelson, Journal of Quality
-Technology 16 (1984), the indices of ISO 22514-2, and the
-confidence interval of Cpk of A. Bissell, Applied Statistics 39 (1990), with the degrees of freedom
-of moving ranges.
+Technology 16 (1984), the indices of ISO 22514-2, and the confidence interval of Cpk of A. Bissell,
+Applied Statistics 39 (1990), with the degrees of freedom of moving ranges.
 
-The scatter of the values holds that of the measurement: it makes a capability look smaller than it
-is, never greater. How much of it is the measurement's is said beside it.
+The scatter of the values includes that of the measurement, so a capability is never overestimated.
+The share of the measurement is reported with it.
 """
 
 from __future__ import annotations
@@ -26,27 +25,29 @@ MEAN_RANGE_OF_TWO = 1.128379167
 """Expected range of two standard normal variables, 2 / sqrt(pi)."""
 
 FEWEST_VALUES = 5
-"""Below it a scatter is a guess by more than a factor of two: no index, no limits."""
+"""Below it a scatter is uncertain by more than a factor of two: no index, no limits."""
 
 CUSTOMARY_VALUES = 25
-"""Values from which on limits of a control chart are usually taken as settled."""
+"""Number of values from which control limits usually count as settled."""
 
 RUN = 8
-"""Values in a row on one side of the centre line that chance hardly gives."""
+"""Values in a row on one side of the centre line, improbable by chance."""
 
 EFFICIENCY_OF_RANGES = 0.605
-"""Degrees of freedom of a standard deviation from moving ranges against those of the usual one."""
+"""Degrees of freedom of a standard deviation from moving ranges, relative to those of the usual
+one.
+"""
 
 NORMAL_975 = 1.959964
 """97.5 % point of the normal distribution."""
 
 
 TREND = 6
-"""Values in a row that rise, or fall, all the way: five steps (Nelson's third rule)."""
+"""Monotonic values in a row: five steps (Nelson's third rule)."""
 
 
 class Signal(Enum):
-    """Why a value of a control chart asks for attention, with the name of the rule."""
+    """Why a value of a control chart needs attention, with the name of the rule."""
 
     BEYOND = "beyond a control limit"
     TWO_OF_THREE = "the second of three beyond two sigma on one side"
@@ -56,7 +57,7 @@ class Signal(Enum):
 
     @property
     def rule(self) -> str:
-        """Return whose rule it is."""
+        """Return the source of the rule."""
         return {
             Signal.BEYOND: "Western Electric 1",
             Signal.TWO_OF_THREE: "Western Electric 2",
@@ -68,7 +69,7 @@ class Signal(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ControlChart:
-    """Control chart for individual values, in their order."""
+    """Control chart for individual values, in order."""
 
     values: Float
     """(n,)."""
@@ -77,9 +78,9 @@ class ControlChart:
     high: float
     """`centre`, `low`, `high`: Centre line and control limits, from the values themselves."""
     signals: tuple[tuple[int, Signal], ...]
-    """(index, why) of every value that asks for attention."""
+    """(index, reason) of every value that needs attention."""
     settled: bool
-    """There are as many values as limits usually rest on."""
+    """Enough values for settled limits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,12 +88,13 @@ class ProcessCapability:
     """Capability of a process for one characteristic."""
 
     count: int
-    """Values that everything here rests on."""
+    """Number of values."""
     mean: float
     sigma_within: float
     sigma_overall: float
     """`mean`, `sigma_within`, `sigma_overall`: Their mean; standard deviation from moving ranges;
-    and over all."""
+    and over all.
+    """
     cp: float | None
     cpk: float
     """`cp`, `cpk`: From ``sigma_within``; ``cp`` is None for one-sided limits."""
@@ -103,11 +105,11 @@ class ProcessCapability:
     cpk_high: float
     """`cpk_low`, `cpk_high`: 95 % confidence interval of ``cpk``."""
     measurement_share: float
-    """Part of the overall variance that the stated uncertainty explains, at most one."""
+    """Part of the overall variance explained by the stated uncertainty, at most one."""
 
     @property
     def words(self) -> str:
-        """Return the indices in a sentence with the count that they rest on."""
+        """Return the indices with their count in a sentence."""
         both = f"Cp {self.cp:.2f}, " if self.cp is not None else ""
         text = (
             f"{both}Cpk {self.cpk:.2f} (95 %: {self.cpk_low:.2f} to {self.cpk_high:.2f}) "
@@ -121,12 +123,9 @@ class ProcessCapability:
 
 
 def control_chart(values: Float) -> ControlChart:
-    """Return the control chart of ``values`` (n,) in the order in which the parts were made.
+    """Return the control chart of ``values`` (n,) in order of production.
 
-    Raises
-    ------
-    InputError
-        There are too few values, or one is not a finite number.
+    Raises InputError for too few values, or a non-finite one.
     """
     values = _checked(values)
     centre = float(values.mean())
@@ -147,14 +146,14 @@ def control_chart(values: Float) -> ControlChart:
 
 
 def _run_signals(off: Float, sigma: float) -> list[tuple[int, Signal]]:
-    """Return what runs of values about the centre line say, each at the value that completes it.
+    """Return the signals of runs of values, each at the value that completes it.
 
     Parameters
     ----------
     off
         (n,): values less the centre line.
     sigma
-        Standard deviation that the control limits rest on.
+        Standard deviation of the control limits.
     """
     found = []
     for side in (1.0, -1.0):
@@ -167,7 +166,7 @@ def _run_signals(off: Float, sigma: float) -> list[tuple[int, Signal]]:
             found += [
                 (end - 1, signal)
                 for end in range(needed, len(off) + 1)
-                # The value itself must be out: else one run would be told again and again.
+                # The value itself must be out: otherwise one run would be reported repeatedly.
                 if out[end - 1] and int(out[max(0, end - among) : end].sum()) >= needed
             ]
         rising = side * np.diff(off) > 0.0
@@ -187,17 +186,16 @@ def capability(
     Parameters
     ----------
     values
-        (n,), in the order in which the parts were made.
+        (n,), in order of production.
     low, high
-        Limits of the value; an infinite one is none.
+        Limits of the value; infinite for none.
     standard_uncertainty
         u of a typical value.
 
     Raises
     ------
     InputError
-        There are too few values, one is not a finite number, no limit is given, or all values are
-        the same.
+        Too few values, a non-finite one, no limit, or all values equal.
     """
     values = _checked(values)
     if not (math.isfinite(low) or math.isfinite(high)):

@@ -1,18 +1,18 @@
-"""From a value and its uncertainty to a verdict.
+"""Decision from a value and its uncertainty.
 
-Three rules, of which the plan names one:
+Three rules, selected by the plan:
 
-- ISO 14253-1 in its general form (default): a characteristic conforms where the probability that
-  the true value lies inside the limits is at least `PROBABILITY`, does not where the probability
-  that it lies beyond one of them is, and is not proven otherwise. For an uncertainty that is small
-  against the tolerance that is a guard band of U = 2 u at each limit. Conformity counts both
-  tails, so that it stays right where the tolerance is hardly wider than the uncertainty.
-- ILAC-G8 with the guard band w = U: what lies in a band is a conditional pass or fail, here NOT
+- ISO 14253-1 in its general form (default): a characteristic conforms if the probability that the
+  true value is inside the limits is at least `PROBABILITY`, does not if the probability that it is
+  beyond one of them is, and is not proven otherwise. For an uncertainty small against the tolerance
+  that is a guard band of U = 2 u at each limit. Conformity counts both tails, so it also holds for
+  a tolerance hardly wider than the uncertainty.
+- ILAC-G8 with the guard band w = U: values in a band are a conditional pass or fail, here NOT
   PROVEN, leaning in or out.
 - Simple acceptance: the value alone, shared risk.
 
-Under no rule is there a verdict without an uncertainty, and nothing conforms whose tolerance is
-smaller than twice U.
+No rule gives a verdict without an uncertainty, and no value conforms with a tolerance smaller than
+twice U.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ Rule = Literal["iso14253-1", "ilac-g8", "simple"]
 PROBABILITY = ONE_SIDED
 """Conformance probability limit, that of two standard deviations to one side.
 
-The 2017 edition of ISO 14253-1 takes 95 % where nothing else is agreed; then 5 % of the parts that
-lie exactly at a limit are accepted. With this stricter limit it is 2.3 %, and the guard band is U.
+The 2017 edition of ISO 14253-1 uses 95 % unless agreed otherwise; then 5 % of parts exactly at a
+limit are accepted. With this stricter limit it is 2.3 %, and the guard band is U.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class RuleStatement:
-    """A decision rule as it is stored and printed: version of its making here, and words."""
+    """A decision rule as stored and printed: version of this implementation, and words."""
 
     version: int
     words: str
@@ -56,24 +56,24 @@ RULES: dict[Rule, RuleStatement] = {
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """The verdict, the ratio that it rests on, which way it leans, and why it is not better."""
+    """Verdict, its ratio and leaning, and why it is not better."""
 
     verdict: Verdict
     tur: float
-    """Tolerance, with what a modifier has added to it, divided by twice U."""
+    """Tolerance, including a material bonus, divided by twice U."""
     leaning: Literal["", "in", "out"] = ""
-    """Which side of the limit the value lies on where nothing is proven."""
+    """Side of the limit of an unproven value."""
     why: str = ""
-    """A sentence where the verdict is worse than the rule alone would make it."""
+    """A sentence if the verdict is worse than by the rule alone."""
 
 
 def rule_id(rule: Rule) -> str:
-    """Return what a result keeps of the rule: its word and version, ``iso14253-1/2``."""
+    """Return the identity of a rule stored in results: word and version, ``iso14253-1/2``."""
     return f"{rule}/{RULES[rule].version}"
 
 
 def rule_words(identity: str) -> str:
-    """Return the words for what `rule_id` gave; the identity itself if it is unknown here."""
+    """Return the words of a `rule_id`; the identity itself if unknown."""
     for rule, statement in RULES.items():
         if identity == f"{rule}/{statement.version}":
             return f"{statement.words} ({identity})"
@@ -95,20 +95,19 @@ def decide(
     Parameters
     ----------
     spread
-        How the value scatters about the true one; its standard uncertainty is greater than zero.
+        Distribution of the value about the true one; its standard uncertainty is positive.
     value, nominal, lower, upper
         Value, nominal value and the limits of the deviation from it, mm or degrees.
     uncertainty
-        U (`interval.expanded`), where it is known already.
+        U (`interval.expanded`), if already computed.
     bonus
-        What a modifier of material has added to the tolerance, mm. It is taken off ``value``
-        already, so that its own uncertainty is in ``spread``; the ratio counts it in the tolerance.
+        Material bonus, mm. Already subtracted from ``value``, so that its uncertainty is in
+        ``spread``; the ratio counts it in the tolerance.
 
     Raises
     ------
     MeasuringError
-        The value or its uncertainty is not a finite number, or the uncertainty is not positive:
-        there is nothing to decide about.
+        The value or its uncertainty is not finite, or the uncertainty is not positive.
     """
     if not (math.isfinite(value) and math.isfinite(spread.sigma)):
         raise MeasuringError(
@@ -165,12 +164,9 @@ def tolerance_ratio(lower: float, upper: float, expanded_uncertainty: float) -> 
 def make_result(
     characteristic: Characteristic, evaluation: Evaluation, spreads: Spreads, rule: Rule
 ) -> CharacteristicResult:
-    """Return the result of a characteristic that was measured, with U (95 %) and its verdict.
+    """Return the result of a measured characteristic, with U (95 %) and verdict.
 
-    Raises
-    ------
-    MeasuringError
-        As `decide`.
+    Raises MeasuringError as `decide`.
     """
     value, bonus = evaluation.value, evaluation.bonus
     lower, upper = characteristic.lower, characteristic.upper
@@ -200,7 +196,7 @@ def make_result(
 
 
 def not_measured(characteristic: Characteristic, note: str) -> CharacteristicResult:
-    """Return the result of a characteristic without a trustworthy value, and why."""
+    """Return the result of a characteristic without a trustworthy value, with the reason."""
     return CharacteristicResult(
         name=characteristic.name,
         kind=characteristic.kind,
@@ -220,7 +216,7 @@ def not_measured(characteristic: Characteristic, note: str) -> CharacteristicRes
 def without_uncertainty(
     characteristic: Characteristic, evaluation: Evaluation, why: str
 ) -> CharacteristicResult:
-    """Return a value that has no uncertainty, so that it proves nothing, and why."""
+    """Return a value without uncertainty, hence without proof, with the reason."""
     return replace(
         not_measured(characteristic, f"{why} {evaluation.note}".strip()),
         measured=evaluation.value,
@@ -233,14 +229,14 @@ def without_uncertainty(
 
 
 def provisional(result: CharacteristicResult, why: str) -> CharacteristicResult:
-    """Return a result, or the lack of one, that will still change, and why."""
+    """Return a preliminary result, with the reason."""
     return replace(result, verdict=Verdict.PROVISIONAL, leaning="", rule="", tur=None, note=why)
 
 
 def not_proven(result: CharacteristicResult, why: str) -> CharacteristicResult:
-    """Return a result whose value proves nothing, and why.
+    """Return a result whose value proves nothing, with the reason.
 
-    What was not measured, or is still being measured, stays as it is.
+    Unmeasured and provisional results are unchanged.
     """
     if result.verdict in (Verdict.NOT_MEASURED, Verdict.PROVISIONAL):
         return result

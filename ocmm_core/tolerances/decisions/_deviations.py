@@ -1,10 +1,8 @@
-"""Deviations as a picture shows them: one whisker a touched place, and what its colour says.
+"""Deviation picture: one coloured whisker for each touched place.
 
-The class of a whisker is made here and nowhere else. A place is within its limits where its
-deviation from the middle of the zone is at most half the tolerance. Only where the verdict on its
-feature, the worst of all that is said of it, is CONFORM, is it shown as good: a place within the
-limits of a result that proves nothing, or of a feature that another result rejects, is shown as
-within, and not as accepted.
+The class of a whisker is decided only here. A place is within its limits if its deviation from the
+middle of the zone is at most half the tolerance. It is shown as accepted only if the worst verdict
+on its feature is CONFORM; otherwise as within, but not accepted.
 """
 
 from __future__ import annotations
@@ -20,12 +18,12 @@ from ocmm_core.tolerances.decisions._result import CharacteristicResult, Verdict
 from ocmm_core.tolerances.decisions._verdict import WORST_FIRST, summarise
 
 _LONGEST = 0.1
-"""Part of the size of the part that the longer of limit and greatest deviation is drawn as."""
+"""Drawn length of the longer of limit and greatest deviation, relative to the size of the part."""
 _STEPS = (1.0, 2.0, 3.0, 5.0)
 
 
 class DeviationClass(Enum):
-    """What a whisker says."""
+    """Class of a whisker."""
 
     MORE = "too much material"
     WITHIN = "within, accepted"
@@ -40,19 +38,16 @@ class Whisker:
 
     feature: str
     number: int
-    """`feature`, `number`: Whose point it is."""
     characteristic: str
-    """Whose limits count: of all that see this place the one with the worst verdict."""
+    """Source of the limits: of all that include this place, the one with the worst verdict."""
     base_world: Float
     end_world: Float
-    """`base_world`, `end_world`: (3,), mm: on true geometry, and where the magnified deviation
-    ends."""
+    """`base_world`, `end_world`: (3,), mm: on true geometry, and end of the magnified deviation."""
     deviation: float
-    """mm, from the middle of the zone; positive where there is too much material."""
+    """mm, from the middle of the zone; positive for too much material."""
     share: float
-    """Of half the tolerance: beyond 1 it is outside."""
+    """Relative to half the tolerance: outside beyond 1."""
     kind: DeviationClass
-    """What its colour says."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,18 +57,18 @@ class DeviationPicture:
     whiskers: tuple[Whisker, ...]
     """Those outside last, so that they are drawn above."""
     factor: float
-    """How many times as long as in truth they are drawn."""
+    """Magnification of the drawing."""
     limit: float | None
-    """mm: half the tolerance, where all have the same; else None, and the ends of the scale are the
-    limits of each."""
+    """mm: half the tolerance, if common to all; else None, and the scale ends at the limits of
+    each.
+    """
 
     def count(self, kind: DeviationClass) -> int:
-        """Return how many whiskers say that."""
         return sum(whisker.kind is kind for whisker in self.whiskers)
 
     @property
     def worst(self) -> Whisker | None:
-        """Return the whisker that is the largest part of its tolerance; None without any."""
+        """Return the whisker with the largest share of its tolerance, or None."""
         return max(self.whiskers, key=lambda item: abs(item.share), default=None)
 
 
@@ -85,14 +80,14 @@ def deviation_picture(
 ) -> DeviationPicture:
     """Return the deviations of a job as whiskers.
 
-    What has no tolerance, and what is NOT MEASURED or PROVISIONAL, has no whisker.
+    No whiskers without tolerance, and for NOT MEASURED or PROVISIONAL ones.
 
     Parameters
     ----------
     results
-        Of all characteristics: what one shows is never greener than the worst on its feature.
+        Of all characteristics: a whisker is never better than the worst on its feature.
     held
-        Numbers of points that are held back.
+        Numbers of points held back.
     """
     shown: dict[tuple[str, int], tuple[CharacteristicResult, int]] = {}
     order = {verdict: place for place, verdict in enumerate(WORST_FIRST)}
@@ -144,7 +139,7 @@ def _kind(
 
 
 def _factor(shown: Sequence[tuple[CharacteristicResult, int]]) -> float:
-    """Return a round factor that makes the deviations of a part long enough to be compared."""
+    """Return a round magnification that makes the deviations of a part comparable."""
     rows = [
         (result.seen.points[row], abs(float(result.seen.deviations[row])), _half(result))
         for result, row in shown

@@ -1,4 +1,4 @@
-"""All characteristics of a plan at once: value, uncertainty, verdict, or why there is none."""
+"""Results of all characteristics of a plan: value, uncertainty, verdict, or reason."""
 
 from __future__ import annotations
 
@@ -39,15 +39,15 @@ def evaluate_all(
     factors: PointFactors | None,
     rule: Rule,
 ) -> tuple[CharacteristicResult, ...]:
-    """Return a result for every characteristic, in their order.
+    """Return a result for every characteristic, in order.
 
     Parameters
     ----------
     actual
-        Features as measured, or why they are not (`features.actual.actual_features`).
+        Measured features, or errors (`features.actual.actual_features`).
     factors
-        Uncertainty of all N ball centres and the tip radius, in the order of the jacobians.
-        Without it nothing is stated: a value without uncertainty is no result.
+        Uncertainty of all N ball centres and the tip radius, in the order of the jacobians. None:
+        no results, as a value without uncertainty is none.
     """
     if factors is None:
         why = "No uncertainty: the covariance of the points is unknown."
@@ -60,15 +60,15 @@ def evaluate_all(
 
 
 class Known(Protocol):
-    """What is known of the features of a job, asked for by name and by point."""
+    """Access to the features of a job by name and by point."""
 
     @property
     def actual(self) -> Mapping[str, ActualFeature | FitError]:
-        """Return the features as measured, or why they are not."""
+        """Return the measured features, or errors."""
         ...
 
     def touching(self, places: Sequence[int]) -> Collection[str]:
-        """Return the names of the features whose touches have these places."""
+        """Return the names of the features with touches at these places."""
         ...
 
     def factors(self, names: Collection[str]) -> PointFactors:
@@ -76,12 +76,12 @@ class Known(Protocol):
         ...
 
     def sample(self, name: str) -> FormSample | None:
-        """Return what a feature shows of its form; None where nothing."""
+        """Return the form estimate of a feature, or None."""
         ...
 
 
 class _Known:
-    """All features of a job at once, and the uncertainty of all its points."""
+    """All features of a job, and the uncertainty of all its points."""
 
     def __init__(
         self, actual: Mapping[str, ActualFeature | FitError], factors: PointFactors
@@ -97,15 +97,12 @@ class _Known:
         }
 
     def touching(self, places: Sequence[int]) -> set[str]:
-        """Return the names of the features whose touches have these places."""
         return {self._touched[place] for place in places if place in self._touched}
 
     def factors(self, names: Collection[str]) -> PointFactors:
-        """Return the uncertainty of all points."""
         return self._factors
 
     def sample(self, name: str) -> FormSample | None:
-        """Return what a feature shows of its form; None where nothing."""
         return self._samples.get(name)
 
 
@@ -114,7 +111,7 @@ def _missing(
     alignment: AnyAlignment | None,
     actual: Mapping[str, ActualFeature | FitError],
 ) -> str:
-    """Return why a feature that a value rests on is not known; empty where all are."""
+    """Return why a feature of a value is missing, or empty text."""
     for name in involved_features(characteristic, alignment):
         feature = actual.get(name)
         if isinstance(feature, FitError):
@@ -129,7 +126,7 @@ def evaluate_one(
     frames: Frames,
     rule: Rule,
 ) -> CharacteristicResult:
-    """Return the result of one characteristic; it asks ``known`` for what it rests on only."""
+    """Return the result of one characteristic; queries ``known`` only for its inputs."""
     missing = _missing(characteristic, alignment, known.actual)
     if missing:
         return not_measured(characteristic, missing)

@@ -1,7 +1,7 @@
-"""What several characteristics say together: of a feature, and of the whole part.
+"""Combined verdicts of several characteristics, for a feature and for the part.
 
-The one place where verdicts are joined. Screens, sounds, papers, exports and the live stream show
-what is made here; nobody else picks one characteristic among several. The worst one leads.
+Verdicts are combined only here. Screens, sounds, reports, exports and the live stream use these
+results; the worst characteristic leads.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ WORST_FIRST = (
     Verdict.PROVISIONAL,
     Verdict.CONFORM,
 )
-"""Nothing is shown greener than the worst of what it stands for, in this order."""
+"""Order of severity: a combination is never shown better than its worst member."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,47 +28,43 @@ class VerdictSummary:
     """The verdict on several characteristics."""
 
     verdict: Verdict | None
-    """The worst of them; None where there is no characteristic, and so no tolerance."""
+    """The worst; None without characteristics, hence without tolerance."""
     deciding: str
-    """Name of the characteristic that decides; empty without one."""
+    """Name of the deciding characteristic, or empty."""
     counts: tuple[tuple[Verdict, int], ...]
-    """How many have which verdict, worst first; only those that occur."""
+    """Number of each occurring verdict, worst first."""
 
     @property
     def total(self) -> int:
-        """Return how many characteristics there are."""
         return sum(count for _, count in self.counts)
 
     @property
     def words(self) -> str:
-        """Return how many share the verdict, e.g. ``1 of 3 NOT CONFORM``; empty for fewer than two.
-
-        With one characteristic the verdict says all there is to say.
-        """
+        """Return the share of the verdict, e.g. ``1 of 3 NOT CONFORM``; empty below two."""
         if self.verdict is None or self.total < 2:
             return ""
         return f"{self.counts[0][1]} of {self.total} {self.verdict.value}"
 
     @property
     def counted(self) -> str:
-        """Return all counts, worst first, e.g. ``1 NOT CONFORM, 2 CONFORM``; empty without any."""
+        """Return all counts, worst first, e.g. ``1 NOT CONFORM, 2 CONFORM``; may be empty."""
         return ", ".join(f"{count} {verdict.value}" for verdict, count in self.counts)
 
 
 NO_VERDICT = VerdictSummary(None, "", ())
-"""Of what has no tolerance."""
+"""Without tolerance."""
 
 
 def summarise(results: Sequence[CharacteristicResult], feature: str = "") -> VerdictSummary:
-    """Return the verdict on characteristics, and which of them decides.
+    """Return the verdict on characteristics, and the deciding one.
 
     Parameters
     ----------
     results
         In the order of the plan.
     feature
-        What they are about: among equally bad ones the first with a value that rests on this
-        feature alone decides, then the first with a value, then the first.
+        Their feature: among equally bad ones the first with a value that depends on it alone
+        decides, then the first with a value, then the first.
     """
     if not results:
         return NO_VERDICT
@@ -145,9 +141,9 @@ class PartVerdict:
     summary: VerdictSummary
     failing: tuple[str, ...]
     unproven: tuple[str, ...]
-    """`failing`, `unproven`: Names of the characteristics that are NOT CONFORM, and NOT PROVEN."""
+    """`failing`, `unproven`: Names of the NOT CONFORM and NOT PROVEN characteristics."""
     missing_features: tuple[str, ...]
-    """Names of the features that do not have what the plan asks for, also skipped ones."""
+    """Names of incomplete features, also skipped ones."""
     unmeasured: tuple[str, ...]
     """Names of the characteristics without a final value: NOT MEASURED or PROVISIONAL."""
     requirements: RequirementCount | None = None
@@ -174,22 +170,21 @@ class PartVerdict:
 
     @property
     def complete(self) -> bool:
-        """Return whether everything that the plan asks for was measured."""
         return not self.missing_features and not self.unmeasured
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Return what is not measured: features, then the characteristics that lack a value."""
+        """Return the missing features, then the characteristics without a value."""
         return (*self.missing_features, *self.unmeasured)
 
     @property
     def verdict(self) -> Verdict | None:
-        """Return the verdict whose colour and sign go with the word; None without tolerances."""
+        """Return the verdict with the colour and sign of the word; None without tolerances."""
         return _AS_VERDICT[self.word]
 
     @property
     def reasons(self) -> tuple[str, ...]:
-        """Return why it is not better, worst first: ``NOT CONFORM: A, B``; empty where it is."""
+        """Return the reasons, worst first, e.g. ``NOT CONFORM: A, B``; empty for the best."""
         lines = (
             ("NOT CONFORM", self.failing),
             ("NOT PROVEN", self.unproven),
@@ -213,8 +208,8 @@ def judge_part(
 ) -> PartVerdict:
     """Return the verdict on a part.
 
-    A part with a characteristic that is NOT CONFORM does not conform, whatever is still missing. It
-    conforms only where every feature has what the plan asks for and all characteristics CONFORM.
+    A part with a NOT CONFORM characteristic does not conform, even if incomplete. It conforms only
+    if every feature is complete and all characteristics CONFORM.
 
     Parameters
     ----------

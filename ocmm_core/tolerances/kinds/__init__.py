@@ -1,13 +1,12 @@
-"""Every kind of characteristic: its value, and how it answers to every point.
+"""All kinds of characteristics: value, and its gradient by every point.
 
 In: measured features, datums, the frame. Out: a value with its gradient by all ball centres.
 
-Read `_spec` (what an entry says of its kind) and `_registry` (all entries), then `_evaluate` and
-`_checks`, which go by the entries. The kinds, each file with its entries at the end: `_size`,
-`_distance`, `_angle`, and those with a zone: `_form`, `_orientation`, `_location`, `_profile`,
-`_runout`, `_symmetry`; Nobody outside asks for the name of a
-kind; `spec_of` refuses unknown ones.
-It must not know uncertainty: a value is the same whatever is known of its points.
+Read `_spec` (form of an entry) and `_registry` (all entries), then `_evaluate`, `_checks` and
+`_drawn` (values of a part as drawn), which are driven by the entries. The kinds, each file with its
+entries at the end: `_size`, `_distance`, `_angle`, and those with a zone: `_form`, `_orientation`,
+`_location`, `_profile`, `_runout`, `_symmetry`. Code outside does not compare kind names; `spec_of`
+refuses unknown ones. The package is independent of uncertainty.
 """
 
 from __future__ import annotations
@@ -18,6 +17,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.kinds._checks import characteristic_fault
+    from ocmm_core.tolerances.kinds._drawn import drawn_value
     from ocmm_core.tolerances.kinds._evaluate import (
         evaluate,
         geometry_value,
@@ -32,6 +32,7 @@ else:
     __getattr__ = door(
         __name__,
         _checks="characteristic_fault",
+        _drawn="drawn_value",
         _evaluate="evaluate geometry_value involved_features needs_part_frame taken_again",
         _registry="KINDS spec_for spec_of symbol_of",
         _size="own_association",
@@ -44,6 +45,7 @@ __all__ = [
     "MonteCarlo",
     "Symbol",
     "characteristic_fault",
+    "drawn_value",
     "evaluate",
     "geometry_value",
     "involved_features",

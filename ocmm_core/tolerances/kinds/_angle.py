@@ -1,9 +1,8 @@
-"""The angle of two elements, with the sense that the plan's directions give them.
+"""Angle of two elements, with the sense given by the plan's directions.
 
-A measured axis has no direction of its own: a bore 0.05 degrees beyond square to another one looks
-like one that is 0.05 degrees short of it. In the part frame the plan tells which way every axis is
-meant to run, and the angle goes through 90 degrees as through any other value. Only where the two
-directions run together, at 0 and 180 degrees between them, there is no side to be on.
+A measured axis has no sense: a bore 0.05 degrees beyond perpendicular looks like one 0.05 degrees
+short of it. In the part frame the plan defines the sense of every axis, so the angle passes through
+90 degrees like any other value. Only parallel directions, at 0 and 180 degrees, have no side.
 """
 
 from __future__ import annotations
@@ -24,17 +23,17 @@ from ocmm_core.tolerances.kinds._spec import Asked, Fault, KindSpec, MonteCarlo,
 from ocmm_core.tolerances.zones import Characteristic, Evaluation, Frames, vector_evaluation
 
 _PREFERRED_DEG = 5.0
-"""The angle in the material is taken unless its supplement is nearer to the nominal by this."""
+"""The angle in the material is used unless its supplement is closer to the nominal by this."""
 _SENSELESS_DEG = 20.0
-"""Nominal angles nearer than this to the fold need the sense of the axes."""
+"""Nominal angles closer to the fold need the sense of the axes."""
 _MEANT_DEG = 20.0
-"""Directions of the plan further off the nominal angle than this do not mean that angle."""
+"""Largest deviation of the plan's directions from the nominal angle."""
 _LIKE = 0.5
-"""Cosine between a measured axis and that of the plan below which it does not tell the sense."""
+"""Least cosine between a measured axis and that of the plan that determines the sense."""
 _FLATTEST_DEG = 0.01
-"""Directions that run together nearer than this show no side: differences would look certain."""
+"""Directions closer to parallel have no side: differences would appear certain."""
 _VECTOR_DEG = 0.5
-"""Angles below this, which should be none, are the length of a vector."""
+"""Angles below this, nominally zero, are the length of a vector."""
 
 _NO_SIDE = "The side of the right angle is undefined."
 _ONE_WAY = (
@@ -44,21 +43,22 @@ _ONE_WAY = (
 
 _MAPS = {2: ((180.0, -1.0), (0.0, 1.0)), 0: ((0.0, 1.0), (180.0, -1.0)),
          1: ((90.0, -1.0), (-90.0, 1.0), (90.0, 1.0), (270.0, -1.0))}  # fmt: skip
-"""Offset and factor from the angle between the directions to those that may be meant, deg, by the
-number of planes: two planes enclose the angle in the material."""
+"""Offset and factor from the angle between the directions to possible meanings, deg, by the number
+of planes: two planes enclose the angle in the material.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class AngleRule:
-    """How an angle follows from two directions."""
+    """Computation of an angle from two directions."""
 
     senses: tuple[float, float]
-    """1 or -1 of each direction."""
+    """1 or -1 for each direction."""
     offset: float
     factor: float
     """`offset`, `factor`: The value is offset + factor times the angle between them, deg."""
     told: bool
-    """The sense of both is known; else it was taken as what is nearest to the nominal."""
+    """The sense of both was determined; otherwise it is the one closest to the nominal."""
 
     def value(self, first: Float, second: Float) -> float:
         """Return the angle of two geometry vectors (12,), deg."""
@@ -66,14 +66,14 @@ class AngleRule:
         return self.offset + self.factor * _between(one, other)
 
     def note(self, first: Float, second: Float) -> str:
-        """Return what to know of the angle of two geometry vectors (12,); may be empty."""
+        """Return a note on the angle of two geometry vectors (12,), or empty text."""
         between = _between(first[DIRECTION], second[DIRECTION])
         if min(between, 180.0 - between) < _VECTOR_DEG:
             return _ONE_WAY
         return "" if self.surely(self.value(first, second)) else _NO_SIDE
 
     def surely(self, value: float) -> bool:
-        """Return whether a value could not as well be one on the other side of a right angle."""
+        """Return whether a value cannot be on the other side of a right angle."""
         fold = self.offset + self.factor * 90.0
         return self.told or abs(value - fold) > _PREFERRED_DEG
 
@@ -86,10 +86,7 @@ def angle(
 ) -> Evaluation:
     """Return the apex angle of a cone, or the angle of two elements, deg.
 
-    Raises
-    ------
-    FitError
-        As `angle_of_axes`.
+    Raises FitError as `angle_of_axes`.
     """
     geometries = {name: feature.fit.geometry for name, feature in actual.items()}
     shapes = {name: feature.fit.shape for name, feature in actual.items()}
@@ -97,7 +94,7 @@ def angle(
         return by_differences(
             characteristic, actual, lambda moved: angle_value(characteristic, moved, shapes, None)
         )
-    # Settled once: the differences then run through a right angle as through any other.
+    # Fixed once: differences then pass through a right angle like any other.
     rule = angle_rule(characteristic, geometries, shapes, alignment)
     found = angle_of_axes(characteristic, actual, rule)
     if found is not None:
@@ -124,7 +121,7 @@ def angle_value(
 
 
 def needs_sense(characteristic: Characteristic, alignment: AnyAlignment | None) -> bool:
-    """Return whether the part frame says which side of a right angle an angle is on."""
+    """Return whether the part frame determines the side of a right angle."""
     if not isinstance(alignment, BoundAlignment):
         return False
     names = characteristic.features
@@ -142,16 +139,16 @@ def angle_rule(
     shapes: Mapping[str, Shape],
     alignment: AnyAlignment | None,
 ) -> AngleRule:
-    """Return how the angle of two features follows from their directions.
+    """Return the computation of the angle of two features from their directions.
 
     Between two faces it is the angle in the material, else the acute one, and in either case the
-    supplement where that clearly is what the nominal means. Near a right angle, where both look
-    alike, the directions of the plan tell.
+    supplement if that is clearly meant by the nominal. Near a right angle, where both are alike,
+    the directions of the plan decide.
 
     Raises
     ------
     FitError
-        The part frame is needed, and its features do not say where the part is.
+        The part frame is needed, and its features do not determine it.
     """
     names = characteristic.features
     flat = [shapes[name] is Shape.PLANE for name in names]
@@ -164,7 +161,7 @@ def angle_rule(
     if all(flat):
         senses = (1.0, 1.0)
     else:
-        # The acute angle: the sense of an axis, not that of a face, is open.
+        # The acute angle: an axis, unlike a face, has no sense.
         sense = 1.0 if float(first @ second) >= 0.0 else -1.0
         senses = (1.0, sense) if flat[0] else (sense, 1.0)
     between = _between(senses[0] * first, senses[1] * second)
@@ -179,14 +176,14 @@ def angle_rule(
 def angle_of_axes(
     characteristic: Characteristic, actual: Mapping[str, ActualFeature], rule: AngleRule
 ) -> Evaluation | None:
-    """Return the evaluation of an angle that should be none and nearly is; else None.
+    """Return the evaluation of a nominally zero angle; None for other angles.
 
-    It is the length of a vector then: of what one direction is off the other, in two directions.
+    It is the length of a vector: deviation of one direction from the other, in two directions.
 
     Raises
     ------
     FitError
-        The angle is at a place where it has no side, or nothing tells on which it is.
+        The angle has no side at this value, or its side is undetermined.
     """
     first, second = (actual[name] for name in characteristic.features)
     one = rule.senses[0] * first.fit.direction
@@ -222,7 +219,7 @@ def angle_of_axes(
 
 
 def _both_sides_alike(characteristic: Characteristic, rule: AngleRule, value: float) -> bool:
-    """Return whether an angle without a sense means the same on both sides of the fold."""
+    """Return whether an angle without a sense is the same on both sides of the fold."""
     fold = rule.offset + rule.factor * 90.0
     middle = characteristic.nominal + 0.5 * (characteristic.lower + characteristic.upper)
     return abs(middle - fold) < 1e-9 and abs(value - fold) >= _FLATTEST_DEG
@@ -234,7 +231,7 @@ def _by_plan(
     flat: list[bool],
     alignment: BoundAlignment,
 ) -> AngleRule | None:
-    """Return the rule with the senses of the plan's directions; None where they do not tell."""
+    """Return the rule with the senses of the plan's directions; None if undetermined."""
     T_nominal_from_part = nominal_frame(alignment).inverse()
     rotation = T_nominal_from_part.rotation @ frame_of(alignment, geometries).rotation
     senses = []

@@ -1,4 +1,4 @@
-"""Whether a plan asks for a characteristic that can be: what each kind names and needs."""
+"""Check the characteristics of a plan against the requirements of their kinds."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ocmm_core.tolerances.kinds._spec import Asked, Fault, KindSpec
 from ocmm_core.tolerances.zones import AXES, Characteristic
 
 _MODIFIED = re.compile(r"(?P<name>.+?)\s*(?:[ⓂⓁ]|\((?:M|L|MMB|LMB|MMC|LMC)\))", re.IGNORECASE)
-"""A datum as drawings write it with a modifier of material: ``A (M)``, ``A Ⓜ``."""
+"""A datum with a material modifier in drawing notation: ``A (M)``, ``A Ⓜ``."""
 
 
 def characteristic_fault(
@@ -25,16 +25,16 @@ def characteristic_fault(
     *,
     aligned: bool,
 ) -> Fault | None:
-    """Return the field and the fault of a characteristic that cannot be, else None.
+    """Return field and fault of an impossible characteristic, else None.
 
     Parameters
     ----------
     shapes
         Of all features of the plan, probed and constructed, by name.
     nominals
-        Geometry vectors (12,) of those of which they are known, part frame.
+        Geometry vectors (12,) of features with a nominal, part frame.
     probed
-        Names of the features that are probed.
+        Names of the probed features.
     """
     spec = KINDS.get(item.kind)
     if spec is None:
@@ -96,7 +96,7 @@ def _limits_fault(item: Characteristic, spec: KindSpec) -> Fault | None:
 
 
 def _axis_fault(asked: Asked, spec: KindSpec) -> Fault | None:
-    # Where the zone may be chosen, the axis says where its two planes stand.
+    # For kinds with a choice of zones, the axis orients two planes.
     may = "axis" in spec.takes and (asked.of_planes or not spec.zones)
     if asked.item.axis and not may:
         return "axis", (
@@ -152,7 +152,7 @@ def _faces_fault(asked: Asked, spec: KindSpec) -> Fault | None:
 
 
 def _known_fault(asked: Asked, spec: KindSpec) -> Fault | None:
-    """Return a fault where points or nominals that the kind rests on are missing."""
+    """Return a fault for missing points or nominals required by the kind."""
     item = asked.item
     flat = spec.probed == "faces" and asked.first is Shape.PLANE
     if spec.probed == "all" or flat:

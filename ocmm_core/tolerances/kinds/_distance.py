@@ -29,10 +29,10 @@ from ocmm_core.tolerances.zones import (
 _XYZ = "xyz"
 
 _PARALLEL = np.cos(np.deg2rad(10.0))
-"""Axes at less than 10 degrees are meant to be parallel: their crossing point means nothing."""
+"""Axes at less than 10 degrees are nominally parallel: their crossing point is meaningless."""
 
 _SHORTEST_MM = 1e-3
-"""A distance below it is bent within the step: differences would make it look certain."""
+"""A smaller distance is nonlinear within the step: differences would make it appear certain."""
 
 
 def distance(
@@ -41,12 +41,12 @@ def distance(
     alignment: AnyAlignment | None,
     frames: Frames,
 ) -> Evaluation:
-    """Return the distance of two features, or the difference of their places along an axis.
+    """Return the distance of two features, or the difference of their places on an axis.
 
     Raises
     ------
     FitError
-        They are in one place, there is no part frame, or two faces are not opposite.
+        They coincide, there is no part frame, or two faces are not opposite.
     """
     first, second = (actual[name] for name in characteristic.features)
     if characteristic.association:
@@ -78,10 +78,7 @@ def coordinate(
 ) -> Evaluation:
     """Return the coordinate of a feature's point in the part frame.
 
-    Raises
-    ------
-    FitError
-        There is no part frame.
+    Raises FitError without a part frame.
     """
     frame = frames.aligned(characteristic.name)
     place, slope = _along(characteristic, actual[characteristic.features[0]], frame)
@@ -106,10 +103,7 @@ def distance_of_geometry(
 ) -> float:
     """Return the distance of two elements, mm.
 
-    Raises
-    ------
-    FitError
-        It is along an axis, and there is no part frame.
+    Raises FitError for a distance along an axis without a part frame.
     """
     one, other = characteristic.features
     if not characteristic.axis:
@@ -127,10 +121,7 @@ def coordinate_of_geometry(
 ) -> float:
     """Return a coordinate of an element's point, mm, part frame.
 
-    Raises
-    ------
-    FitError
-        There is no part frame.
+    Raises FitError without a part frame.
     """
     return _place(characteristic, characteristic.features[0], geometries, alignment)
 
@@ -149,12 +140,12 @@ def _place(
 
 
 def _distance(first: Float, shape: Shape, second: Float, other: Shape) -> float:
-    """Return the distance of two elements, never negative.
+    """Return the distance of two elements, nonnegative.
 
     From a plane along its normal to the point of the other; between two planes along the second
     one's normal at the first one's centroid; from an axis square to it; between two axes at the
-    first one's point where they are nearly parallel, else along their common perpendicular; else
-    between the centres.
+    first one's point if nearly parallel, else along their common perpendicular; else between the
+    centres.
     """
     arm = first[POINT] - second[POINT]
     if other is Shape.PLANE:
@@ -174,7 +165,7 @@ def _distance(first: Float, shape: Shape, second: Float, other: Shape) -> float:
 
 
 def _refuse_folded(characteristic: Characteristic, value: float) -> None:
-    """Raise FitError where a distance is at its fold, so that differences make it look certain."""
+    """Raise FitError at the fold of a distance, where differences make it appear certain."""
     if value < _SHORTEST_MM:
         raise FitError(
             "characteristic.no_distance",

@@ -1,4 +1,4 @@
-"""Characteristics from measured features: value, and how it answers to every point."""
+"""Evaluation of characteristics: value, and its gradient by every point."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ def evaluate(
     actual
         Features as measured, by name; at least those of `involved_features`.
     alignment
-        Rule of the part frame, bound to nominals where its kind needs them.
+        Rule of the part frame, bound to nominals if its kind needs them.
     frames
-        Of all features of the job and that alignment, where several characteristics are evaluated.
+        For all features of the job and that alignment, to share between characteristics.
 
     Raises
     ------
     FitError
-        A feature is not measured, there is no part frame, or the features do not show the value:
-        two in one place no distance, as few points as the shape needs no form, the origin of the
-        part frame no coordinate.
+        A feature is not measured, there is no part frame, or the value is undefined: a distance of
+        coincident features, form of the minimum number of points, a coordinate of the part frame's
+        own origin.
     """
     names = involved_features(characteristic, alignment)
     for name in names:
@@ -83,13 +83,13 @@ def evaluate(
 def _seen_form(
     characteristic: Characteristic, actual: Mapping[str, ActualFeature], found: Evaluation
 ) -> Seen | None:
-    """Return the deviations of a form from the middle of its zone; None where it has no such."""
+    """Return the deviations of a form from the middle of its zone, or None."""
     feature = actual[characteristic.features[0]]
     noise, touches = found.noise, feature.touches
     if noise is None or noise.mirrored or touches is None or len(characteristic.features) != 1:
         return None
     if len(noise.deviations) != len(touches.numbers) or not feature.fit.shape.spec.has_normals:
-        # A section by itself, or a line, which deviates in two directions.
+        # A single section, or a line, which deviates in two directions.
         return None
     measured = surface_points(feature)
     away = feature.fit.shape.spec.is_curved and feature.nominal.side == "inner"
@@ -100,7 +100,7 @@ def _seen_form(
 
 
 def _precedence_note(datums: Sequence[str], actual: Mapping[str, ActualFeature]) -> str:
-    """Return how datums after the first were associated; empty where there are none."""
+    """Return how datums after the first were associated, or empty text."""
     if not datums:
         return ""
     words = dict.fromkeys(own_association(actual[name]) for name in datums)
@@ -112,7 +112,7 @@ def _precedence_note(datums: Sequence[str], actual: Mapping[str, ActualFeature])
 def involved_features(
     characteristic: Characteristic, alignment: AnyAlignment | None
 ) -> tuple[str, ...]:
-    """Return the names of all features that the value rests on, each once."""
+    """Return the names of all features involved in the value, each once."""
     names = dict.fromkeys((*characteristic.features, *characteristic.datums))
     spec = spec_of(characteristic.kind)
     in_part = spec.in_part(characteristic) or spec.needs_sense(characteristic, alignment)
@@ -126,7 +126,7 @@ def taken_again(
     actual: Mapping[str, ActualFeature],
     alignment: AnyAlignment | None,
 ) -> tuple[str, ...]:
-    """Return the datums that the value takes under the orientation of those before them."""
+    """Return the datums re-associated under the orientation of preceding ones."""
     if characteristic.datums:
         if spec_of(characteristic.kind).datums_make_frame:
             return may_be_refit(characteristic.datums, actual)
@@ -152,14 +152,15 @@ def geometry_value(
     geometries
         Geometry vectors (12,) by name (`features.shapes.element`), in one frame.
     alignment
-        Rule of the part frame; what has an axis needs it, and an angle near a right one may.
+        Rule of the part frame; needed for values along an axis, possibly for angles near a right
+        one.
 
     Raises
     ------
     FitError
-        There is no part frame, or the kind takes points and not geometry.
+        There is no part frame, or the kind needs points rather than geometry.
     KeyError
-        A feature of the characteristic is not among the geometries.
+        A feature of the characteristic is missing.
     """
     value = spec_of(characteristic.kind).geometry
     if value is None:

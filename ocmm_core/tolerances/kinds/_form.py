@@ -1,9 +1,8 @@
-"""Straightness, flatness, roundness, cylindricity and form in general (ISO 1101, 17.2 to 17.6).
+"""Straightness, flatness, roundness, cylindricity and form (ISO 1101, 17.2 to 17.6).
 
-Ball centres lie on a surface parallel to that of the part, so that a zone of theirs is one of the
-part. The smallest zone is the default; least squares where the plan says so.
-
-Straightness of an axis and of a probed edge (ISO 1101, 17.2).
+Ball centres are on a surface parallel to that of the part, so a zone of theirs is one of the part.
+The default is the minimum zone; least squares if specified in the plan. Includes straightness of an
+axis and of a probed edge.
 """
 
 from __future__ import annotations
@@ -97,7 +96,7 @@ def straight_line(feature: ActualFeature, *, smallest: bool) -> Evaluation:
 
 
 _FORMS_OF_SHAPES = ("straightness", "flatness", "roundness", "cylindricity")
-"""Kinds that are the form of one shape by a name of their own (ISO 1101)."""
+"""Kinds that are the form of one shape under its own name (ISO 1101)."""
 
 
 def form(
@@ -114,7 +113,7 @@ def form(
     Raises
     ------
     FitError
-        There are as few points as the shape needs, no sections, or no zone was found.
+        Only the minimum number of points, no sections, or no zone was found.
     """
     feature = actual[characteristic.features[0]]
     shape = feature.fit.shape
@@ -143,7 +142,7 @@ def form(
             least_squares(feature), touches.tips, Criterion.MINIMUM_ZONE, kept_offset(feature)
         )
     except FitError as error:
-        # Never narrower than the smallest zone: what conforms, conforms all the more.
+        # Never narrower than the minimum zone: conformity with it implies conformity.
         squares = _even(feature) if shape.spec.has_across else _least_squares(feature)
         return replace(squares, note=f"Least squares instead of the minimum zone: {error.what}")
     return form_zone(zone, feature, touches.tips, touches.places, feature.residual_jacobian)
@@ -157,7 +156,7 @@ def _least_squares(feature: ActualFeature) -> Evaluation:
 
 
 def _even(feature: ActualFeature) -> Evaluation:
-    """Return the zone about the least-squares outline that reaches as far to either side."""
+    """Return the symmetric zone about the least-squares outline."""
     residuals, rows = feature.fit.residuals, feature.residual_jacobian
     both, by_both = np.concatenate([residuals, -residuals]), Rows.stacked([rows, -rows])
     return form_range(both, by_both, "least squares")

@@ -1,7 +1,7 @@
-"""Form within a zone: its width, and how it answers to every point.
+"""Form within a zone: its width, and its gradient by every point.
 
-The contact points of the smallest zone, with the shares that balance, give the derivative by the
-envelope theorem.
+Contact points of the minimum zone with balanced weights give the derivative by the envelope
+theorem.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.zones import Evaluation, FormNoise, kept_offset
 
 _FLAT = 1e-9
-"""Effect of a parameter on the distances, against the strongest, below which it has none."""
+"""Relative effect of a parameter on the distances that counts as zero."""
 _TOUCHING = 1e-6
-"""Gap to the bound, against the width of the zone, that is none."""
+"""Gap to the bound, relative to the width of the zone, that counts as zero."""
 _UNBALANCED = 1e-3
-"""Shares of contacts that leave more of a force than this do not hold the zone."""
+"""Largest unbalanced force of contacts that hold the zone."""
 
 
 def form_range(residuals: Float, rows: Rows, association: str) -> Evaluation:
@@ -38,7 +38,7 @@ def form_range(residuals: Float, rows: Rows, association: str) -> Evaluation:
 def form_zone(
     zone: Fit, feature: ActualFeature, tips: Float, places: Sequence[int], rows: Rows
 ) -> Evaluation:
-    """Return form by a smallest zone; the n rows are those of least-squares residuals."""
+    """Return form by a minimum zone; the n rows are those of least-squares residuals."""
     by_geometry, normals = distance_derivatives(zone, tips)
     free = _free(zone, by_geometry)
     shares = _shares(zone, free)
@@ -46,7 +46,7 @@ def form_zone(
     own = shares[held, None] * normals[held]
     gradient = Rows.of_points(np.asarray(places)[held], own.ravel())
     if zone.shape is Shape.CIRCLE:
-        # Its plane is not made for the zone; a turn of it shifts points by their heights.
+        # Its plane is not optimised for the zone; a rotation of it shifts points by their heights.
         gradient += shares @ by_geometry[:, DIRECTION] @ feature.jacobian[DIRECTION]
     noise = FormNoise(zone.residuals, rows, free)
     if zone.shape.spec.has_across:
@@ -64,7 +64,7 @@ def form_zone(
 
 
 def _free(zone: Fit, by_geometry: Float) -> Float:
-    """Return how distances answer to the parameters that make the zone smallest, (n, k)."""
+    """Return derivatives of distances by the free parameters of the zone, (n, k)."""
     columns = [by_geometry[:, POINT], by_geometry[:, 6:9]]
     if zone.shape.spec.has_across:
         beside = np.cross(zone.direction, zone.across)
@@ -85,19 +85,19 @@ def _free(zone: Fit, by_geometry: Float) -> Float:
 def _shares(zone: Fit, free: Float) -> Float:
     """Return the derivative (n,) of the width of a zone by the distance of every point.
 
-    Those of the points at the outside are positive and add up to one, those at the inside are
-    negative and add up to minus one; together no motion of the element changes them. About an
-    outline the zone reaches as far to either side, and only all of them together add up to two.
+    Weights of outer contacts are positive and add up to one, those of inner contacts are negative
+    and add up to minus one; no motion of the element changes their sum. For the symmetric zone of
+    an outline all of them together add up to two.
     """
     shares = np.zeros(len(zone.residuals))
     if not zone.contacts:
-        # All points lie on the element: any two say as little.
+        # All points are on the element: any two are equivalent.
         shares[int(np.argmax(zone.residuals))] += 1.0
         shares[int(np.argmin(zone.residuals))] -= 1.0
         return shares
     rows = np.array(zone.contacts)
     if zone.shape.spec.has_across:
-        # Others hold what the zone leaves free.
+        # Other contacts determine the directions left free by the zone.
         off = np.abs(zone.residuals[rows])
         rows = rows[off > off.max() - _TOUCHING * zone.form]
     middle = 0.5 * float(zone.residuals.max() + zone.residuals.min())

@@ -1,6 +1,6 @@
 """Position and coaxiality (ISO 1101, 17.12 and 17.13), with the bonus of ISO 2692.
 
-What a modifier of material adds to the tolerance of a position (ISO 2692).
+The bonus increases the tolerance of a position by a material modifier (ISO 2692).
 """
 
 from __future__ import annotations
@@ -46,13 +46,13 @@ from ocmm_core.tolerances.zones import (
 def with_bonus(
     characteristic: Characteristic, feature: ActualFeature, found: Evaluation
 ) -> Evaluation:
-    """Return an evaluation with what the size adds to the tolerance.
+    """Return an evaluation with the bonus of the size.
 
-    At maximum material a bore is as small, a shaft as large as it may be; at least material the
-    other way round. What the size is off that limit widens the zone by as much. Of all sizes that
-    the points show the one counts that widens it least: the mating one (largest inscribed or
-    smallest circumscribed; of a slot the planes along its sides), that of least squares, and the
-    feature's own. Where there is no mating size there is no bonus.
+    At maximum material a bore is smallest, a shaft largest; at least material the other way round.
+    The zone is widened by the departure of the size from that limit. Among the sizes of the points,
+    the one with the least bonus counts: the mating one (largest inscribed or smallest
+    circumscribed; of a slot the planes along its sides), that of least squares, and the feature's
+    own. Without a mating size there is no bonus.
     """
     if not characteristic.modifier:
         return found
@@ -73,12 +73,12 @@ def with_bonus(
 
 
 def _sizes(characteristic: Characteristic, feature: ActualFeature, sign: float) -> list[Evaluation]:
-    """Return the sizes that points show, the mating one first.
+    """Return the sizes of the points, the mating one first.
 
     Parameters
     ----------
     sign
-        1 where a greater size gives a greater bonus, else -1.
+        1 if a greater size gives a greater bonus, else -1.
     """
     slot = feature.fit.shape in SLOTS
     place = SECOND if slot else RADIUS
@@ -132,7 +132,7 @@ def position(
 
 
 def _rows(characteristic: Characteristic, nominal: Float, feature: ActualFeature) -> Float:
-    """Return the directions (d, 3), part frame, in which a centre or axis is off."""
+    """Return the directions (d, 3), part frame, in which a centre or axis may deviate."""
     shape = feature.fit.shape
     zone = characteristic.zone or _usual_zone(shape)
     if zone == "sphere":
@@ -153,10 +153,10 @@ def coaxiality(
     alignment: AnyAlignment | None,
     frames: Frames,
 ) -> Evaluation:
-    """Return twice the greatest distance of a centre or an axis from the datum's axis or centre.
+    """Return twice the greatest distance of a centre or axis from the datum's.
 
-    Where both are balls the distance is that in space; a circle or ball that has a centre only is
-    measured across the axis of the datum, or across its own where the datum is a ball.
+    Between two balls the distance is in space; for a circle or ball it is measured across the axis
+    of the datum, or across its own if the datum is a ball.
     """
     feature, datum = actual[characteristic.features[0]], actual[characteristic.datums[0]]
     axis, slope = datum.fit.direction, datum.jacobian[3:6]

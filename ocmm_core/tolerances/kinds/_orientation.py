@@ -35,7 +35,7 @@ from ocmm_core.tolerances.zones import (
 )
 
 _MEANT = np.sin(np.deg2rad(0.5))
-"""Nominal directions further off parallel or square than this are not meant to be."""
+"""Nominal directions further from parallel or square are not meant to be so."""
 
 _AXES = "xyz"
 
@@ -44,7 +44,7 @@ _ROUND_ABOUT: Mapping[str, Mapping[bool, Zone]] = {
     "perpendicularity": {True: "cylinder"},
     "angularity": {},
 }
-"""Zone that is usual for an axis, by whether the datum is a plane, where it is not two planes."""
+"""Usual zone of an axis other than two planes, by whether the datum is a plane."""
 
 
 def orientation(
@@ -56,14 +56,14 @@ def orientation(
     """Return the width of the zone of a face, or the width or diameter of that of an axis.
 
     The true direction is that of the plan in the frame of the datums, made exactly parallel or
-    square to the primary datum where the kind says so. A face has all its points between two
-    planes; of an axis both ends of its toleranced length count.
+    square to the primary datum if the kind implies it. A face must have all points between two
+    planes; for an axis both ends of its toleranced length count.
 
     Raises
     ------
     FitError
-        The plan's directions are not what the kind says, a feature has no points of its own, or
-        the datums do not hold.
+        The plan's directions contradict the kind, a feature has no points of its own, or the datums
+        do not hold.
     """
     name = characteristic.features[0]
     feature, datum = actual[name], actual[characteristic.datums[0]]
@@ -75,7 +75,7 @@ def orientation(
         return surface_zone([surface], frame.with_shifts())
     rows = _rows(characteristic, datum, direction)
     low, high = derived_points(feature, characteristic.length or feature.nominal.length)
-    # The zone shifts freely: half of the axis about its middle is all that counts.
+    # The zone shifts freely: only half of the axis about its middle counts.
     half = DerivedPoint(
         0.5 * (high.point - low.point), 0.5 * (high.by_coordinates - low.by_coordinates)
     )
@@ -83,7 +83,7 @@ def orientation(
 
 
 def meant_direction(kind: str, own: Float, base: Float, *, alike: bool) -> Float | None:
-    """Return the direction (3,), unit, that a feature should have, or None if it is not meant so.
+    """Return the intended direction (3,), unit, of a feature, or None if not intended.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def meant_direction(kind: str, own: Float, base: Float, *, alike: bool) -> Float
     own, base
         (3,), unit: nominal directions of the feature and of the primary datum.
     alike
-        Both are planes, or both are axes: their directions are parallel where they are.
+        Both are planes, or both are axes: parallel elements have parallel directions.
     """
     if kind == "angularity":
         return own
@@ -109,7 +109,7 @@ def meant_direction(kind: str, own: Float, base: Float, *, alike: bool) -> Float
 def _true_direction(
     characteristic: Characteristic, feature: ActualFeature, datum: ActualFeature
 ) -> Float:
-    """Return the direction (3,), unit, frame of the plan, that a feature should have."""
+    """Return the true direction (3,), unit, frame of the plan, of a feature."""
     alike = (feature.fit.shape is Shape.PLANE) == (datum.fit.shape is Shape.PLANE)
     own, base = (nominal_geometry(item.nominal)[DIRECTION] for item in (feature, datum))
     meant = meant_direction(characteristic.kind, own, base, alike=alike)
@@ -125,14 +125,14 @@ def _true_direction(
 
 
 def _zone_of_axis(characteristic: Characteristic, datum: Shape) -> Zone:
-    """Return the zone of an axis: as the characteristic says, else what is usual."""
+    """Return the zone of an axis, from the characteristic or the usual one."""
     if characteristic.zone:
         return characteristic.zone
     return _ROUND_ABOUT[characteristic.kind].get(datum is Shape.PLANE, "planes")
 
 
 def _rows(characteristic: Characteristic, datum: ActualFeature, direction: Float) -> Float:
-    """Return the directions (d, 3), frame, in which the ends of an axis are off."""
+    """Return the directions (d, 3), frame, in which the ends of an axis may deviate."""
     if _zone_of_axis(characteristic, datum.fit.shape) == "cylinder":
         return np.stack(perpendicular_pair(direction))
     across = nominal_geometry(datum.nominal)[DIRECTION]

@@ -36,9 +36,8 @@ def profile(
 ) -> Evaluation:
     """Return twice the greatest distance of surface points from the nominal surface.
 
-    Its place follows from the datums; without them, and where they leave motions open, it is the
-    one that makes the greatest distance smallest. All dimensions are the nominal ones. Several
-    features are one surface.
+    The pose follows from the datums; degrees of freedom that they leave minimise the greatest
+    distance. All dimensions are nominal. Several features are one surface.
 
     Raises
     ------
@@ -63,7 +62,7 @@ def _against_model(
 ) -> Evaluation:
     """Return the profile against faces of the model: of ball centres, less the ball.
 
-    Without datums it is where the greatest distance is smallest, from the part frame on.
+    Without datums, the pose minimises the greatest distance, starting from the part frame.
     """
     features = [actual[name] for name in characteristic.features]
     surface = ModelSurface(features, characteristic.faces, characteristic.offset)
@@ -89,7 +88,7 @@ def _against_model(
 
 
 def _from_part_frame(characteristic: Characteristic) -> bool:
-    """Return whether the alignment says where the search for the smallest zone begins."""
+    """Return whether the search for the smallest zone starts from the alignment."""
     return bool(characteristic.faces) and not characteristic.datums
 
 
@@ -102,7 +101,7 @@ def _surface(measured: SurfacePoints, frame: ZoneFrame, offset: float) -> Surfac
 
 
 def _face_normal(measured: SurfacePoints, frame: ZoneFrame, nominal: Float) -> Float:
-    """Return the normal (3,), frame, of the face that a point or line was probed on."""
+    """Return the normal (3,), frame, of the face of a probed point or line."""
     if measured.feature.fit.shape is Shape.POINT:
         return unit(np.array(measured.feature.nominal.direction))
     normal = frame.T_frame_from_world.rotation @ measured.normals[0]

@@ -1,4 +1,4 @@
-"""All kinds of characteristics. Another one is a file with its entries and a line here."""
+"""Registry of all kinds of characteristics, extended by a file with entries and a line here."""
 
 from __future__ import annotations
 
@@ -22,12 +22,9 @@ from ocmm_core.tolerances.kinds._spec import KindSpec, Symbol
 
 
 def registered(entries: Iterable[KindSpec]) -> Mapping[str, KindSpec]:
-    """Return entries by name, in their order.
+    """Return entries by name, in order; raise InternalError for an inconsistency.
 
-    Raises
-    ------
-    InternalError
-        Two have one name, or one stands for a kind that is not there.
+    Inconsistent are duplicate names, and an entry that refers to a missing kind.
     """
     found: dict[str, KindSpec] = {}
     for entry in entries:
@@ -60,17 +57,11 @@ KINDS = registered(
         *_runout.KINDS,
     )
 )
-"""Every kind by its name, in the order in which the plan editor offers them."""
+"""All kinds by name, in the order of the plan editor."""
 
 
 def spec_of(kind: str) -> KindSpec:
-    """Return the entry of a kind.
-
-    Raises
-    ------
-    InputError
-        There is no such kind.
-    """
+    """Return the entry of a kind; raise InputError if unknown."""
     found = KINDS.get(kind)
     if found is None:
         raise InputError(
@@ -82,17 +73,9 @@ def spec_of(kind: str) -> KindSpec:
 
 
 def spec_for(kind: str, shape: Shape | None) -> KindSpec:
-    """Return the entry that a kind stands for where its first feature has that shape.
+    """Return the entry that a kind is equivalent to for a first feature's shape.
 
-    Parameters
-    ----------
-    shape
-        None where it is not known.
-
-    Raises
-    ------
-    InputError
-        There is no such kind.
+    ``shape`` is None if unknown. Raises InputError for an unknown kind.
     """
     entry = spec_of(kind)
     if shape is None or shape not in entry.stands_for:
@@ -101,6 +84,6 @@ def spec_for(kind: str, shape: Shape | None) -> KindSpec:
 
 
 def symbol_of(kind: str, shape: Shape | None) -> Symbol | None:
-    """Return the symbol of a kind for a first feature of that shape; None where it has none."""
+    """Return the symbol of a kind for a first feature's shape, or None."""
     entry = spec_for(kind, shape)
     return entry.symbol if shape is None else entry.symbol_of_shape.get(shape, entry.symbol)

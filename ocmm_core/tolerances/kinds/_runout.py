@@ -33,10 +33,10 @@ def runout(
     alignment: AnyAlignment | None,
     frames: Frames,
 ) -> Evaluation:
-    """Return how far a surface runs out when it turns about the datum axis.
+    """Return the run-out of a surface about the datum axis.
 
     Radially for round surfaces, square to the surface for a cone, axially for a face. Circular
-    run-out is that of the worst section; sections are found from where the points lie.
+    run-out is that of the worst section; sections are found from the positions of the points.
 
     Raises
     ------
@@ -52,8 +52,8 @@ def runout(
     radii = np.linalg.norm(across, axis=1)
     radial = across / np.maximum(radii, 1e-12)[:, None]
     shape = feature.fit.shape
-    # Shares of the radial and the axial direction in the one that run-out is measured along. That
-    # is square to the surface: points of a section of a cone need not be at one height.
+    # Radial and axial components of the direction of measurement, square to the surface: points of
+    # a section of a cone need not be at one height.
     radially, axially = 0.0, 1.0
     if shape is not Shape.PLANE:
         towards = float(np.copysign(1.0, axis @ feature.fit.direction))
@@ -99,7 +99,7 @@ def _extremes(
 
 
 def _of_own_points(surface: SurfacePoints, directions: Float, chosen: Int) -> Rows:
-    """Return what the own ball centres of the chosen points and the ball do, m rows."""
+    """Return the derivatives of m chosen points by their ball centres and the ball."""
     places = np.asarray(own_fit(surface.feature)[0].places)[chosen]
     own, normals = directions[chosen], surface.normals[chosen]
     return Rows.of_own_points(places, own).with_radius(-np.sum(own * normals, axis=1))

@@ -1,4 +1,4 @@
-"""Groups of shapes that entries of kinds name, by what the shapes have."""
+"""Groups of shapes by trait, for the entries of kinds."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ ALL = tuple(Shape)
 WITH_RADIUS = shapes_where(lambda spec: spec.is_radial)
 WITH_DIAMETER = shapes_where(lambda spec: spec.has_size("diameter"))
 SLOTS = shapes_where(lambda spec: spec.has_sides)
-"""Shapes with two long sides, thus with a middle plane."""
+"""Shapes with two long sides, hence a middle plane."""
 WITH_SIZE = (*WITH_RADIUS, *SLOTS)
 LONG_AND_WIDE = shapes_where(lambda spec: spec.has_size("length"))
 WITH_WIDTH = shapes_where(lambda spec: spec.has_size("width"))
 DIRECTED = (Shape.PLANE, *AXES)
 ROUND_AXES = (*AXES, Shape.CIRCLE)
 SPHERICAL = shapes_where(lambda spec: spec.centred and not spec.has_direction)
-"""Shapes that are a centre and have no direction."""
+"""Shapes with a centre and without a direction."""
 OF_A_LINE = shapes_where(lambda spec: spec.is_flat or not spec.has_normals)
-"""Shapes that a line on a surface is touched as: points, edges and outlines."""
+"""Shapes that can be touched as a line on a surface: points, edges and outlines."""
 OF_A_SURFACE = shapes_where(
     lambda spec: not spec.is_flat and (spec.has_normals or spec.located == "everywhere")
 )
-"""Shapes that a surface is touched as; a point is one wherever it lies."""
+"""Shapes that can be touched as a surface, including points."""

@@ -67,12 +67,12 @@ _PLACES = {
 
 
 def size_words(association: Association) -> str:
-    """Return how a size was associated, in the words of the report, with its symbol."""
+    """Return the association of a size for reports, with its symbol."""
     return f"{association} ({LETTERS[association]})"
 
 
 def own_association(feature: ActualFeature) -> Association:
-    """Return the association that a feature's geometry was made with."""
+    """Return the association of a feature's geometry."""
     words: dict[Criterion, Association] = {
         Criterion.LEAST_SQUARES: "least squares",
         Criterion.MINIMUM_ZONE: "minimum zone",
@@ -90,10 +90,7 @@ def size(
 ) -> Evaluation:
     """Return the size of a feature, by its own association or that of the plan.
 
-    Raises
-    ------
-    FitError
-        As `associated_size`.
+    Raises FitError as `associated_size`.
     """
     feature = actual[characteristic.features[0]]
     own = own_association(feature)
@@ -124,7 +121,7 @@ def size_of_geometry(
 
 
 def _gauge_diameter(cone: Float, plane: Float, at: float) -> float:
-    """Return the diameter of a cone where its axis is ``at`` mm from a plane, along its normal."""
+    """Return the diameter of a cone at a distance ``at``, mm, from a plane, along its normal."""
     towards = float(cone[DIRECTION] @ plane[DIRECTION])
     along = (at - float((cone[POINT] - plane[POINT]) @ plane[DIRECTION])) / towards
     return 2.0 * float(cone[RADIUS] + along * np.tan(cone[HALF_ANGLE]))
@@ -157,17 +154,14 @@ def distance_of_faces(
 ) -> Evaluation:
     """Return the two-point size between two opposite faces.
 
-    Raises
-    ------
-    FitError
-        As `zones.between_faces`.
+    Raises FitError as `zones.between_faces`.
     """
     association = characteristic.association
     return _of_rank(*between_faces(first, second, association), association)
 
 
 def _of_rank(sizes: Float, gradients: Rows, association: Association) -> Evaluation:
-    """Return the size that a rank takes of two-point sizes, the foremost of which is the first."""
+    """Return the size of a rank among two-point sizes sorted by it."""
     words = size_words(association)
     if association == "two-point mean":
         return Evaluation(float(sizes.mean()), gradients.mean(), association=words)
@@ -176,7 +170,7 @@ def _of_rank(sizes: Float, gradients: Rows, association: Association) -> Evaluat
 
 
 def _radius(feature: ActualFeature, criterion: Criterion) -> tuple[float, Rows]:
-    # Ball centres lie on a parallel surface: their element and that of the part share the axis.
+    # Ball centres are on a parallel surface: their element and that of the part share the axis.
     touches = own_fit(feature)[0]
     start = least_squares(feature)
     fit = start
@@ -188,7 +182,7 @@ def _radius(feature: ActualFeature, criterion: Criterion) -> tuple[float, Rows]:
 
 
 def two_point_fault(asked: Asked) -> Fault | None:
-    """Return what is wrong with an association that is none of two points."""
+    """Return the fault of an association that is not a two-point one."""
     if asked.item.association not in TWO_POINT:
         words = ", ".join(repr(word) for word in TWO_POINT)
         return "association", f"of a {asked.item.kind} is left out, or one of: {words}"

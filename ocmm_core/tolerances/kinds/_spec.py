@@ -1,4 +1,4 @@
-"""What one kind of characteristic is: all that the rest of the product asks about it."""
+"""Specification of a kind of characteristic: its traits and computations."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ocmm_core.tolerances.kinds._shape_groups import ALL
 from ocmm_core.tolerances.zones import Characteristic, Evaluation, Frames
 
 Fault = tuple[str, str]
-"""The field of the characteristic, and what is wrong with it."""
+"""Faulty field of the characteristic, and the fault."""
 
 Zone = Literal["planes", "cylinder", "sphere"]
 Polygon = tuple[tuple[float, float], ...]
@@ -23,7 +23,7 @@ Polygon = tuple[tuple[float, float], ...]
 Evaluate = Callable[
     [Characteristic, Mapping[str, ActualFeature], AnyAlignment | None, Frames], Evaluation
 ]
-"""Value and gradient; of the features that count, the alignment of the plan, and the frames."""
+"""Value and gradient; from the relevant features, the alignment of the plan, and the frames."""
 
 OfGeometry = Callable[
     [Characteristic, Mapping[str, Float], Mapping[str, Shape], AnyAlignment | None], float
@@ -33,25 +33,24 @@ OfGeometry = Callable[
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """A characteristic with the plan that it stands in."""
+    """A characteristic in the context of its plan."""
 
     item: Characteristic
     shapes: Mapping[str, Shape]
     """Of all features of the plan, probed and constructed, by name."""
     nominals: Mapping[str, Float]
-    """Geometry vectors (12,) of those of which they are known, part frame."""
+    """Geometry vectors (12,) of features with a nominal, part frame."""
     probed: Collection[str]
-    """Names of the features that are probed."""
+    """Names of the probed features."""
     aligned: bool
 
     @property
     def first(self) -> Shape:
-        """Return the shape of the first feature."""
         return self.shapes[self.item.features[0]]
 
     @property
     def of_planes(self) -> bool:
-        """Return whether the zone of a centre or axis is asked to be two planes."""
+        """Return whether the zone of a centre or axis is specified as two planes."""
         return self.item.zone == "planes" and self.first is not Shape.PLANE
 
 
@@ -59,7 +58,7 @@ Check = Callable[[Asked], Fault | None]
 
 
 class MonteCarlo(Enum):
-    """How a value may be simulated; what the way does not fit goes through every evaluation."""
+    """Method to simulate a value; unsuitable trials fall back to full evaluation."""
 
     SECOND_ORDER = "the value of the geometry of refitted elements"
     RANGE = "the range of the residuals of a least-squares element"
@@ -69,14 +68,14 @@ class MonteCarlo(Enum):
 
 @dataclass(frozen=True, slots=True)
 class QifWords:
-    """How QIF 3.0 calls a kind."""
+    """QIF 3.0 terms of a kind."""
 
     word: str
-    """Begins the names of its elements."""
+    """Prefix of its element names."""
     of_shape: Mapping[Shape, str] = field(default_factory=dict)
-    """Where the first feature's shape has a word of its own."""
+    """Special terms by the first feature's shape."""
     of_one: str = ""
-    """Where it names one feature alone; empty if that makes no difference."""
+    """Term for one feature alone; empty if the same."""
     has_modifier: bool = False
     planes: str = "NonDiametricalZone"
     """Word for a zone of two planes."""
@@ -100,12 +99,12 @@ def no_association(asked: Asked) -> Fault | None:
 
 
 def never(item: Characteristic) -> bool:
-    """Return that a value does not refer to the part frame."""
+    """Return False: the value does not refer to the part frame."""
     return False
 
 
 def needs_no_sense(item: Characteristic, alignment: AnyAlignment | None) -> bool:
-    """Return that a value needs no direction of the plan to tell its side."""
+    """Return False: the value needs no direction of the plan for its side."""
     return False
 
 
@@ -115,57 +114,57 @@ class KindSpec:
 
     name: str
     words: str
-    """What the screen calls it."""
+    """Display name."""
     unit: Literal["mm", "deg"]
     one_sided: bool
-    """The value is the width of a zone: never negative, with an upper limit only."""
+    """The value is the width of a zone: nonnegative, with an upper limit only."""
     evaluate: Evaluate
     """Computes value and gradient."""
     geometry: OfGeometry | None
-    """The value from geometry alone; None where it takes points or the frame of datums."""
+    """The value from geometry alone; None if it needs points or the datum frame."""
     monte_carlo: MonteCarlo
-    """The way in which trials may be computed quickly."""
+    """Fast simulation method."""
     qif: QifWords
     symbol: Symbol | None
-    """On drawings; None where it is written as a word."""
+    """On drawings; None if written as a word."""
     shapes: tuple[Shape, ...]
-    """That its features may have."""
+    """Permitted for its features."""
     features: tuple[int, int] = (1, 1)
     datums: tuple[int, int] = (0, 0)
-    """`features`, `datums`: Least and greatest number of them."""
+    """`features`, `datums`: Minimum and maximum number."""
     datum_shapes: tuple[Shape, ...] = ALL
-    """That its first datum may have."""
+    """Permitted for its first datum."""
     takes: frozenset[Literal["axis", "at", "faces", "length", "modifier", "offset"]] = frozenset()
-    """Fields that go with it besides those of all kinds."""
+    """Permitted fields in addition to the common ones."""
     zones: tuple[Zone, ...] = ()
-    """That may be asked for; empty where the kind leaves no choice."""
+    """Permitted zones; empty without a choice."""
     zone_of: Callable[[Characteristic | None, Shape | None, tuple[Shape, ...]], Zone] | None = None
-    """The zone that counted, of the characteristic of the plan (None if it is not known), the shape
-    of the first feature (None if it is not known) and those of the datums; None where the zone has
-    one shape only, or there is none."""
+    """The applicable zone, from the characteristic of the plan, the shape of the first feature
+    (each None if unknown) and those of the datums; None if the kind has a single zone or none.
+    """
     association_fault: Check = no_association
-    """What is wrong with an association that was given."""
+    """Fault of a given association."""
     checks: tuple[Check, ...] = ()
-    """What else must hold; asked after all that is common to the kinds."""
+    """Further checks, after those common to all kinds."""
     in_part: Callable[[Characteristic], bool] = never
     """Whether the value refers to the part frame of the plan's alignment."""
     needs_sense: Callable[[Characteristic, AnyAlignment | None], bool] = needs_no_sense
-    """Whether the part frame is needed to tell on which side the value is."""
+    """Whether the part frame determines the side of the value."""
     datums_make_frame: bool = False
-    """The datums hold a frame in their precedence, in which the nominal places count."""
+    """The datums define a frame in order of precedence, in which nominal places count."""
     own_form: bool = False
-    """The form of the surface is what is measured, so that it is no uncertainty."""
+    """Surface form is the measurand, hence no uncertainty contribution."""
     form_alone: bool = False
-    """The form deviation of one feature by itself: none on a perfect part."""
+    """Form deviation of one feature alone: zero on a perfect part."""
     probed: Literal["", "faces", "all"] = ""
-    """Which of its features must have points of their own."""
+    """Features that need points of their own."""
     folds: bool = False
-    """The value is an absolute one: near zero it does not follow the points in a straight line."""
+    """Absolute value: not linear in the points near zero."""
     below_u: str = ""
-    """What to say of a value that is smaller than its uncertainty."""
+    """Note for a value smaller than its uncertainty."""
     symbol_of_shape: Mapping[Shape, Symbol] = field(default_factory=dict)
-    """Where the first feature's shape has another symbol."""
+    """Special symbols by the first feature's shape."""
     stands_for: Mapping[Shape, str] = field(default_factory=dict)
-    """Kind that this one is by another name, where the first feature has that shape."""
+    """Equivalent kind, by the first feature's shape."""
     is_place: bool = False
-    """It is the coordinate of a place along ``axis``."""
+    """Coordinate of a place along ``axis``."""

@@ -38,11 +38,11 @@ def symmetry(
     alignment: AnyAlignment | None,
     frames: Frames,
 ) -> Evaluation:
-    """Return twice the greatest distance of extracted median points from the datum's middle.
+    """Return twice the greatest distance of extracted median points from the datum.
 
-    Median points of two faces lie half way between a point of either face and the other one,
-    across the datum plane; those of a slot are the ends and the middle of its middle line. About a
-    datum axis the middle plane contains the axis and is turned as the slot is.
+    Median points of two faces are halfway between a point of either face and the other one, across
+    the datum plane; those of a slot are the ends and the middle of its middle line. About a datum
+    axis the middle plane contains the axis and is turned as the slot.
 
     Raises
     ------
@@ -109,7 +109,8 @@ def _of_faces(first: ActualFeature, second: ActualFeature, datum: ActualFeature)
         by_normal = surface.points - origin - 0.5 * np.outer(gaps, towards) / cosine**2
         rows = by_towards @ far.jacobian[DIRECTION] + by_normal @ datum.jacobian[DIRECTION]
         alike = 0.5 / cosine * (towards @ far.jacobian[POINT]) - normal @ datum.jacobian[POINT]
-        # The contact point moves with the normal of its own face, which the ball stands along.
+        # The contact point moves with the normal of its face, along which it is offset from the
+        # ball.
         alike -= touches.tip_radius * by_point @ near.jacobian[DIRECTION]
         alike = alike.with_radius(-float(by_point @ near.fit.direction))
         rows += alike.outer(np.ones(len(gaps)))

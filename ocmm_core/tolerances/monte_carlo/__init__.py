@@ -1,12 +1,12 @@
 """Propagation of distributions by Monte Carlo (JCGM 101).
 
-In: the task of a job: points with their covariance, elements, characteristics, a seed.
-Out: the distribution of every value, and whether the uncertainty of first order agrees.
+In: the task of a job: points with their covariance, elements, characteristics, a seed. Out: the
+distribution of every value, and validation of the first-order uncertainty.
 
-Read `_model` (what one trial computes), `_trials` (many of them, quickly where possible) with
-`_refit_kernel` (the same element through moved points), `_monte_carlo` (stops when stable, and
-compares), `_process` (in a process of its own, so that no screen waits).
-It must not know verdicts: it changes no result, it examines them.
+Read `_model` (one trial), `_trials` (many of them, quickly if possible) with `_refit_kernel` (the
+same element through moved points), `_monte_carlo` (convergence and comparison), `_process` (in a
+separate process). The package is independent of verdicts: it validates results without changing
+them.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Batches of trials, in threads of this process or on the workers of a site: the same numbers.
+"""Batches of trials, in threads of this process or on workers of a site: same numbers.
 
-The random numbers of a batch follow from the seed, the stream and its index alone.
+The random numbers of a batch depend only on the seed, the stream and its index.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from ocmm_core.tolerances.uncertainty import TWO_SIDED
 Draws = np.ndarray[tuple[int, int], np.dtype[np.float32]]
 
 _BLOCK_NUMBERS = 120_000
-"""Numbers drawn at a time: a megabyte stays near the processor."""
+"""Numbers drawn at a time: a megabyte stays in the cache."""
 _QUICK_A_TASK, _SLOW_A_TASK = 10, 2
-"""Batches a worker does for one request: about a second, so that asking costs little."""
+"""Batches of a worker per request: about a second, to limit overhead."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,32 +32,31 @@ class Batch:
     """One batch."""
 
     draws: Draws
-    """(m, k): deviations of the values from the measured ones; NaN where a fit failed."""
+    """(m, k): deviations of the values from the measured ones; NaN for a failed fit."""
     figures: Float
     """(4, k): mean, standard deviation and ends of the interval of every value."""
     failed: int
-    """Fits."""
+    """Failed fits."""
     seconds: float
-    """Processor time."""
 
 
 @dataclass(frozen=True, slots=True)
 class BatchSource:
-    """What makes batches; can be sent to another computer."""
+    """Generator of batches; can be sent to another computer."""
 
     task: Task
     names: tuple[str, ...]
-    """`task`, `names`: What is simulated, and which of its characteristics."""
+    """`task`, `names`: Task, and its simulated characteristics."""
     start: Float
     """(k,): their measured values."""
     stream: int
-    """0 for what is computed quickly, 1 for what is evaluated the ordinary way."""
+    """0 for fast values, 1 for full evaluation."""
     size: int
     """Trials of a batch."""
     seed: int
 
     def maker(self, given_up: Callable[[], bool] = lambda: False) -> Callable[[int], Batch]:
-        """Return what makes a batch by its index."""
+        """Return the function that makes a batch by its index."""
         task, names = self.task, self.names
         slow = partial(slow_trials, task, names)
         trials = quick_model(task).trials if self.stream == 0 else slow
@@ -87,7 +86,7 @@ class BatchSource:
 def here(
     source: BatchSource, batches: int, threads: int, given_up: Callable[[], bool]
 ) -> Generator[Batch, None, None]:
-    """Give batches in their order, made by threads of this process."""
+    """Yield batches in order, made by threads of this process."""
     make = source.maker(given_up)
     with ThreadPoolExecutor(threads) as pool:
         for first in range(0, batches, threads):
@@ -95,7 +94,7 @@ def here(
 
 
 def on_site(source: BatchSource, batches: int, site: Site) -> Generator[Batch, None, None]:
-    """Give batches in their order, made by the workers of a site; OcmmError where one fails."""
+    """Yield batches in order, made by the workers of a site; OcmmError if one fails."""
     step = _SLOW_A_TASK if source.stream else _QUICK_A_TASK
     stretches = [range(first, min(first + step, batches)) for first in range(0, batches, step)]
     answers = run_tasks(
@@ -116,7 +115,7 @@ def _figures(draws: Draws) -> Float:
     """Return mean, standard deviation and ends of the interval of every value, (4, k)."""
     figures = np.full((4, draws.shape[1]), np.nan)
     for column, own in enumerate(draws.T):
-        # Trials whose fit failed are left out; `value` says if nothing is left.
+        # Trials with a failed fit are excluded; `value` reports if none remains.
         good = own[np.isfinite(own)].astype(np.float64)
         if len(good) > 1:
             ends = np.quantile(good, [0.5 - 0.5 * TWO_SIDED, 0.5 + 0.5 * TWO_SIDED])

@@ -1,9 +1,8 @@
-"""What one Monte Carlo trial computes: from moved points to elements and from these to values.
+"""Computation of one Monte Carlo trial: from moved points to elements to values.
 
-The elements are fitted anew in every trial, with all their curvature (`_refit_kernel`); the ball is
-taken off as `features.actual` does. From the elements to a value there are only angles and
-distances of elements that hardly move: there the value is developed to second order, whose rest is
-some 1e-9 mm for movements of 0.01 mm.
+Elements are refitted in every trial, with full nonlinearity (`_refit_kernel`); compensation is as
+in `features.actual`. Values are angles and distances of elements that hardly move: they are
+expanded to second order, with a remainder of some 1e-9 mm for motions of 0.01 mm.
 """
 
 from __future__ import annotations
@@ -52,36 +51,36 @@ _STEP = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Refit:
-    """One probed feature, ready to be fitted again."""
+    """One probed feature, prepared for refitting."""
 
     name: str
     kind: int
     centroid: Float
     base: Float
     size: float
-    """`centroid`, `base`, `size`: Its ball centres: centroid (3,), about it (n, 3), and their size,
-    mm."""
+    """`centroid`, `base`, `size`: Its ball centres: centroid (3,), about it (n, 3), and scale, mm.
+    """
     places: Int
     """(n,): of its points among all."""
     start: Float
     """(8,): the element of the measured points."""
     plane: str
-    """Feature along whose normal the points are projected; empty where none."""
+    """Feature whose normal the points are projected along, or empty."""
     touches: Touches
     outer: bool
-    """`touches`, `outer`: What takes the ball off."""
+    """`touches`, `outer`: For compensation."""
 
     def geometries(
         self, deviations: Float, fitted: Mapping[str, Float]
     ) -> tuple[Float, Float, int]:
-        """Return compensated geometry (m, 12), range of the residuals (m,), trials without a fit.
+        """Return compensated geometry (m, 12), range of the residuals (m,), failed trials.
 
         Parameters
         ----------
         deviations
             (m, 3 N + 1), mm: of all ball centres and the tip radius.
         fitted
-            Geometries of the features before this one, in world coordinates.
+            Geometries of the preceding features, in world coordinates.
         """
         count = len(deviations)
         geometry, ranges = np.empty((count, GEOMETRY_SIZE)), np.empty(count)
@@ -115,10 +114,10 @@ class Refit:
 
 
 def refits_of(actual: Mapping[str, ActualFeature]) -> tuple[Refit, ...]:
-    """Return the features that can be fitted again quickly, planes first.
+    """Return the features that can be refitted quickly, planes first.
 
-    Those are least-squares elements of the shapes with a compiled fit, probed and not constructed,
-    circles by plane first.
+    Those are probed least-squares elements of the shapes with a compiled fit, circles by plane
+    first.
     """
     found = []
     for name, feature in actual.items():
@@ -153,21 +152,19 @@ def _refit(name: str, feature: ActualFeature, touches: Touches, raw: Fit) -> Ref
 
 @dataclass(frozen=True, slots=True)
 class SecondOrder:
-    """A value about the measured elements: value, slope and curvature by their geometry."""
+    """Second-order expansion of a value by the geometry of measured elements."""
 
     names: tuple[str, ...]
-    """Features that it rests on."""
     at: Float
-    """(k,): their geometry as measured, only the numbers that move."""
+    """(k,): measured geometry, moving entries only."""
     columns: Int
-    """(k,): of those numbers among the geometries one after the other."""
+    """(k,): of those entries in the concatenated geometries."""
     value: float
     slope: Float
     curvature: Float
     """`value`, `slope`, `curvature`: Of the value, (k,) and (k, k)."""
 
     def values(self, geometries: Mapping[str, Float]) -> Float:
-        """Return the value in every trial, (m,)."""
         all_of_them = np.hstack([geometries[name] for name in self.names])
         moved = all_of_them[:, self.columns] - self.at
         bent = np.einsum("mk,mk->m", moved @ self.curvature, moved)
@@ -180,7 +177,7 @@ def second_order(
     names: Sequence[str],
     actual: Mapping[str, ActualFeature],
 ) -> SecondOrder:
-    """Return a function of the geometries of features, developed about the measured ones."""
+    """Return the expansion of a function of geometries about the measured ones."""
     flat = np.concatenate([actual[name].fit.geometry for name in names])
     moving = np.concatenate([actual[name].jacobian.moving() for name in names])
     columns = np.flatnonzero(moving)

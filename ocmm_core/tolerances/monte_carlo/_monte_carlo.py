@@ -1,13 +1,13 @@
-"""Propagation of distributions by Monte Carlo, as JCGM 101:2008 says, and what it says of the GUM.
+"""Monte Carlo propagation of distributions (JCGM 101:2008), and validation of the GUM.
 
-All inputs are perturbed together by their joint uncertainty, the whole evaluation is done anew with
-its curvature (`_trials`), and trials are added in batches until twice the standard
-errors of the mean, of the standard uncertainty and of both ends of the interval are below the
-numerical tolerance (7.9). Then the interval of linear propagation, y ± U, is compared with the one
-found (8.1). Both are those of the probability 95.45 %, which k = 2 stands for.
+All inputs are perturbed by their joint uncertainty and the whole evaluation is repeated with its
+nonlinearity (`_trials`); trials are added in batches until twice the standard errors of the mean,
+of the standard uncertainty and of both ends of the interval are below the numerical tolerance
+(7.9). Then the interval of linear propagation, y ± U, is compared with the simulated one (8.1),
+both for the probability 95.45 %, that of k = 2.
 
-The form of surfaces is drawn with the variance that the residuals show; that this variance itself
-is known from few points only widens the U of a result, and is left out of both intervals here.
+The form of surfaces is drawn with the variance of the residuals; the uncertainty of this variance
+only widens the U of a result, and is excluded from both intervals here.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from ocmm_core.tolerances.monte_carlo._trials import Task, quick_model
 from ocmm_core.tolerances.uncertainty import TWO_SIDED
 
 Tell = Callable[[str, float], None]
-"""Told what is done and the share that is done, 0 to 1."""
+"""Called with the current activity and the completed share, 0 to 1."""
 
 _FEWEST_BATCHES = 10
 
@@ -39,19 +39,18 @@ class MonteCarloOptions:
     """How long and how finely."""
 
     max_trials: int = 1_000_000
-    """Of what is quick; the memory needed grows with it, 4 bytes a trial and value."""
+    """For fast values; memory grows with it, 4 bytes a trial and value."""
     max_slow_trials: int = 2_000
     digits: int = 2
-    """Significant digits of u that are wanted, 1 or 2: the numerical tolerance."""
+    """Significant digits of u, 1 or 2: the numerical tolerance."""
     seed: int = 1
-    """The same seed gives the same numbers, however many threads."""
+    """The result depends on the seed only, not on the number of threads."""
     threads: int = 2
-    """That work at a time."""
     batch: int = 10_000
     slow_batch: int = 100
     """`batch`, `slow_batch`: Trials of one batch."""
     adaptive: bool = True
-    """Stop as soon as the tolerance is met; else all trials are done."""
+    """Stop at the tolerance; else run all trials."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,19 +59,19 @@ class MonteCarloValue:
 
     name: str
     unit: str
-    """`name`, `unit`: Of the characteristic."""
     value: float
     standard: float
     """`value`, `standard`: Measured value, and standard uncertainty by linear propagation."""
     trials: int
-    """That gave a value."""
+    """Number with a value."""
     mean: float
     sigma: float
-    """`mean`, `sigma`: Of them."""
+    """`mean`, `sigma`: Over the trials."""
     symmetric: tuple[float, float]
     shortest: tuple[float, float]
-    """`symmetric`, `shortest`: Intervals of 95.45 % of them: as many below as above, and the
-    shortest."""
+    """`symmetric`, `shortest`: Intervals of 95.45 % of them: probabilistically symmetric, and
+    shortest.
+    """
     tolerance: float
     """Numerical tolerance of sigma."""
     off_low: float
@@ -89,7 +88,7 @@ class MonteCarloValue:
 
 @dataclass(frozen=True, slots=True)
 class MonteCarloReport:
-    """All values, trials whose fit failed, how long it took, s, and of that all processors, s."""
+    """All values, number of failed trials, elapsed time, s, and total processor time, s."""
 
     values: tuple[MonteCarloValue, ...]
     failed: int
@@ -112,15 +111,15 @@ def simulate(
     tell
         Called from this thread after every batch.
     given_up
-        Asked after every batch.
+        Polled after every batch; True cancels.
     site
-        Where batches are computed: threads of this process, unless it names workers or a scheduler.
-        The numbers are the same.
+        Computing resources: threads of this process, unless it has workers or a scheduler. No
+        influence on the numbers.
 
     Raises
     ------
     MeasuringError
-        It was given up, or a value came out in no trial.
+        It was cancelled, or a value failed in all trials.
     OcmmError
         The site cannot be used.
     """
@@ -169,7 +168,7 @@ class _Run:
         self._linear = _linear(task, names)
         self._units = {item.name: spec_of(item.kind).unit for item in task.characteristics}
         self.start = np.array([self._linear[name][0] for name in names])
-        # Deviations from the measured value: four bytes hold them to a millionth of themselves.
+        # Deviations from the measured value: four bytes give them a relative precision of 1e-6.
         self._draws = np.empty((self.batches * batch, len(names)), dtype=np.float32)
         self._done = 0
         self._figures: list[Float] = []
@@ -178,9 +177,9 @@ class _Run:
     def go(
         self, batches: Iterator[Batch], tell: Tell, given_up: Callable[[], bool]
     ) -> tuple[int, float]:
-        """Add batches until the tolerance is met; return how many trials failed, and their time.
+        """Add batches until the tolerance is met; return failed trials and their time.
 
-        It is looked at after every `MonteCarloOptions.threads` batches, wherever they come from.
+        Checked after every `MonteCarloOptions.threads` batches, independent of their source.
         """
         failed, seconds = 0, 0.0
         for batch in batches:
@@ -204,7 +203,7 @@ class _Run:
         return failed, seconds
 
     def _met(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-        """Return for which values all four standard errors are small enough."""
+        """Return the mask of values with all four standard errors small enough."""
         count = len(self._figures)
         if count < _FEWEST_BATCHES:
             return np.zeros(len(self._names), dtype=bool)
@@ -215,7 +214,7 @@ class _Run:
         return np.asarray(np.all(2.0 * errors < limits, axis=0))
 
     def value(self, name: str) -> MonteCarloValue:
-        """Return what all trials say about one value."""
+        """Return the distribution of one value over all trials."""
         column = self._names.index(name)
         measured, standard = self._linear[name]
         own = self._draws[: self._done * self._batch, column]

@@ -1,4 +1,4 @@
-"""Monte Carlo in a process of its own, so that a window never stands still beside it."""
+"""Monte Carlo in a separate process, to keep windows responsive."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ def simulate_elsewhere(
     Parameters
     ----------
     given_up
-        Asked twenty times a second; the process is then ended within two seconds.
+        Polled twenty times a second; the process is then ended within two seconds.
 
     Raises
     ------
     OcmmError
-        It failed, was given up, or the process died.
+        It failed, was cancelled, or the process died.
     """
     # The child reads this before it imports numpy; its threads each have their own batches.
     use_one_thread()
@@ -90,7 +90,7 @@ def simulate_elsewhere(
 
 
 def _run(task: Task, options: MonteCarloOptions, sender: Connection) -> None:
-    """Simulate and answer; what runs in the process."""
+    """Simulate and send the result; entry point of the process."""
     said: MonteCarloReport | OcmmError
     try:
         said = simulate(task, options, lambda what, share: sender.send(_Step(what, share)))

@@ -1,8 +1,8 @@
-"""The compiled fits of a Monte Carlo evaluation: the same element again through moved points.
+"""Compiled refits of a Monte Carlo evaluation: the same element through moved points.
 
-Every trial starts at the element through the measured points, from which it is never far: two or
-three Newton steps on the terms of the ordinary fits (`features.fit.newton_kernel`) lead to the
-minimum. Planes and lines turn their direction until the moments of the points agree with it.
+Every trial starts at the element of the measured points: two or three Newton steps on the terms of
+the ordinary fits (`features.fit.newton_kernel`) reach the minimum. Planes and lines turn their
+direction to an eigenvector of the moments.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from ocmm_core.features.search import (
 from ocmm_core.geometry import Float, Int
 
 POINT_KIND, LINE_KIND, PLANE_KIND, PROJECTED_KIND = -1, -2, -3, -4
-"""Kinds beside those of the fits; a `DISC` lies in the plane of its own points."""
+"""Kinds in addition to those of the fits; a `DISC` is in the plane of its own points."""
 
 _SETTLED = 1e-6
-"""Length of a step, in sizes of the feature, whose square is nothing any more."""
+"""Length of a step, in sizes of the feature, with a negligible square."""
 _MOST_STEPS = 12
 
 
@@ -40,11 +40,11 @@ def _settle(
     kind: int, points: Float, p: Float, residuals: Float, jacobian: Float, curvature: Float,
     normal: Float, gradient: Float, step: Float, moved: Float,
 ) -> bool:  # fmt: skip
-    """Go from ``p`` (8,) to the minimum near it, in place; ``residuals`` are those there."""
+    """Move ``p`` (8,) to the minimum near it, in place, with ``residuals`` there."""
     n, k = jacobian.shape
     for _ in range(_MOST_STEPS):
-        # Second derivatives are used from the start: the element of the measured points is so near
-        # that the cost is convex here.
+        # Second derivatives from the start: the element of the measured points is near enough for a
+        # convex cost.
         terms(kind, points, p, residuals, jacobian, curvature)
         for i in range(k):
             gradient[i] = 0.0
@@ -56,8 +56,8 @@ def _settle(
                 gradient[i] += value * residuals[row]
                 for j in range(i + 1):
                     normal[i, j] += value * jacobian[row, j]
-        # The curvature is in `normal` already, hence a share of zero; no damping, and the factor
-        # takes the place of the matrix.
+        # The curvature is already in `normal`, hence a share of zero; no damping, and the factor
+        # replaces the matrix.
         if not solve_step(normal, curvature, gradient, 0.0, 0.0, normal, step):
             return False
         move(kind, p, step, moved)
@@ -66,12 +66,12 @@ def _settle(
             square += step[i] * step[i]
         for i in range(8):
             p[i] = moved[i]
-        # A step as long as the feature is no refit of the same element; NaN ends here, too.
+        # A step as long as the feature leads to another element; NaN also ends here.
         if not square < 1.0:
             return False
         if square < _SETTLED * _SETTLED:
-            # The residuals were those before the last step; its first order brings them to the
-            # minimum, for the square of 1e-6 is nothing.
+            # The residuals precede the last step; its first order updates them, as the square of
+            # 1e-6 is negligible.
             for row in range(n):
                 for i in range(k):
                     residuals[row] += jacobian[row, i] * step[i]
@@ -81,9 +81,9 @@ def _settle(
 
 @compiled(axis_kernel)
 def _moments(points: Float, x: Float, e: Float, most: bool) -> bool:
-    """Turn ``x`` (3,) to the eigenvector of the points' moments that is near it.
+    """Turn ``x`` (3,) to the nearby eigenvector of the points' moments.
 
-    It is that of the greatest moment where ``most``, else of the smallest. ``e`` is room for two
+    That of the greatest moment if ``most``, else of the smallest. ``e`` is a work array for two
     vectors.
     """
     s = np.zeros((3, 3))
@@ -94,7 +94,7 @@ def _moments(points: Float, x: Float, e: Float, most: bool) -> bool:
     for i in range(3):
         for j in range(i):
             s[j, i] = s[i, j]
-    # Two or three turns do; the bound is for directions that no moment determines.
+    # Two or three rotations suffice; the bound is for directions that no moment determines.
     for _ in range(30):
         across(x[0], x[1], x[2], e)
         m = np.zeros((3, 3))
@@ -102,19 +102,19 @@ def _moments(points: Float, x: Float, e: Float, most: bool) -> bool:
             for b in range(3):
                 total = 0.0
                 for i in range(3):
-                    # Moments along the two directions across x and along x itself: x' S x is the
-                    # last element.
+                    # Moments along the two directions across x and along x: x' S x is the last
+                    # element.
                     left = x[i] if a == 2 else e[a, i]
                     for j in range(3):
                         right = x[j] if b == 2 else e[b, j]
                         total += left * s[i, j] * right
                 m[a, b] = total
-        # Newton's step for the eigenvector: (M - lambda) t = -M x, across x.
-        # M less its eigenvalue, estimated by x' M x, in the plane across x.
+        # Newton's step for the eigenvector: (M - lambda) t = -M x, across x, with the eigenvalue of
+        # M estimated by x' M x.
         a, b, d = m[0, 0] - m[2, 2], m[0, 1], m[1, 1] - m[2, 2]
         determinant = a * d - b * b
-        # Both eigenvalues of that must have one sign: negative where x belongs to the greatest
-        # moment, positive where to the smallest. Else x is near another axis.
+        # Both its eigenvalues must have one sign: negative for the greatest moment, positive for
+        # the smallest. Otherwise x is near another axis.
         if determinant <= 0.0 or (a > 0.0) == most:
             return False
         t0 = -(d * m[0, 2] - b * m[1, 2]) / determinant
@@ -126,7 +126,7 @@ def _moments(points: Float, x: Float, e: Float, most: bool) -> bool:
         length = np.sqrt(length)
         for i in range(3):
             x[i] /= length
-        # The turn was below 1e-6 rad; the next one would be its third power.
+        # The rotation was below 1e-6 rad; the next one would be its third power.
         if t0 * t0 + t1 * t1 < 1e-12:
             return True
     return False
@@ -146,16 +146,16 @@ def refit(
     base
         (n, 3): measured points about their centroid, mm.
     size
-        mm: by which points are divided.
+        mm: scale of the points.
     places
-        (n,): of the points among all.
+        (n,): indices of the points among all.
     deviations
         (m, >= 3 N), mm: of all points in every trial.
     start
         (8,): element of the measured points, about their centroid, in sizes; for lines and planes
-        the direction is in the places of an axis.
+        the direction is at the axis entries.
     normals
-        (m, 3): of the plane that a projected circle lies in; else of no use.
+        (m, 3): of the plane of a projected circle; otherwise unused.
     geometry
         (m, 12), out: as `shapes.element`, mm, about the centroid of the measured points.
     ranges
@@ -182,12 +182,11 @@ def refit(
         for i in range(3):
             total = 0.0
             for row in range(n):
-                # Points of the trial: the measured ones with the errors drawn for it, mm, then in
-                # sizes.
+                # Points of the trial: measured ones with drawn errors, mm, then in sizes.
                 value = base[row, i] + deviations[trial, 3 * places[row] + i]
                 about[row, i] = value / size
                 total += about[row, i]
-            # Centroid of the trial, in sizes; elements that lie about it need no other place.
+            # Centroid of the trial, in sizes; the place of elements about it.
             middle[i] = total / n
         for i in range(12):
             geometry[trial, i] = 0.0
@@ -196,8 +195,8 @@ def refit(
         for i in range(3):
             axis[i] = normals[trial, i] if kind == PROJECTED_KIND else start[3 + i]
         ok = True
-        # Planes, lines and discs are fitted about the centroid of the trial, the others about the
-        # one of the measured points, in which their start is given.
+        # Planes, lines and discs are fitted about the centroid of the trial, the others about that
+        # of the measured points, as their start.
         if kind < 0 or flat:
             for row in range(n):
                 for i in range(3):
@@ -212,7 +211,7 @@ def refit(
         elif kind == LINE_KIND:
             across(axis[0], axis[1], axis[2], e)
             for row in range(n):
-                # The ordinary fit gives them a side; the range of a line is not asked for here.
+                # Without the sides of the ordinary fit; the range of a line is unused.
                 residuals[row] = np.hypot(
                     about[row, 0] * e[0, 0] + about[row, 1] * e[0, 1] + about[row, 2] * e[0, 2],
                     about[row, 0] * e[1, 0] + about[row, 1] * e[1, 1] + about[row, 2] * e[1, 2],
@@ -233,7 +232,7 @@ def refit(
             for a in range(2):
                 p[a] = 0.0
                 for i in range(3):
-                    # The start's centre as seen in the plane of this trial.
+                    # The start's centre in the plane of this trial.
                     p[a] += (start[i] - middle[i]) * e[a, i]
             p[2] = start[6]
             ok = ok and _settle(
@@ -257,7 +256,7 @@ def refit(
         ranges[trial] = size * (most - least)
         if kind < 0 or flat:
             for i in range(3):
-                # In sizes for now; the loop at the end makes mm of all places.
+                # In sizes for now; the loop at the end converts all places to mm.
                 geometry[trial, i] = middle[i]
                 if kind != POINT_KIND:
                     geometry[trial, 3 + i] = axis[i]
@@ -272,8 +271,8 @@ def refit(
         else:
             along = 0.0
             for i in range(3):
-                # Place of the centroid along the axis: the element is given there, as a cylinder
-                # has no place of its own. A torus has its centre.
+                # Position of the centroid along the axis, the place of the element: a cylinder is
+                # unlocated along its axis. A torus has its centre.
                 along += (middle[i] - p[i]) * p[3 + i]
             if kind == TORUS:
                 along = 0.0

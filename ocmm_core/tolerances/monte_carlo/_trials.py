@@ -1,9 +1,9 @@
-"""From draws of the points to draws of the values: quickly where that is possible, else one by one.
+"""From draws of the points to draws of the values: quickly if possible, else one by one.
 
-Quick are sizes, distances, coordinates and angles of least-squares elements, places of centres, and
-least-squares form: their elements are fitted anew by compiled loops. All else (minimum zones,
-constructions, zones about datums) goes the way of the ordinary evaluation in every trial, which
-takes some milliseconds and is done for fewer trials.
+Sizes, distances, coordinates and angles of least-squares elements, places of centres, and
+least-squares form are quick: compiled loops refit their elements. Others (minimum zones,
+constructions, zones about datums) are fully evaluated in every trial, which takes some milliseconds
+and is done for fewer trials.
 """
 
 from __future__ import annotations
@@ -39,31 +39,28 @@ from ocmm_core.tolerances.zones import Characteristic, Evaluation
 _CENTRED = (Shape.POINT, Shape.CIRCLE, Shape.SPHERE)
 _STEP = 1e-5
 _FAR = 30.0
-"""Standard uncertainties that a distance or angle is from its fold where two orders suffice."""
+"""Least distance of a distance or angle from its fold, in standard uncertainties, for second order.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """What is to be simulated; can be sent to another process."""
+    """Simulation task; can be sent to another process."""
 
     characteristics: tuple[Characteristic, ...]
     alignment: AnyAlignment | None
-    """`characteristics`, `alignment`: As the plan says."""
     points: tuple[MeasuredPoint, ...]
     """As reported, in the order of ``factors``."""
     actual: Mapping[str, ActualFeature]
-    """Features as measured; those of the characteristics."""
+    """Features as measured, at least those of the characteristics."""
     factors: PointFactors
-    """Of all ball centres and the tip radius."""
     form: Float
-    """(N, 3, 3), mm^2: what the form of the surfaces adds to each point."""
+    """(N, 3, 3), mm^2: contribution of surface form to each point."""
     constructions: tuple[Construction, ...] = ()
     nominals: Mapping[str, Float] = field(default_factory=dict)
-    """`constructions`, `nominals`: Of the plan, and the nominal geometry by name that they may
-    need."""
+    """`constructions`, `nominals`: Of the plan, and required nominal geometry by name."""
 
     def only(self, characteristics: tuple[Characteristic, ...]) -> Task:
-        """Return the task with these characteristics alone."""
         return replace(self, characteristics=characteristics)
 
 
@@ -76,17 +73,16 @@ class Range:
 
 @dataclass(frozen=True, slots=True)
 class Vector:
-    """Length of a vector whose components follow the geometry of features to first order."""
+    """Length of a vector with components linear in the geometry of features."""
 
     names: tuple[str, ...]
     at: Float
-    """(12 n,): their geometry as measured."""
+    """(12 n,): measured geometry."""
     components: Float
     slopes: Float
     """`components`, `slopes`: (k,) and (k, 12 n)."""
 
     def values(self, geometries: Mapping[str, Float]) -> Float:
-        """Return the value in every trial, (m,)."""
         moved = np.hstack([geometries[name] for name in self.names]) - self.at
         lengths: Float = np.linalg.norm(self.components + moved @ self.slopes.T, axis=1)
         return lengths
@@ -94,10 +90,9 @@ class Vector:
 
 @dataclass(frozen=True, slots=True)
 class QuickModel:
-    """What is computed in every trial by compiled loops."""
+    """Model of all values computed by compiled loops."""
 
     refits: tuple[Refit, ...]
-    """Features to fit."""
     values: Mapping[str, SecondOrder | Vector | Range]
     """By name of the characteristic."""
 
@@ -142,7 +137,7 @@ def _quick_value(
     if spec.monte_carlo is MonteCarlo.EVALUATED:
         return None
     if taken_again(item, involved, task.alignment):
-        # A datum under the orientation of others is no function of its own element.
+        # A datum oriented by others depends on more than its own element.
         return None
     first = task.actual[item.features[0]]
     evaluation = evaluate(item, involved, task.alignment)
@@ -155,7 +150,7 @@ def _quick_value(
             return None
         return _vector(item, task, involved, evaluation)
     if item.association not in ("", own_association(first)):
-        # The element of the association, or points that are opposite, and not the element itself.
+        # The element of the association, or opposite points, not the element itself.
         return None
     gradient = evaluation.gradient
     sigma = float(np.sqrt(task.factors.of(gradient[None])[0, 0]))
@@ -197,7 +192,7 @@ def _vector(
 
 
 def slow_trials(task: Task, names: Sequence[str], deviations: Float) -> tuple[Float, int]:
-    """Return values (m, k) of the characteristics called ``names``, each trial evaluated anew."""
+    """Return values (m, k) of the named characteristics, fully evaluated in each trial."""
     asked = {item.name: item for item in task.characteristics}
     wanted = [asked[name] for name in names]
     needed = {name for item in wanted for name in involved_features(item, task.alignment)}
@@ -224,7 +219,7 @@ def slow_trials(task: Task, names: Sequence[str], deviations: Float) -> tuple[Fl
 
 
 def _sided(point: MeasuredPoint, actual: Mapping[str, ActualFeature]) -> MeasuredPoint:
-    """Return a single point with the direction that it was compensated along."""
+    """Return a single point with its compensation direction."""
     feature = actual.get(point.feature)
     if feature is None or feature.touches is None or feature.fit.shape is not Shape.POINT:
         return point

@@ -1,12 +1,11 @@
-"""How a value scatters about the true one: noise, few points, form, and the budget.
+"""Distribution of a value about the true one: noise, few points, form, budget.
 
-In: the gradient of a value and the joint covariance of the points. Out: U and where it comes from.
+In: the gradient of a value and the joint covariance of the points. Out: U and its contributions.
 
-Read `_spread` (from an evaluation to its scatter), `_first_order` (does the linear step hold, and
-what to do where not), `_sampling` (form between few points), `_floor` (what noise alone shows),
-`_extent` and `_interval` (of form and of lengths, which are not normal), `_fit_uncertainty` (a fit
-whose points are all that is known), `_budget` (the table).
-It must not know kinds of characteristics or verdicts.
+Read `_spread` (from an evaluation to its distribution), `_first_order` (validity of linearity, and
+correction), `_sampling` (form between few points), `_floor` (noise floor), `_extent` and
+`_interval` (form and lengths, which are not normal), `_fit_uncertainty` (a fit from points alone),
+`_budget` (the table). The package is independent of kinds of characteristics and verdicts.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The uncertainty budget of a result: what each source contributes, as a table."""
+"""Uncertainty budget of a result: contributions of all sources as a table."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ocmm_core.tolerances.uncertainty._spread import contributing_samples, gradi
 from ocmm_core.tolerances.zones import Characteristic, Evaluation
 
 _NOTHING = 1e-12
-"""Share of the variance below which a source is left out as rounding."""
+"""Share of the variance below which a source is omitted as rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,35 +28,34 @@ class BudgetRow:
     """One source."""
 
     name: str
-    """What it is."""
     standard: float
-    """Standard uncertainty that it alone gives the value, in the unit of the value."""
+    """Its standard uncertainty contribution, in the unit of the value."""
     share: float
-    """Of the variance, 0 to 1."""
+    """Share of the variance, 0 to 1."""
     kind: str
-    """``"A"``: from repeated observations of this job; ``"B"``: from anything else."""
+    """``"A"``: from repeated observations of this job; ``"B"``: others."""
     distribution: str
-    """Of the quantity itself: normal, uniform or Student's."""
+    """Distribution of the quantity: normal, uniform or Student's."""
     origin: str
-    """Where it is written down."""
+    """Reference of its data."""
 
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """Where the uncertainty of one value comes from."""
+    """Uncertainty budget of one value."""
 
     characteristic: str
     value: float
     unit: str
     """`value`, `unit`: As measured."""
     rows: tuple[BudgetRow, ...]
-    """The greatest first; the sum of their squares is the square of ``standard``."""
+    """Greatest first; the sum of their squares is the square of ``standard``."""
     standard: float
     """Combined standard uncertainty u."""
     expanded: float
-    """U: 2 u, and more where noise makes the value greater than it is."""
+    """U: 2 u, or more if noise increases the value."""
     degrees: float
-    """Effective degrees of freedom; infinite where nothing rests on few observations."""
+    """Effective degrees of freedom; infinite without contributions from few observations."""
 
 
 def budget_of(
@@ -72,18 +71,18 @@ def budget_of(
     Parameters
     ----------
     evaluation
-        Value and how it answers to the points.
+        Value with its gradient.
     actual
-        Features that it rests on.
+        Features involved.
     parts
         Parts of the joint uncertainty (`measuring.contributions`).
     samples
-        What the features show of their form (`sampling.form_samples`).
+        Form estimates of the features (`sampling.form_samples`).
 
     Raises
     ------
     MeasuringError
-        Its elements are determined too weakly for an uncertainty.
+        Its elements are too poorly determined for an uncertainty.
     """
     spreads = spreads_of(characteristic, evaluation, actual, factors, samples)
     if not math.isfinite(spreads.growth):
@@ -94,7 +93,7 @@ def budget_of(
     form = widened(gradients, factors, contributing_samples(characteristic, actual, samples))
 
     def row(name: str, of: Float, kind: str, distribution: str, origin: str) -> BudgetRow:
-        # What is subtracted to tell parts from each other may come out below zero by rounding.
+        # Differences of nearly equal parts may be negative by rounding.
         variance = max(float(way @ of @ way), 0.0)
         share = variance / spread.sigma**2
         return BudgetRow(name, float(np.sqrt(variance)), share, kind, distribution, origin)

@@ -1,8 +1,8 @@
-"""What can be said of the range, or of the greatest, of many deviations that all have noise.
+"""Uncertainty of the range, or the extreme, of many noisy deviations.
 
-Noise makes a range greater than it is, and the greatest of many sizes, too; the smallest it makes
-smaller. By how much depends on how many of them truly lie near the extreme: the supposed part is
-the measured one with what lies beyond cut off.
+Noise increases a range and the maximum of many sizes, and decreases the minimum. The amount depends
+on the number of deviations truly near the extreme: the supposed part is the measured one with all
+beyond the limit cut off.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from ocmm_core.tolerances.uncertainty._interval import (
 )
 
 _ZONE_STEPS = 12
-"""Steps towards the smallest zone of each draw of noise: within some percent of it."""
+"""Steps towards the smallest zone of each noise draw: within some percent of it."""
 
 _REACH = 8.0
-"""Standard uncertainties within which the bound of a rank is searched for."""
+"""Search range of a rank's bound, in standard uncertainties."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,18 +32,21 @@ class Extent:
 
     value: float
     sigma: float
-    """Standard uncertainty of the difference of the deviations that make it."""
+    """Standard uncertainty of the difference of the extreme deviations."""
     deviations: Float
-    """(n,) as measured; their range is the value."""
+    """(n,): as measured; their range is the value."""
     covariance: Float
     """(n, n) of their errors."""
     free: Float | None = None
-    """(n, k): how the deviations answer to what makes the zone smallest; None where it is not."""
+    """(n, k): derivatives of the deviations by the parameters that minimise the zone; None if not
+    minimised.
+    """
     about_nominal: bool = False
-    """The range is twice the greatest deviation from a nominal surface that nothing moves: then a
-    part with less form is known, the same one with all its deviations smaller."""
+    """The range is twice the greatest deviation from a fixed nominal surface: then scaling all
+    deviations gives a part with less form.
+    """
     seed: int = 1
-    """Of the noise that a supposed part is given."""
+    """For the noise of a supposed part."""
     _noise: list[Float] = field(default_factory=list, repr=False, compare=False)
 
     @property
@@ -52,47 +55,46 @@ class Extent:
         return True
 
     def inside(self, low: float, high: float) -> float:
-        """Return the probability that the true range is below the limit, noise not helping.
+        """Return the probability that the true range is below the limit, ignoring help of noise.
 
         The measured range is at least the true one plus the errors of the two truly extreme
-        deviations, so it is not further below it than those.
+        deviations, so it is not further below than those.
         """
         return normal_probability((high - self.value) / self.sigma)
 
     def beyond(self, low: float, high: float) -> float:
         """Return the share of parts at the limit that would be measured with a smaller range.
 
-        The supposed part is the measured one with everything beyond the limit cut off on both
-        sides: no part at the limit that looks like the measured one has more places from which
-        noise can make the range greater.
+        The supposed part is the measured one with all deviations beyond the limit clipped on both
+        sides: among parts at the limit that look like the measured one, it has the most places from
+        which noise can increase the range.
         """
         middle = 0.5 * float(self.deviations.max() + self.deviations.min())
         supposed = np.clip(self.deviations, middle - 0.5 * high, middle + 0.5 * high)
         return self._smaller(supposed)
 
     def _smaller(self, supposed: Float) -> float:
-        """Return the share of measurements of a supposed part that would show less."""
+        """Return the share of measurements of a supposed part with a smaller result."""
         shown = supposed + self._errors()
         ranges = np.ptp(shown, axis=1)
         if self.free is not None:
-            # What the noise shows is made smallest like what was measured. A bound from above: no
-            # supposed part looks better than it would.
+            # The zone of the noisy deviations is minimised like the measured one. An upper bound:
+            # no supposed part looks better than it would.
             upper = bounds_of_least(shown, self.free, _ZONE_STEPS)[1]
             ranges = np.minimum(ranges, 2.0 * upper)
         return float(np.mean(ranges <= self.value))
 
     def least(self, probability: float) -> float:
-        """Return what the true value is not below, with this probability.
+        """Return the lower confidence bound of the true value.
 
         Notes
         -----
-        `beyond` supposes the worst part: every place that was measured beyond the limit truly lies
-        at it. The greatest of many values at one limit is lifted by noise far above it, by
-        sigma sqrt(2 ln n) for n of them, so this bound is lower than it need be: U of profiles in a
-        frame held 97.8 % where 95.4 were meant, 99.4 % where form is twice the noise. A part
-        whose deviations are all smaller by one factor looks like the measured one and has one place
-        at its limit, as a real part has. It still holds the noise of its own measurement, and so
-        more than it should: U stays a little on the safe side. Verdicts rest on `beyond`.
+        `beyond` supposes the worst part: every place measured beyond the limit truly lies at it.
+        Noise lifts the maximum of n values at one limit by about sigma sqrt(2 ln n), so this bound
+        is lower than necessary: U of profiles in a frame had a coverage of 97.8 % instead of 95.4,
+        99.4 % if form is twice the noise. A part with all deviations scaled by one factor looks
+        like the measured one and has one place at its limit, as a real part. It still includes the
+        noise of its own measurement, so U stays slightly conservative. Verdicts use `beyond`.
         """
         if not self.about_nominal or not self.value > 0.0:
             return bisect_least(
@@ -104,7 +106,7 @@ class Extent:
         )
 
     def most(self, probability: float) -> float:
-        """Return what the true value is not above, with this probability."""
+        """Return the upper confidence bound of the true value."""
         return self.value + self.sigma * normal_quantile(probability)
 
     def _errors(self) -> Float:
@@ -114,19 +116,18 @@ class Extent:
 
 @dataclass(frozen=True, slots=True)
 class Rank:
-    """The greatest of many sizes with normal errors, or the smallest."""
+    """The greatest or smallest of many sizes with normal errors."""
 
     value: float
     sigma: float
-    """`value`, `sigma`: The size that has the rank, and its standard uncertainty."""
+    """`value`, `sigma`: The size of that rank, and its standard uncertainty."""
     sizes: Float
-    """(m,) of which it is one."""
+    """(m,): all of them."""
     covariance: Float
     """(m, m) of their errors."""
     greatest: bool
-    """It is the greatest; else the smallest."""
     seed: int = 1
-    """Of the noise that a supposed part is given."""
+    """For the noise of a supposed part."""
     _noise: list[Float] = field(default_factory=list, repr=False, compare=False)
 
     @property
@@ -135,10 +136,10 @@ class Rank:
         return False
 
     def inside(self, low: float, high: float) -> float:
-        """Return how probable it is that the true value lies between the limits, noise not helping.
+        """Return the probability that the true value is between the limits, without noise gain.
 
-        Towards the side to which noise moves the value, a part at the limit would look as good as
-        `_nearer` says; from the other side noise cannot help.
+        On the side towards which noise moves the value, `_nearer` gives the appearance of a part at
+        the limit; on the other side noise cannot help.
         """
         near, far = (low, high) if self.greatest else (high, low)
         sign = 1.0 if self.greatest else -1.0
@@ -146,25 +147,25 @@ class Rank:
         return self._nearer(near) - beyond_far
 
     def beyond(self, low: float, high: float) -> float:
-        """Return the probability that it lies beyond one of them, the more probable one."""
+        """Return the probability that it is beyond one limit, the more probable one."""
         near, far = (low, high) if self.greatest else (high, low)
         sign = 1.0 if self.greatest else -1.0
         return max(self._nearer(far), normal_probability(sign * (near - self.value) / self.sigma))
 
     def least(self, probability: float) -> float:
-        """Return what the true value is not below, with this probability."""
+        """Return the lower confidence bound of the true value."""
         if self.greatest:
             return self._bound(probability)
         return self.value - self.sigma * normal_quantile(probability)
 
     def most(self, probability: float) -> float:
-        """Return what the true value is not above, with this probability."""
+        """Return the upper confidence bound of the true value."""
         if not self.greatest:
             return self._bound(probability)
         return self.value + self.sigma * normal_quantile(probability)
 
     def _nearer(self, supposed: float) -> float:
-        """Return the share of parts with this true value that would look less extreme."""
+        """Return the share of parts with this true value that would appear less extreme."""
         if self.greatest:
             shown = np.minimum(self.sizes, supposed) + self._errors()
             return float(np.mean(shown.max(axis=1) <= self.value))
@@ -185,7 +186,7 @@ class Rank:
 
 
 def _drawn(kept: list[Float], covariance: Float, most: int, seed: int) -> Float:
-    """Return draws of errors, (d, n), the same each time: fewer where there are more of them."""
+    """Return cached draws of errors, (d, n); fewer draws for more errors."""
     if not kept:
         n = len(covariance)
         values, vectors = np.linalg.eigh(covariance)

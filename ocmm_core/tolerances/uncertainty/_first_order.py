@@ -1,12 +1,11 @@
-"""Whether an uncertainty of first order holds, and what to do where it does not quite.
+"""Validity of a first-order uncertainty, and its second-order correction.
 
-U is the change of a value, to first order, when all points move along the way that changes it most,
-as far as their uncertainty and the degrees of freedom say. Here they are moved that far, to both
-sides, and the elements are fitted again (`features.second_order`). How far the value really goes is
-the second-order term of the fit where it counts, at the ends of the interval (compare the profiles
-of D. M. Bates and D. G. Watts, Nonlinear Regression Analysis, 1988, chapter 6). A term that is
-small makes U a little longer, so that both tails together keep their probability; where it is not,
-the interval of first order says nothing, and neither would one that is only stretched.
+U is the first-order change of a value when all points move in the direction of greatest effect, by
+their uncertainty and degrees of freedom. Here they are moved so, to both sides, and the elements
+are refitted (`features.second_order`). The remaining change is the second-order term of the fit at
+the ends of the interval (compare the profiles of D. M. Bates and D. G. Watts, Nonlinear Regression
+Analysis, 1988, chapter 6). A small term makes U slightly longer, so that both tails together keep
+their probability; for a large one the first-order interval is meaningless, even if stretched.
 """
 
 from __future__ import annotations
@@ -26,30 +25,28 @@ from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
 from ocmm_core.tolerances.uncertainty._sampling import FormSample, Widened, student_factor
 
 MOST_CURVED = 0.3
-"""Second-order term at the ends of the interval, against U, beyond which U is refused."""
+"""Second-order term at the ends of the interval, relative to U, beyond which U is refused."""
 
 NOT_DETERMINED = "No uncertainty: the points determine the element too weakly, as on a short arc."
 WHAT_TO_DO = "Take more points, spread over more of it."
 
 CHANCE = 0.05
-"""A refusal is near where a scatter that comes out so great with this probability would refuse."""
+"""Probability of a scatter so great that it would refuse: defines a near refusal."""
 
 NEAR_REFUSAL = 0.25
-"""Share of the probability beyond U that is left near a refusal.
+"""Remaining share of the probability beyond U near a refusal.
 
-The scatter itself decides whether there is a U. Of fits that are often refused those are left whose
-scatter came out small by chance, and among them are nearly all whose U is too small.
+The scatter itself decides on U: among often refused fits, those with accidentally small scatter
+remain, which include nearly all with too small a U.
 """
 
 _SMALL = 1e-6
-"""Share of the greatest variance below which a component of a vector is not asked."""
+"""Share of the greatest variance below which a component of a vector is ignored."""
 
 _LONGEST, _HALVINGS = 10.0, 30
 
 Follow: TypeAlias = Callable[[Rows], Float]
-"""From m moves of the points, kept as rows, to how much more than to first order k values change,
-(m, k).
-"""
+"""From m moves of the points, as rows, to the changes of k values beyond first order, (m, k)."""
 
 
 def growth(
@@ -60,16 +57,16 @@ def growth(
     follow: Follow,
     stretch: float = 1.0,
 ) -> float:
-    """Return the factor by which U grows, 1 and more; infinite where there is no U.
+    """Return the factor by which U grows, 1 and more; infinite if U is refused.
 
     Parameters
     ----------
     gradients, factors, samples, found
-        Arguments of `sampling.widened`, and what it gave.
+        Arguments of `sampling.widened`, and its result.
     follow
-        Fits the elements again.
+        Refits the elements.
     stretch
-        The test is made for points whose scatter is this much greater than it came out.
+        The test is for a scatter greater by this factor.
     """
     if not np.all(np.isfinite(found.covariance)):
         return 1.0
@@ -81,7 +78,7 @@ def growth(
     moves = []
     for i in asked:
         along = vectors[:, i : i + 1].T @ gradients
-        # Points that the value does not rest on move along; they are of no interest.
+        # Irrelevant points move along.
         move = Rows.nothing(1)
         if factors is not None:
             moved = factors.moved(along).by_points
@@ -104,17 +101,17 @@ def growth(
 
 
 def follow_features(gradients: Rows, features: Iterable[ActualFeature]) -> Follow | None:
-    """Return how values of a job follow its points; None where nothing that bends is in them.
+    """Return the nonlinear response of values to points; None if all is linear.
 
-    What is asked are the least-squares elements that were probed. From the elements to the values
-    the way is taken as straight: zones and lengths have statements of their own (`interval`).
+    Covers the probed least-squares elements. From elements to values, linearity is assumed: zones
+    and lengths have their own statements (`interval`).
 
     Parameters
     ----------
     gradients
         k rows: of the values by the points.
     features
-        That the values may rest on.
+        Candidates.
     """
     parts = []
     for feature in features:
@@ -143,12 +140,12 @@ def follow_features(gradients: Rows, features: Iterable[ActualFeature]) -> Follo
 
 
 def _both_tails(ahead: float, behind: float, degrees: float, stretch: float) -> float:
-    """Return the growth of U whose two tails have the probability of the interval together.
+    """Return the growth of U that keeps the total probability of both tails.
 
     Parameters
     ----------
     ahead, behind
-        By how much more the value moves than U at either end, in U.
+        Change beyond U at either end, in U.
     """
     most = stretch * max(abs(ahead), abs(behind))
     if not most <= MOST_CURVED:

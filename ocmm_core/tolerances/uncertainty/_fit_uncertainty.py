@@ -1,8 +1,8 @@
-"""The uncertainty of a fit whose points are all that is known: from the scatter of its residuals.
+"""Uncertainty of a fit from points alone, by the scatter of its residuals.
 
-It is the uncertainty of a job (`sampling.widened`, `_first_order.growth`) in which the noise of the
-points is not known, so that all scatter counts as form: independent from place to place, square to
-the element. Student's distribution takes care of few points.
+It is the uncertainty of a job (`sampling.widened`, `_first_order.growth`) without point noise, so
+that all scatter counts as form: independent between places, square to the element. Student's
+distribution accounts for few points.
 """
 
 from __future__ import annotations
@@ -36,30 +36,30 @@ from ocmm_core.tolerances.uncertainty._sampling import FormSample, student_facto
 _PLANE_PARAMETERS = 3
 
 FEW_DEGREES = 2
-"""Degrees of freedom up to which two scatters of an outline are not taken as one."""
+"""Degrees of freedom up to which two scatters of an outline are kept separate."""
 
 LIKELY_SCATTER_MM = 0.01
-"""The test of first order takes the scatter as if one more residual, of this size, had been seen.
+"""The first-order test uses the scatter as if one more residual of this size had been observed.
 
-Few residuals come out small by chance, and then a fit that hardly determines its element looks as
-if it did. A job knows the noise of its points and needs no such help.
+Few residuals may be small by chance, and then a poorly determined element appears well determined.
+A job with given point noise needs no such term.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class Stated:
-    """What can be said of one number of a fit, or of a direction."""
+    """Uncertainty of one number of a fit, or of a direction."""
 
     standard: float
     """Standard uncertainty u; of a direction the greatest, rad."""
     expanded: float | None
-    """U, which holds the true value in 95.45 % of cases; of a direction the angle of the cone about
-    it. None where first order is not valid, or the fit has a rival."""
+    """U, with a coverage of 95.45 %; of a direction the angle of the cone about it. None if first
+    order is not valid, or the fit has a rival.
+    """
     degrees: float
     """Effective degrees of freedom."""
     growth: float = 1.0
-    """Factor of the second-order term in U; 1 where first order is exact, infinite where it is not
-    valid."""
+    """Factor of the second-order term in U; 1 if first order is exact, infinite if not valid."""
 
     @property
     def valid(self) -> bool:
@@ -76,28 +76,28 @@ class Stated:
 
 @dataclass(frozen=True, slots=True)
 class FitUncertainty:
-    """What the scatter of the points says of every number of a fit."""
+    """Uncertainty of every number of a fit from the scatter of the points."""
 
     centre: tuple[Stated, Stated, Stated] | None
-    """Of x, y and z of a centre or point; None for a line, a plane and an axis."""
+    """x, y and z of a centre or point; None for a line, a plane and an axis."""
     foot: Stated | None
-    """Of where these lie, square to them, at the foot of the points' centroid; else None."""
+    """Their position, square to them, at the foot of the points' centroid; else None."""
     direction: Stated | None
     """rad, of an axis or normal."""
     turn: Stated | None
-    """rad, of the direction of the length within its plane; how the plane lies is in `direction`.
-    """
+    """rad, of the length direction within its plane; the plane's is in `direction`."""
     radius: Stated | None
     second: Stated | None
     half_angle: Stated | None
-    """`radius`, `second`, `half_angle`: As in the geometry of the fit, mm and rad; None for what
-    the shape lacks."""
+    """`radius`, `second`, `half_angle`: As in the geometry of the fit, mm and rad; None if the
+    shape has none.
+    """
 
 
 def fit_uncertainty(fit: Fit, points: Points3) -> FitUncertainty | None:
-    """Return the uncertainty of a least-squares fit from the scatter of its points (n, 3), mm.
+    """Return the uncertainty of a least-squares fit from its points (n, 3), mm.
 
-    None where there is no scatter: for other criteria, and with as many points as the shape needs.
+    None without scatter: for other criteria, and for the minimum number of points.
     """
     samples = scatter_samples(fit, points)
     if not samples:
@@ -105,13 +105,13 @@ def fit_uncertainty(fit: Fit, points: Points3) -> FitUncertainty | None:
     jacobian = Rows.of_points(range(len(points)), fit.jacobian)
 
     places = np.arange(len(points))
-    # Of an outline that within its plane, which bends.
+    # Of an outline, the scatter within its plane, which is nonlinear.
     scatter, degrees = samples[0].scatter, samples[0].degrees
     likely = (degrees * scatter + LIKELY_SCATTER_MM**2) / (degrees + 1.0)
     stretch = math.sqrt(max(likely / scatter, 1.0)) if scatter > 0.0 else math.inf
 
-    # Effective degrees of freedom are too many where the scatter of the fewest is small by chance:
-    # then each scatter has a U of its own, and their squares add up.
+    # Effective degrees of freedom are too many if the scatter with the fewest is small by chance:
+    # then each scatter gets its own U, and their squares add up.
     own = {sample.degrees for sample in samples}
     mixed = len(own) > 1 and min(own) <= FEW_DEGREES
 
@@ -173,7 +173,7 @@ def _unwidened(covariance: Float, degrees: float) -> Float:
 
 
 def _reach(variances: Float, degrees: float) -> float:
-    """Return the radius that holds a vector, by two moments of its square (Satterthwaite)."""
+    """Return the radius that covers a vector, by two moments of its square (Satterthwaite)."""
     total = float(variances.sum())
     if total <= 0.0 or not math.isfinite(degrees):
         return 0.0
@@ -182,10 +182,10 @@ def _reach(variances: Float, degrees: float) -> float:
 
 
 def scatter_samples(fit: Fit, points: Points3) -> tuple[FormSample, ...]:
-    """Return what the residuals of a fit say of its scatter; nothing without residuals.
+    """Return the scatter samples of a fit; empty without residuals.
 
-    An outline has two scatters, that within its plane and that out of it, as the two have different
-    causes: the form of the outline, and the heights that it was probed at.
+    An outline has two scatters, within its plane and out of it, with different causes: form of the
+    outline, and probing heights.
     """
     if fit.criterion is not Criterion.LEAST_SQUARES:
         return ()

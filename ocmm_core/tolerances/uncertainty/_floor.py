@@ -1,7 +1,7 @@
-"""What noise alone shows where there is no deviation: the floor of every result of form.
+"""Noise floor of form results: the expected value without any deviation.
 
-A range of deviations is never zero, however perfect the part is. The floor is printed beside the
-result and never taken off it.
+A range of deviations is never zero, even for a perfect part. The floor is printed with the result
+and never subtracted.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ DRAWS_OF_MANY = 30
 SEED = 20
 _STEPS = 40
 _NOTHING = 1e-7
-"""Effect of a parameter, against the strongest, below which it has none."""
+"""Relative effect of a parameter that counts as zero."""
 _JITTER = 1e-9
-"""Added to the variances, against the greatest, as rounding may leave the matrix not positive."""
+"""Relative addition to the variances, as rounding may make the matrix indefinite."""
 
 
 def noise_floor(noise: FormNoise, errors: Float, seed: int = SEED) -> float:
-    """Return the value, mm, that a perfect part would show on average from the noise of the points.
+    """Return the average value, mm, of a perfect part due to the noise of the points.
 
     Parameters
     ----------
     noise
-        Of the evaluation; where the zone was made smallest, that of the noise is, too.
+        Of the evaluation; a minimised zone is also minimised for the noise.
     errors
         (m, m), mm^2: covariance of the deviations.
     """
@@ -51,9 +51,9 @@ def noise_floor(noise: FormNoise, errors: Float, seed: int = SEED) -> float:
 
 
 def least_greatest(deviations: Float, free: Float) -> Float:
-    """Return the smallest greatest amount (b,) of each row of deviations less what is free.
+    """Return the minimised greatest amount (b,) of each row of deviations over ``free``.
 
-    It is good to a percent or two, enough for a mean over noise; see `bounds_of_least`.
+    Accurate to a percent or two, sufficient for a mean over noise; see `bounds_of_least`.
     """
     lower, upper = bounds_of_least(deviations, free, _STEPS)
     middle: Float = 0.5 * (upper + np.minimum(lower, upper))
@@ -61,16 +61,16 @@ def least_greatest(deviations: Float, free: Float) -> Float:
 
 
 def bounds_of_least(deviations: Float, free: Float, steps: int) -> tuple[Float, Float]:
-    """Return what the smallest greatest amount of each row is not below and not above, (b,) each.
+    """Return lower and upper bounds of the minimised greatest amount of each row, (b,).
 
     Parameters
     ----------
     deviations
         (b, n).
     free
-        (n, k): any combination of the columns may be taken off each row.
+        (n, k): any combination of the columns may be subtracted from each row.
     steps
-        The more, the nearer the bounds.
+        More steps give tighter bounds.
 
     Notes
     -----

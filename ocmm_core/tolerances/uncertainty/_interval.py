@@ -1,15 +1,15 @@
-"""What can be said of a true value from a measured one: normal, or a length.
+"""Statements on a true value from a measured one: normal, or a length.
 
-A diameter is measured as often too large as too small. A position (twice a distance) or a form (a
-range) is not: neither can be negative, and noise lets both look greater than they are. For them the
-statements here come from how the measured value would scatter about a supposed true one:
+Errors of a diameter are symmetric. A position (twice a distance) or a form (a range) cannot be
+negative, and noise makes both appear greater. For them the statements come from the scatter of the
+measured value about a supposed true one:
 
-- the part conforms where a value as small as the measured one would be improbable for a part at
-  the limit, counted so that noise never helps;
-- it does not where a value as great would be improbable for a part at the limit, the noise that
-  makes it look greater included.
+- the part conforms if a value as small as the measured one would be improbable for a part at the
+  limit, counted so that noise never helps;
+- it does not if a value as great would be improbable for a part at the limit, including the noise
+  that increases it.
 
-Ranges and ranks of many deviations are in `tolerances.extent`.
+Ranges and ranks of many deviations are in `_extent`.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from scipy.special import ndtr
 from ocmm_core.geometry import Float
 
 TWO_SIDED = 0.954499736103642
-"""Probability within two standard deviations: what U = 2 u stands for."""
+"""Probability within two standard deviations, the coverage of U = 2 u."""
 
 ONE_SIDED = 0.9772498680518208
-"""Probability below two standard deviations to one side."""
+"""Probability below two standard deviations on one side."""
 
 _WIDTH = 9.0
-"""Standard deviations that an integral over a normal density reaches to each side."""
+"""Integration range of a normal density, in standard deviations to each side."""
 
 _HALVINGS = 11
 """Bisections of a bound: to two thousandths of the value."""
@@ -41,32 +41,30 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 
 
 class Spread(Protocol):
-    """How a measured value scatters about the true one."""
+    """Distribution of a measured value about the true one."""
 
     @property
-    def sigma(self) -> float:
-        """Return the standard uncertainty."""
-        ...
+    def sigma(self) -> float: ...
 
     @property
     def one_sided(self) -> bool:
-        """Return whether the value has no lower limit, as it cannot be below zero."""
+        """Return whether the value has no lower limit because it is nonnegative."""
         ...
 
     def inside(self, low: float, high: float) -> float:
-        """Return the probability that the true value lies between the limits."""
+        """Return the probability that the true value is between the limits."""
         ...
 
     def beyond(self, low: float, high: float) -> float:
-        """Return the probability that it lies beyond one of them, the more probable one."""
+        """Return the probability that it is beyond one limit, the more probable one."""
         ...
 
     def least(self, probability: float) -> float:
-        """Return what the true value is not below, with this probability."""
+        """Return the lower confidence bound of the true value."""
         ...
 
     def most(self, probability: float) -> float:
-        """Return what the true value is not above, with this probability."""
+        """Return the upper confidence bound of the true value."""
         ...
 
 
@@ -81,16 +79,16 @@ class Normal:
     """Only the upper limit counts."""
 
     def inside(self, low: float, high: float) -> float:
-        """Return the probability that the true value lies between the limits."""
+        """Return the probability that the true value is between the limits."""
         return normal_probability((high - self.value) / self.sigma) - normal_probability(
             (low - self.value) / self.sigma
         )
 
     def beyond(self, low: float, high: float) -> float:
-        """Return the probability that it lies beyond one of them, the more probable one.
+        """Return the probability that it is beyond one limit, the more probable one.
 
-        One limit at a time: else a value in the middle of a narrow tolerance would be proven
-        outside it.
+        One limit at a time: otherwise a value in the middle of a narrow tolerance would be proven
+        outside.
         """
         return max(
             normal_probability((low - self.value) / self.sigma),
@@ -98,11 +96,11 @@ class Normal:
         )
 
     def least(self, probability: float) -> float:
-        """Return what the true value is not below, with this probability."""
+        """Return the lower confidence bound of the true value."""
         return self.value - self.sigma * normal_quantile(probability)
 
     def most(self, probability: float) -> float:
-        """Return what the true value is not above, with this probability."""
+        """Return the upper confidence bound of the true value."""
         return self.value + self.sigma * normal_quantile(probability)
 
 
@@ -127,13 +125,13 @@ class Length:
 
     @property
     def sigma(self) -> float:
-        """Return the standard uncertainty along `way`; NaN where the covariance is none."""
+        """Return the standard uncertainty along `way`; NaN for an invalid covariance."""
         variance = float(self.way @ self.covariance @ self.way)
         return math.sqrt(variance) if variance >= 0.0 else math.nan
 
     @property
     def way(self) -> Float:
-        """Return the unit vector (k,) along the vector, or where errors are greatest."""
+        """Return the unit vector (k,) along the vector, or of greatest error if it is zero."""
         length = float(np.linalg.norm(self.vector))
         if length > 0.0:
             return self.vector / length
@@ -145,21 +143,21 @@ class Length:
     def inside(self, low: float, high: float) -> float:
         """Return the probability that the true vector ends within the zone.
 
-        Every true vector is held for as likely beforehand: the probability of ISO 14253-1 in as
-        many dimensions as the zone has.
+        All true vectors are equally likely a priori: the probability of ISO 14253-1 in the
+        dimensions of the zone.
         """
         return within(high, self.vector, self.covariance)
 
     def beyond(self, low: float, high: float) -> float:
-        """Return how improbable so long a vector is for a part at the limit, less from one."""
+        """Return the improbability of such a length for a part at the limit, less from one."""
         return within(float(np.linalg.norm(self.vector)), self.way * high, self.covariance)
 
     def least(self, probability: float) -> float:
-        """Return what the true value is not below, with this probability."""
+        """Return the lower confidence bound of the true value."""
         return bisect_least(self.value, lambda supposed: self.beyond(0.0, supposed), probability)
 
     def most(self, probability: float) -> float:
-        """Return what the true value is not above, with this probability."""
+        """Return the upper confidence bound of the true value."""
         farthest = float(np.linalg.norm(self.vector)) + _WIDTH * math.sqrt(
             max(float(np.linalg.eigvalsh(self.covariance)[-1]), 0.0)
         )
@@ -174,7 +172,9 @@ class Length:
 
 
 def within(radius: float, mean: Float, covariance: Float) -> float:
-    """Return the probability that a normal vector of k = 1 to 3 components is no longer.
+    """Return the probability that a normal vector of k = 1 to 3 components is not longer.
+
+    In the principal axes: the last component in closed form, Gauss-Legendre over the others.
 
     Parameters
     ----------
@@ -184,10 +184,6 @@ def within(radius: float, mean: Float, covariance: Float) -> float:
         (k,).
     covariance
         (k, k), positive semi-definite.
-
-    Notes
-    -----
-    In the principal axes: the last component in closed form, Gauss-Legendre over the others.
     """
     if radius <= 0.0:
         return 0.0
@@ -199,12 +195,12 @@ def within(radius: float, mean: Float, covariance: Float) -> float:
     centre = axes.T @ np.asarray(mean, dtype=np.float64)
     square = np.array([radius**2])
     weights = np.ones(1)
-    # The narrowest come last: closed form does not mind, quadrature would.
+    # The narrowest is last: harmless in closed form, but not for quadrature.
     for k in range(len(centre) - 1, 0, -1):
         half = np.sqrt(np.maximum(square, 1e-300))
         low = np.clip(centre[k] - _WIDTH * sigmas[k], -half, half)
         high = np.clip(centre[k] + _WIDTH * sigmas[k], -half, half)
-        # The sine takes the slope without end at the rim of the disc out of the integral.
+        # The sine removes the infinite slope at the rim of the disc from the integrand.
         first, last = np.arcsin(low / half), np.arcsin(high / half)
         turn = 0.5 * (first + last)[:, None] + 0.5 * (last - first)[:, None] * _NODES
         at = half[:, None] * np.sin(turn)
@@ -219,11 +215,10 @@ def within(radius: float, mean: Float, covariance: Float) -> float:
 
 
 def expanded(spread: Spread, value: float) -> float:
-    """Return U: half the width of the interval about ``value`` that holds the truth.
+    """Return U: half the width of the interval about ``value`` that covers the true value.
 
-    Twice the standard uncertainty, and more where noise makes the value greater than it is: the
-    interval then has to reach down to what the true value is not below, and up to what it is not
-    above.
+    Twice the standard uncertainty, and more if noise increases the value: the interval then extends
+    to the lower and upper confidence bounds.
     """
     linear = 2.0 * spread.sigma
     if isinstance(spread, Normal) or not math.isfinite(linear):
@@ -232,7 +227,7 @@ def expanded(spread: Spread, value: float) -> float:
 
 
 def bisect_least(value: float, beyond: Callable[[float], float], probability: float) -> float:
-    """Return the greatest supposed value at which ``beyond`` is still this probable, from zero."""
+    """Return the greatest supposed value with at least this probability ``beyond``."""
     if beyond(0.0) < probability:
         return 0.0
     low, high = 0.0, value
@@ -251,5 +246,5 @@ def normal_probability(x: float) -> float:
 
 
 def normal_quantile(probability: float) -> float:
-    """Return what a standard normal variable lies below with this probability."""
+    """Return the quantile of the standard normal distribution."""
     return NormalDist().inv_cdf(probability)

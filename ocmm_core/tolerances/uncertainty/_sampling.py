@@ -1,27 +1,24 @@
-"""What a few points on a surface that is not perfect leave open: form as a source of uncertainty.
+"""Form as an uncertainty source: an element through few points of an imperfect surface.
 
-An element through few points depends on which places of the surface were touched. The residuals of
-the fit show how far the surface is from the element; what of them the noise of the points does not
-explain is taken for the form of the surface, independent from place to place, and is propagated
-through the fit like an error of the points along their normals. It is known from few residuals, so
-the uncertainty is widened as Student's distribution demands, with the effective degrees of freedom
-of Welch and Satterthwaite (GUM G.4).
+Such an element depends on the touched places. The part of the residuals that the noise of the
+points does not explain is attributed to form, independent between places, and propagated through
+the fit like a normal error of the points. It is estimated from few residuals, so the uncertainty is
+widened by Student's distribution with the effective degrees of freedom of Welch and Satterthwaite
+(GUM G.4).
 
-The estimate for one feature comes out below zero as often as above where its surface has no form
-that could be seen, and is kept so: what a value gets of the form of all its features is their sum,
-and only that is not let below zero (F. E. Satterthwaite, Biometrics Bulletin 2, 1946: a variance
-composed of mean squares, some with a negative sign). Each of them cut off at zero would add up to
-form that is not there, the more the more features a value rests on.
+For a surface without visible form, the estimate of one feature is negative as often as positive,
+and is kept so: only the sum over all features of a value is limited to zero (F. E. Satterthwaite,
+Biometrics Bulletin 2, 1946: a variance composed of mean squares, some with a negative sign).
+Truncating each would add up to nonexistent form, growing with the number of features.
 
-What the noise of the points does to the residuals of a fit, summed up over them.
-
-The derivative of n residuals by n points has n squared blocks, but it is a part of few rows: a
-residual answers to the element, which is a dozen of numbers, and to its own point. With the element
-J, the derivatives A by it and the own part D, the trace of (A J + D) C (A J + D)' is
+Also: the sum of variances of fit residuals due to the noise of the points. The derivative of n
+residuals by n points has n squared blocks, but low rank: a residual depends on the element (a dozen
+of numbers) and on its own point. With the element J, the derivatives A by it and the own part D,
+the trace of (A J + D) C (A J + D)' is
 
     trace(A (J C J') A') + 2 sum_i A_i (J C)_i D_i' + sum_i D_i C_ii D_i'
 
-and costs as much as there are points.
+and costs linear time in the number of points.
 """
 
 from __future__ import annotations
@@ -41,7 +38,7 @@ from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
 
 
 def of_residuals(slopes: ResidualSlopes, factors: PointFactors) -> tuple[float, Float]:
-    """Return the sum of the variances of n residuals, mm^2, and how each answers to its own point.
+    """Return the sum of the variances of n residuals, mm^2, and derivatives by own points.
 
     Returns
     -------
@@ -49,7 +46,7 @@ def of_residuals(slopes: ResidualSlopes, factors: PointFactors) -> tuple[float, 
     """
     by_geometry, element, places = slopes.by_geometry, slopes.geometry, slopes.places
     of_points = element.at(places)
-    # Points that the element does not rest on, as those of a plane, are in its own covariance only.
+    # Points not used by the element, as those of a plane, are in its own covariance only.
     moved = factors.moved(element)
     blocks, with_radius, radius = factors.blocks(places)
     normals, by_radius = slopes.normals, slopes.by_radius
@@ -75,23 +72,24 @@ def student_factor(degrees: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class FormSample:
-    """What the points of one probed feature say about the form of its surface."""
+    """Form of the surface of one probed feature, estimated from its points."""
 
     feature: str
     places: Int
     """(n,): of its points among all N of the job."""
     normals: Float
-    """(n, 3, k): unit vectors of the k directions, 1 or 2, in which its deviations were seen."""
+    """(n, 3, k): unit vectors of the k directions, 1 or 2, of its observed deviations."""
     scatter: float
     """Mean square of the residuals for each degree of freedom, mm^2."""
     variance: float
-    """Of the form: the scatter less what the noise of the points explains, mm^2. An estimate from
-    few residuals, which may come out below zero."""
+    """Of the form: the scatter less the noise of the points, mm^2. An estimate from few residuals,
+    possibly negative.
+    """
     degrees: int
-    """Of freedom of the scatter, at least one."""
+    """Degrees of freedom of the scatter, at least one."""
 
     def jacobian(self, gradients: Rows) -> Float:
-        """Return how k values answer to a deviation at each place, (k, n m)."""
+        """Return the derivatives of k values by a deviation at each place, (k, n m)."""
         answers: Float = np.einsum("kni,nij->knj", gradients.at(self.places), self.normals)
         return answers.reshape(len(gradients), -1)
 
@@ -99,9 +97,9 @@ class FormSample:
 def form_samples(
     actual: Mapping[str, ActualFeature | FitError], factors: PointFactors
 ) -> tuple[FormSample, ...]:
-    """Return what every feature with more points than its shape needs says about form.
+    """Return the form estimates of all features with redundant points.
 
-    What is constructed has no surface of its own, and a single point no residuals.
+    Constructions have no surface of their own, and a single point no residuals.
 
     Parameters
     ----------
@@ -146,7 +144,7 @@ def _sample(
 def _line_sample(
     name: str, feature: ActualFeature, touches: Touches, factors: PointFactors
 ) -> FormSample | None:
-    """Return the sample of a line, whose points deviate in two directions across it."""
+    """Return the sample of a line, with deviations in two directions across it."""
     places = np.array(touches.places, dtype=np.int64)
     n = len(places)
     degrees = 2 * n - 4
@@ -155,7 +153,7 @@ def _line_sample(
     direction = feature.fit.direction
     across = np.eye(3) - np.outer(direction, direction)
     along = (touches.tips - touches.tips.mean(axis=0)) @ direction
-    # Of every move across the line, what a shift and a turn of it follow is no residual.
+    # The part of a transverse motion absorbed by shift and rotation of the line is not a residual.
     followed = np.stack([np.full(n, 1.0 / np.sqrt(n)), along / np.linalg.norm(along)])
     rows = Rows.of_points(places, np.kron(followed, across))
     noise = float(np.einsum("nij,ij->", factors.blocks(places)[0], across))
@@ -170,9 +168,9 @@ def _line_sample(
 def sample_of(
     name: str, places: Int, normals: Float, squares: float, noise: float, degrees: int
 ) -> FormSample:
-    """Return the sample of a feature whose squared residuals add up to ``squares``, mm^2.
+    """Return the sample of a feature with a sum of squared residuals ``squares``, mm^2.
 
-    ``noise`` is the sum of their variances that the noise of the points makes, mm^2.
+    ``noise`` is the sum of their variances due to the noise of the points, mm^2.
     """
     return FormSample(
         feature=name,
@@ -186,17 +184,16 @@ def sample_of(
 
 @dataclass(frozen=True, slots=True)
 class Widened:
-    """Variance of values, with form and with the widening for few degrees of freedom."""
+    """Variance of values, with form and widening for few degrees of freedom."""
 
     covariance: Float
-    """(k, k) of all that contributes."""
+    """(k, k): total."""
     of_form: Mapping[str, Float]
-    """What the form of each feature adds, (k, k) by name, widening included."""
+    """Contribution of the form of each feature, (k, k) by name, including widening."""
     degrees: float
-    """Effective degrees of freedom; infinite where form adds nothing."""
+    """Effective degrees of freedom; infinite without a contribution of form."""
     scales: Mapping[str, float] = field(default_factory=dict)
-    """What of each feature's form is in it, mm^2: variance of a deviation at one of its places, by
-    name, widening included."""
+    """Variance of a form deviation at one place, mm^2, by feature name, including widening."""
 
 
 def widened(
@@ -207,12 +204,12 @@ def widened(
     Parameters
     ----------
     factors
-        Of all but form. None where the noise of the points is not known: all
-        that ``samples`` show is form then.
+        All contributions but form. None if the noise of the points is unknown: all scatter of
+        ``samples`` then counts as form.
     """
     nothing_known = np.zeros((len(gradients), len(gradients)))
     plain = nothing_known if factors is None else factors.of(gradients)
-    # Nothing is added to what is no covariance: whoever decides refuses it.
+    # An invalid covariance is left unchanged, so that the caller can refuse it.
     nothing = factors is not None and float(np.trace(plain)) <= 0.0
     if not np.all(np.isfinite(plain)) or nothing:
         return Widened(plain, {}, np.inf)
@@ -231,13 +228,13 @@ def widened(
             variances[sample.feature] = sample.variance
     if balance <= 0.0:
         return Widened(plain, {}, np.inf)
-    # Those below zero take from the others: a row of a budget has no negative variance.
+    # Negative ones reduce the others: a row of a budget has no negative variance.
     kept = balance / sum(variances[name] * float(np.trace(of)) for name, of in squares_of.items())
     form = kept * sum((variances[k] * of for k, of in squares_of.items()), np.zeros_like(plain))
     total = plain + form
     degrees = float(np.trace(total)) ** 2 / doubt
     factor = (student_factor(degrees) / _COVERAGE) ** 2
-    # The widening belongs to what is known badly: the budget then adds up.
+    # Widening is attributed to poorly determined contributions, so that the budget adds up.
     share = float(np.trace(form))
     extra = 1.0 + (factor - 1.0) * float(np.trace(total)) / share
     scales = {name: extra * kept * variance for name, variance in variances.items()}

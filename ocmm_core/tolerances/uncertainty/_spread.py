@@ -1,4 +1,4 @@
-"""From the evaluation of a characteristic to how its value scatters about the true one."""
+"""From the evaluation of a characteristic to the distribution of its value."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ocmm_core.tolerances.uncertainty._sampling import FormSample, widened
 from ocmm_core.tolerances.zones import Characteristic, Evaluation
 
 _FEW = 200
-"""Beyond so many deviations the smallest zone of noise is hardly below that of least squares."""
+"""Above this number of deviations the minimum zone of noise is close to that of least squares."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,12 +27,12 @@ class Spreads:
     """Two statements about one value."""
 
     of_value: Spread
-    """About the value itself."""
     judged: Spread
-    """About the value less the bonus of a modifier, which is held against the limit."""
+    """About the value less the bonus of a modifier, which is compared with the limit."""
     growth: float = 1.0
-    """Factor that the second-order terms of the fits have in both (`_first_order`); infinite where
-    there is no uncertainty, and both are those of first order."""
+    """Factor from the second-order terms of the fits in both (`_first_order`); infinite if U is
+    refused, and both are of first order.
+    """
 
     @property
     def errors(self) -> Float | None:
@@ -47,19 +47,19 @@ def spreads_of(
     factors: PointFactors,
     samples: Sequence[FormSample],
 ) -> Spreads:
-    """Return how a value scatters.
+    """Return the spreads of a value.
 
     Parameters
     ----------
     samples
-        What the features show of their form (`sampling.form_samples`).
+        Form estimates of the features (`sampling.form_samples`).
     """
     samples = contributing_samples(characteristic, actual, samples)
     gradients = gradients_of(evaluation, bonus=False)
     found = widened(gradients, factors, samples)
     grown = 1.0
     if evaluation.noise is None and evaluation.ranked is None:
-        # A range or rank of single points rests on no fit that could bend.
+        # A range or rank of single points involves no nonlinear fit.
         follow = follow_features(gradients, actual.values())
         if follow is not None:
             grown = growth(gradients, factors, samples, found, follow)
@@ -77,16 +77,16 @@ def contributing_samples(
     actual: Mapping[str, ActualFeature],
     samples: Sequence[FormSample],
 ) -> tuple[FormSample, ...]:
-    """Return the samples that make a value uncertain: those of which it is not the form itself."""
+    """Return the samples that contribute uncertainty; excludes form that is the measurand."""
     own = set(characteristic.features) if of_own_form(characteristic, actual) else set()
     return tuple(sample for sample in samples if sample.feature not in own)
 
 
 def of_own_form(characteristic: Characteristic, actual: Mapping[str, ActualFeature]) -> bool:
-    """Return whether the form of the feature is what is measured.
+    """Return whether the form of the feature is the measurand.
 
-    So it is of a zone of its surface points, and of local sizes: a two-point size (ISO 14405-1) is
-    the distance of two points of the real surface, and their form is part of it.
+    True for zones of its surface points, and for local sizes: a two-point size (ISO 14405-1) is the
+    distance of two points of the real surface, including their form.
     """
     spec = spec_of(characteristic.kind)
     if spec.own_form:
@@ -103,7 +103,7 @@ def of_own_form(characteristic: Characteristic, actual: Mapping[str, ActualFeatu
 
 
 def gradients_of(evaluation: Evaluation, *, bonus: bool) -> Rows:
-    """Return how the components of a value answer to the points, k rows; k is often one."""
+    """Return the gradients of the components of a value, k rows; k is often one."""
     less = evaluation.bonus_gradient if bonus else None
     components, gradients = evaluation.components, evaluation.component_gradients
     if components is None or gradients is None:
@@ -112,7 +112,7 @@ def gradients_of(evaluation: Evaluation, *, bonus: bool) -> Rows:
     if less is None:
         return gradients
     length = float(np.linalg.norm(components))
-    # A vector of no length is shortened in no direction; its bonus is certain then.
+    # A zero vector has no direction in which the bonus reduces it; its bonus is certain then.
     along = components / length if length > 0.0 else np.zeros_like(components)
     return gradients - less.outer(along)
 
@@ -131,7 +131,7 @@ def _spread(
         if length > 0.0:
             vector = vector * (max(length - taken, 0.0) / length)
         return Length(vector, found)
-    # A variance that is negative or not finite comes out as NaN, which `decide` refuses.
+    # A variance that is negative or not finite gives NaN, which `decide` refuses.
     variance = float(found[0, 0])
     sigma = float(np.sqrt(variance)) if variance >= 0.0 else np.nan
     value = evaluation.value - taken

@@ -1,14 +1,13 @@
-"""What characteristics are made of: surface points, derived elements, zones, local sizes.
+"""Elements of characteristics: surface points, derived elements, zones, local sizes.
 
 In: measured features and the frame. Out: widths of zones, axes and centres, local sizes, each with
 its gradient by the points.
 
-Read `_characteristic` (what a plan says) and `_evaluation` (what is known before uncertainty),
-then `_surface` (points under the ball), `_model_surface` (ball centres against faces of the
-model), `_derived` (centres, axes), `_zone_frame` and
-`_frames` (where a zone stands), `_zones`, `_minimax` and `_associated` (smallest ones),
-`_two_point` (local sizes), `_points` (how many points are enough).
-It is the first room of tolerances and must not know a single kind.
+Read `_characteristic` (entry of a plan) and `_evaluation` (value before uncertainty), then
+`_surface` (points under the ball), `_model_surface` (ball centres against faces of the model),
+`_derived` (centres, axes), `_zone_frame` and `_frames` (poses of zones), `_zones`, `_minimax` and
+`_associated` (smallest ones), `_two_point` (local sizes), `_points` (sufficiency of points). It is
+the first package of tolerances and independent of specific kinds.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Smallest zones and bounding elements of ball centres, each searched for once.
+"""Cached minimum zones and bounding elements of ball centres.
 
-A job is evaluated after every touch, and each search takes some 0.1 s. Features that got no point
-since have the same centres; their elements are kept.
+A job is evaluated after every touch, and each search takes some 0.1 s. Features without new points
+have the same centres; their elements are reused.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from ocmm_core.features.zones import fit_bounded, fit_zone
 from ocmm_core.geometry import Points3
 
 _KEPT = 100
-"""Elements that are kept: more than a job has characteristics of form."""
+"""Cache size: more than a job has characteristics of form."""
 
 
 def associated(start: Fit, points: Points3, criterion: Criterion, offset: float = 0.0) -> Fit:
@@ -25,7 +25,7 @@ def associated(start: Fit, points: Points3, criterion: Criterion, offset: float 
     start
         The least-squares fit of the same points.
     offset
-        mm: how far outside an ellipse they lie, for its smallest zone.
+        mm: distance of the points outside an ellipse, for its minimum zone.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def associated(start: Fit, points: Points3, criterion: Criterion, offset: float 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Search:
-    """What is searched for; two are equal where every number is."""
+    """Cache key of a search; equal if all numbers are."""
 
     start: Fit
     points: Points3

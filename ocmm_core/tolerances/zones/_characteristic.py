@@ -1,4 +1,4 @@
-"""What a plan says about one toleranced quantity."""
+"""Toleranced characteristics of a plan."""
 
 from __future__ import annotations
 
@@ -27,41 +27,47 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """One toleranced quantity."""
 
     name: str
-    """Unique in the plan."""
     kind: str
-    """One of `kinds.KINDS`; docs/characteristics.md says what each is."""
+    """One of `kinds.KINDS`; see docs/characteristics.md."""
     features: list[str]
     """Names of the features, probed or constructed."""
     upper: float
     nominal: float = 0.0
     lower: float = 0.0
-    """`nominal`, `lower`, `upper`: Nominal value and the limits of the deviation from it, mm, or
-    deg for an angle. A geometrical tolerance t has ``upper`` = t alone."""
+    """`nominal`, `lower`, `upper`: Nominal value and limits of the deviation, mm, or deg for an
+    angle. A geometrical tolerance t has only ``upper`` = t.
+    """
     axis: Literal["", "x", "y", "z"] = ""
-    """Of the aligned part frame: what a coordinate is; along which a distance is taken; the
-    direction across the planes of a zone of two planes, for points and axes."""
+    """Of the aligned part frame: axis of a coordinate or distance; the direction across the planes
+    of a zone of two planes, for points and axes.
+    """
     datums: list[str] = msgspec.field(default_factory=list)
-    """Names of the datum features in their order of precedence."""
+    """Datum features in order of precedence."""
     association: Association = ""
-    """How size or form is associated with the points; empty is the feature's own criterion for
-    sizes, minimum zone for form (ISO 1101), and the letters of ISO 14405-1 are GG least squares, GC
-    minimum zone, GX inscribed, GN circumscribed, LP two-point. A distance of two opposite faces is
-    a two-point size with it."""
+    """Association of size or form with the points; empty is the feature's own criterion for sizes,
+    minimum zone for form (ISO 1101). Letters of ISO 14405-1: GG least squares, GC minimum zone, GX
+    inscribed, GN circumscribed, LP two-point. A distance of two opposite faces with it is a
+    two-point size.
+    """
     zone: Literal["", "planes", "cylinder", "sphere"] = ""
-    """Of position and of the orientation of an axis; empty is what is usual for the feature: two
-    planes for a face, a sphere for a point or ball, a cylinder for all else."""
+    """Of position and of the orientation of an axis; empty is the usual one: two planes for a face,
+    a sphere for a point or ball, a cylinder for all else.
+    """
     modifier: Literal["", "maximum material", "least material"] = ""
-    """Widens the tolerance of a position by what the size is off its limit of material."""
+    """Widens the tolerance of a position by the departure of the size from its material limit."""
     material_size: float = 0.0
-    """mm: that limit, of maximum or least material, as the modifier says."""
+    """mm: limit of maximum or least material, see ``modifier``."""
     length: float = 0.0
-    """mm: toleranced length of an axis; zero takes the length that was probed."""
+    """mm: toleranced length of an axis; zero: the probed length."""
     offset: float = 0.0
-    """mm: how far the zone of a profile lies outside the nominal surface (UZ), material at the
-    inside; negative inwards."""
+    """mm: offset of a profile's zone from the nominal surface (UZ), material inside; negative
+    inwards.
+    """
     at: float = 0.0
-    """mm: distance from the datum plane, along its normal, at which the diameter of a cone is
-    taken."""
+    """mm: distance from the datum plane, along its normal, of the diameter of a cone."""
     faces: tuple[NominalFace, ...] = ()
-    """Of the model, for the profile of a surface: what every ball centre is held against. Without
-    them it is the nominal surface of each feature."""
+    """Faces of the model to compare ball centres with, for the profile of a surface; default: the
+    nominal surface of each feature.
+    """
+    limits: Literal["set", "proposed"] = "set"
+    """``"proposed"``: the program chose the limits; not valid until a person sets them."""

@@ -1,4 +1,4 @@
-"""Centres, axes and sections: what is derived from surfaces before it is toleranced."""
+"""Derived elements: centres, axes and sections of surfaces."""
 
 from __future__ import annotations
 
@@ -16,21 +16,20 @@ from ocmm_core.tolerances.zones._surface import own_fit
 from ocmm_core.tolerances.zones._zones import DerivedPoint
 
 AXES = shapes_where(lambda spec: spec.is_long)
-"""Shapes whose derived element is an axis, or that are one."""
+"""Shapes with an axis, or axes themselves."""
 
 CENTRES = shapes_where(lambda spec: spec.centred)
-"""Shapes that have a centre."""
 
 SECTION_POINTS = 4
-"""Points without which a section shows nothing; `SECTION_RECOMMENDED` are recommended."""
+"""Minimum number of points of a section; `SECTION_RECOMMENDED` are recommended."""
 SECTION_RECOMMENDED = 8
 
 _GAP = 0.15
 """Part of the whole length between neighbouring points that separates two sections, and..."""
 _GAP_MM = 2.0
-"""... the least such gap: as well as a hand keeps to one height."""
+"""... the least such gap: accuracy of manual probing at one height."""
 _THICKEST = 0.35
-"""Part of the whole length that a section may take up where there are several."""
+"""Largest part of the whole length within one of several sections."""
 
 
 def derived_points(feature: ActualFeature, length: float = 0.0) -> tuple[DerivedPoint, ...]:
@@ -39,7 +38,7 @@ def derived_points(feature: ActualFeature, length: float = 0.0) -> tuple[Derived
     Parameters
     ----------
     length
-        mm: toleranced length, about the middle of what was probed; zero for what was probed.
+        mm: toleranced length, about the middle of the probed part; zero for the probed length.
 
     Raises
     ------
@@ -66,7 +65,7 @@ def derived_points(feature: ActualFeature, length: float = 0.0) -> tuple[Derived
 
 
 def _extent(feature: ActualFeature) -> tuple[float, float]:
-    """Return from where to where along its axis a feature reaches, mm from its point."""
+    """Return the extent of a feature along its axis, mm from its point."""
     if feature.touches is None:
         half = 0.5 * feature.nominal.length
         return -half, half
@@ -80,11 +79,11 @@ class Section:
 
     rows: Int
     at: float
-    """mm: where it is."""
+    """mm: position."""
 
 
 def sections(name: str, places: Float) -> tuple[Section, ...]:
-    """Return the sections in which points were taken.
+    """Return the sections of probed points.
 
     Parameters
     ----------
@@ -120,7 +119,7 @@ def sections(name: str, places: Float) -> tuple[Section, ...]:
 
 
 def few_in_a_section(found: tuple[Section, ...]) -> str:
-    """Return a note where a section has fewer points than recommended, else nothing."""
+    """Return a note if a section has fewer points than recommended."""
     least = min(len(section.rows) for section in found)
     if least >= SECTION_RECOMMENDED:
         return ""
@@ -128,22 +127,16 @@ def few_in_a_section(found: tuple[Section, ...]) -> str:
 
 
 def axis_sections(feature: ActualFeature) -> tuple[Section, ...]:
-    """Return the sections across the axis of a feature.
-
-    Raises
-    ------
-    FitError
-        As `sections`.
-    """
+    """Return the sections across the axis of a feature; FitError as `sections`."""
     touches, raw = own_fit(feature)
     return sections(feature.nominal.name, (touches.tips - raw.point) @ raw.direction)
 
 
 def section_circle(feature: ActualFeature, section: Section) -> tuple[Fit, Rows]:
-    """Return the least-squares circle of a section, ball centres, and its jacobian by them all.
+    """Return the least-squares circle of a section's ball centres, with its jacobian.
 
-    The jacobian, 12 rows, takes the direction of the axis as given: it tilts the section by
-    what is of second order.
+    The jacobian, 12 rows by all centres, treats the axis direction as constant: its tilt of the
+    section is of second order.
     """
     touches, raw = own_fit(feature)
     fit, _ = fit_circle_projected(touches.tips[section.rows], raw.direction)
@@ -154,10 +147,7 @@ def section_circle(feature: ActualFeature, section: Section) -> tuple[Fit, Rows]
 def median_line(feature: ActualFeature) -> tuple[DerivedPoint, ...]:
     """Return the centres of all sections: the extracted axis.
 
-    Raises
-    ------
-    FitError
-        There are fewer than three sections.
+    Raises FitError for fewer than three sections.
     """
     found = axis_sections(feature)
     if len(found) < 3:

@@ -1,4 +1,4 @@
-"""Frames of datums and of the part, made once and kept for whoever asks again."""
+"""Cached frames of datums and of the part."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from ocmm_core.tolerances.zones._zone_frame import ZoneFrame, free_frame
 
 
 def no_part_frame(name: str, remedy: str = "Add an alignment to the plan.") -> FitError:
-    """Return the error of a characteristic that needs the part frame where there is none."""
+    """Return the error of a characteristic that lacks a part frame."""
     return FitError(
         "characteristic.no_frame",
         f"{name} needs a part frame, and the plan has no alignment.",
@@ -39,19 +39,19 @@ def no_part_frame(name: str, remedy: str = "Add an alignment to the plan.") -> F
 
 @dataclass(frozen=True, slots=True)
 class HeldFrame:
-    """The frame of datums or of the part, its datums as it has them, and what to know of it."""
+    """Frame of datums or of the part, with its associated datums and a note."""
 
     frame: ZoneFrame
     datums: Mapping[str, ActualFeature]
     note: str
 
     def geometries(self, actual: Mapping[str, ActualFeature]) -> Mapping[str, Float]:
-        """Return all geometry, that of the datums as the frame has them."""
+        """Return all geometry, with the datums as associated in the frame."""
         return geometries_of(Instead(self.datums, actual))
 
 
 class Keep(Protocol):
-    """Keeps frames, by the names of their datums, none for that of the part."""
+    """Cache of frames, by the names of their datums; no names for the part."""
 
     def __call__(
         self,
@@ -59,21 +59,21 @@ class Keep(Protocol):
         actual: Mapping[str, ActualFeature],
         make: Callable[[Mapping[str, ActualFeature]], HeldFrame],
     ) -> HeldFrame:
-        """Return the frame that ``make`` makes of features, or made of the same ones before."""
+        """Return the cached frame, or the result of ``make``."""
         ...
 
 
 class Frames:
-    """Frames of datums and of the part, each made once for all characteristics of a job.
+    """Frames of datums and of the part, shared by all characteristics of a job.
 
     Parameters
     ----------
     actual
-        All features as measured: which way an axis runs may rest on any of them.
+        All features as measured; any of them may determine the sense of an axis.
     alignment
-        Rule of the part frame, bound to nominals where its kind needs them.
+        Rule of the part frame, bound to nominals if its kind needs them.
     keep
-        Keeps frames from one set of features to the next; None makes each anew.
+        Cache across feature sets; default no cache.
     """
 
     def __init__(
@@ -90,13 +90,13 @@ class Frames:
     def of_datums(self, datums: Sequence[str], features: Sequence[str]) -> ZoneFrame:
         """Return the frame of up to three datums in their precedence, or of none.
 
-        What the datums leave open is set by the toleranced features, so that the search for the
+        Freedom left by the datums is set by the toleranced features, so that the search for the
         smallest zone starts near it.
 
         Raises
         ------
         FitError
-            A datum hardly says how the part lies, or nothing is known of its nominal place.
+            A datum does not determine the frame, or its nominal place is unknown.
         """
         if not datums:
             started = self._started((), features, geometries_of(self._actual))
@@ -108,17 +108,17 @@ class Frames:
         return held.frame.after(started.compose(held.frame.T_frame_from_world.inverse()))
 
     def of_part(self, name: str) -> ZoneFrame:
-        """Return the frame in which nominals are written, of the plan's alignment.
+        """Return the frame of the nominals, from the plan's alignment.
 
         Parameters
         ----------
         name
-            Of the characteristic that needs it, for errors.
+            Of the characteristic, for errors.
 
         Raises
         ------
         FitError
-            There is no alignment, or its features do not say where the part is.
+            There is no alignment, or its features do not determine the frame.
         """
         if self._alignment is None:
             raise no_part_frame(name, "Name its datums, or add an alignment to the plan.")
@@ -128,17 +128,12 @@ class Frames:
         return aligned
 
     def aligned(self, name: str) -> ZoneFrame:
-        """Return the part frame itself, as the plan's alignment makes it.
+        """Return the part frame of the plan's alignment; errors as `of_part`.
 
         Parameters
         ----------
         name
-            Of the characteristic that needs it, for errors.
-
-        Raises
-        ------
-        FitError
-            As `of_part`.
+            Of the characteristic, for errors.
         """
         rule = self._alignment
         if rule is None:
@@ -146,14 +141,14 @@ class Frames:
         return self._known((), lambda actual: _frame_of_part(rule, actual)).frame
 
     def note_on(self, datums: Sequence[str]) -> str:
-        """Return what to know of a frame that was made, of datums or, without any, of the part."""
+        """Return the note on a computed frame of datums or, without any, of the part."""
         held = self._held.get(tuple(datums))
         return "" if held is None else held.note
 
     def _known(
         self, datums: tuple[str, ...], make: Callable[[Mapping[str, ActualFeature]], HeldFrame]
     ) -> HeldFrame:
-        """Return the frame of datums or, without any, of the part; made once."""
+        """Return the frame of datums or, without any, of the part; cached."""
         if datums not in self._held:
             self._held[datums] = self._keep(datums, self._actual, make)
         return self._held[datums]
@@ -161,14 +156,14 @@ class Frames:
     def _started(
         self, datums: Sequence[str], features: Sequence[str], geometries: Mapping[str, Float]
     ) -> RigidTransform:
-        """Return the frame of the datums with what they leave open set by the features."""
+        """Return the frame of the datums, with remaining freedom set by the features."""
         least = max(len(datums), 1)
         names = tuple(dict.fromkeys((*datums, *features)))[: max(MOST_DATUMS, least)]
         for count in range(len(names), least, -1):
             try:
                 return self._placed(names[:count], geometries)
             except FitError:
-                # A further feature that hardly turns the frame leaves it where it is.
+                # A further feature that poorly determines the rotation is ignored.
                 continue
         return self._placed(names[:least], geometries)
 

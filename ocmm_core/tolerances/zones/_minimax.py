@@ -1,11 +1,11 @@
-"""The smallest zone: the greatest of many deviations made as small as free motions allow.
+"""Smallest zone: minimise the greatest of many deviations over free motions.
 
-Two problems of one kind. Deviations of surface points are numbers, those of axes are vectors whose
-length counts. Both are solved by linear programs about the present place (sequential linear
-programming, as in D. Zhang, X. Jiang et al., Precision Eng., and NIST's minimum-zone references);
-lengths are bounded by their components along directions that are added where they are needed. The
-multipliers of the last program say which points hold the zone, and with what share: by the envelope
-theorem they are the derivative of the smallest zone by the deviations.
+Deviations of surface points are numbers, those of axes are vectors whose length counts. Both are
+solved by linear programs about the present place (sequential linear programming, as in D. Zhang, X.
+Jiang et al., Precision Eng., and NIST's minimum-zone references); lengths are bounded by their
+components along directions added on demand. The multipliers of the last program are the weights of
+the contact points: by the envelope theorem they are the derivative of the smallest zone by the
+deviations.
 """
 
 from __future__ import annotations
@@ -21,26 +21,27 @@ from ocmm_core.geometry import Float, Int
 
 _STEPS = 60
 _CONVERGED = 1e-8
-"""Gain of a step, against the zone, below which it is the smallest."""
+"""Relative gain of a step at convergence."""
 _NULL = 1e-7
-"""Motions that change deviations by less than this part of the greatest do nothing."""
+"""Relative effect of motions that counts as zero."""
 _FIRST_TRUST_MM = 1.0
 _LEAST_TRUST_MM = 1e-11
 _HALF_FANS = 8
-"""Directions to each half turn that bound a length from the start."""
+"""Initial directions per half turn that bound a length."""
 
 
 @dataclass(frozen=True, slots=True)
 class Smallest:
-    """The place where the greatest deviation is smallest."""
+    """Result of the minimisation."""
 
     motion: Float
-    """(k,): the free parameters there."""
+    """(k,): the free parameters."""
     value: float
     """mm: the greatest deviation."""
     shares: Float
-    """(m,): of the deviations in their order, or of the ends of axes; they add up to one, and those
-    of deviations carry their sign."""
+    """(m,): weights of the deviations, or of the ends of axes, in order; they add up to one, and
+    those of deviations carry their sign.
+    """
 
 
 Deviations = Callable[[Float], tuple[Float, Float]]
@@ -51,19 +52,19 @@ Numbers: (m,) and (m, k); vectors: (m, d) and (m, d, k).
 
 
 def smallest_zone(deviations: Deviations, size: int) -> Smallest:
-    """Return where the greatest absolute deviation is smallest, from zero motion on.
+    """Return the motion that minimises the greatest absolute deviation, from zero on.
 
     Parameters
     ----------
     deviations
-        Numbers (m,); what moves them should do so by some mm for one unit.
+        Numbers (m,); scaled to move by some mm per unit.
     size
         k; may be zero.
 
     Raises
     ------
     FitError
-        The search does not come to rest.
+        No convergence.
     """
 
     def as_vectors(motion: Float) -> tuple[Float, Float]:
@@ -76,7 +77,7 @@ def smallest_zone(deviations: Deviations, size: int) -> Smallest:
 
 
 def smallest_length(deviations: Deviations, size: int) -> Smallest:
-    """Return where the greatest length of a vector deviation is smallest; see `smallest_zone`."""
+    """Return the motion that minimises the longest vector deviation; see `smallest_zone`."""
     motion = np.zeros(size)
     vectors, jacobian = deviations(motion)
     lengths = np.linalg.norm(vectors, axis=1)
@@ -99,7 +100,7 @@ def smallest_length(deviations: Deviations, size: int) -> Smallest:
         if gain > 0.0:
             motion, vectors, jacobian, value = moved, new_vectors, new_slopes, new_value
         else:
-            # The tangents of the lengths at the place that was tried keep it from coming again.
+            # Tangents of the lengths at the tried place prevent its repetition.
             cuts = _with_present(cuts, vectors + jacobian @ step)
         trust = 2.0 * trust if gain > 0.5 * hoped else 0.25 * trust if gain < 0.1 * hoped else trust
         if trust < _LEAST_TRUST_MM:
@@ -149,15 +150,15 @@ def _with_present(cuts: _Cuts, vectors: Float) -> _Cuts:
 def _program(
     cuts: _Cuts, vectors: Float, jacobian: Float, trust: float
 ) -> tuple[Float, float, Float]:
-    """Return the best step (k,) within ``trust``, the bound it hopes for, and the shares (m,)."""
+    """Return the best step (k,) within ``trust``, its predicted bound, and the weights (m,)."""
     rows = cuts.rows
     now = np.sum(cuts.directions * vectors[rows], axis=1)
     by_step = np.einsum("cd,cdk->ck", cuts.directions, jacobian[rows])
-    # Motions that move nothing are left out: a program could run along them for ever.
+    # Motions without effect are excluded: a program would be unbounded.
     _, strengths, ways = np.linalg.svd(by_step, full_matrices=False)
     kept = ways[strengths > _NULL * max(float(strengths[0]), 1e-12)]
     size = len(kept)
-    # The solver keeps constraints to 1e-7: in units of the zone that is nothing.
+    # The solver keeps constraints to 1e-7: negligible in units of the zone.
     scale = max(float(now.max()), _LEAST_TRUST_MM)
     answer = linprog(
         np.append(np.zeros(size), 1.0),

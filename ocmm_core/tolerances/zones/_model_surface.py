@@ -1,9 +1,8 @@
-"""Touches of faces of the model: every ball centre against the nearest place of the faces.
+"""Touches of model faces: ball centres against the nearest place of the faces.
 
-No element is associated with the points. The ball touches where the surface's own normal passes
-through its centre, so the deviation is the distance of the centre from the trimmed face less the
-radius. To first order it moves with the centre along the normal alone: the foot slides along the
-face, square to it.
+No element is associated with the points. The ball touches at a surface normal through its centre,
+so the deviation is the distance of the centre from the trimmed face less the radius. To first order
+it only depends on motion of the centre along the normal: the foot slides along the face.
 """
 
 from __future__ import annotations
@@ -21,22 +20,22 @@ from ocmm_core.tolerances.zones._evaluation import Seen
 from ocmm_core.tolerances.zones._surface import own_fit
 
 FAR_MM = 5.0
-"""A point farther from the faces belongs to others, or the part does not lie as it is thought."""
+"""A more distant point belongs to other faces, or the alignment is wrong."""
 _SLANT = 0.5
 """Cosine between approach and normal below which another face may have been touched."""
 
 
 class ModelSurface:
-    """Ball centres of one or more features against faces; all are searched at once.
+    """Ball centres of one or more features against faces; searched together.
 
     Parameters
     ----------
     features
-        Whose touches they are.
+        With touches.
     faces
         Of the plan, frame of the nominals.
     offset
-        mm: how far the middle of the zone lies outside the faces, away from the material.
+        mm: offset of the zone's middle from the faces, away from the material.
     """
 
     def __init__(
@@ -66,11 +65,11 @@ class ModelSurface:
 
     @property
     def places(self) -> Sequence[int]:
-        """Return what rows call the points."""
+        """Return the indices of the points in rows."""
         return self._places
 
     def deviations(self, points: Float) -> tuple[Float, Float]:
-        """Return deviations (n,), mm, and normals (n, 3), near the feet that were found before."""
+        """Return deviations (n,), mm, and normals (n, 3), near the previous feet."""
         if self._feet is None:
             self._feet = nearest_feet(points, self._faces)
         else:
@@ -83,7 +82,7 @@ class ModelSurface:
         Raises
         ------
         FitError
-            A nearest place is on an edge, not the only one, or not that of a touch.
+            A nearest place is on an edge, ambiguous, or implausible for the touch.
         """
         self._feet = nearest_feet(points, self._faces)
         values, normals = self._less_ball(self._feet)
@@ -108,16 +107,16 @@ class ModelSurface:
         return values, normals
 
     def pull_back(self, weights: Float, normals: Float) -> Rows:
-        """Return the gradient of the sum of every ball centre, less the ball, times its weight."""
+        """Return the gradient of the weighted sum of ball centres, less the ball."""
         own = Rows.of_points(np.asarray(self.places), weights.ravel())
         return own.with_radius(-float(np.sum(weights * normals)))
 
     def by_radius(self, normals: Float) -> Float:
-        """Return how deviations (n,) answer to the ball."""
+        """Return the derivatives (n,) of deviations by the ball radius."""
         return np.full(len(normals), -1.0)
 
     def seen(self, values: Float, normals: Float) -> Seen:
-        """Return the deviations as a picture shows them."""
+        """Return the deviations for pictures."""
         surface = self._tips - self._radii[:, None] * normals
         return Seen(self._features, self._numbers, surface, normals, values)
 

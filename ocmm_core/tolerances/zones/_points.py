@@ -1,4 +1,4 @@
-"""How many points a shape should have before its form is believed (BS 7172, NPL guide 41)."""
+"""Recommended numbers of points for form (BS 7172, NPL guide 41)."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from ocmm_core.features.measured import ActualFeature
 
 
 def points_note(features: Sequence[ActualFeature], *, of_form: bool) -> str:
-    """Return what to know about few points, or nothing.
+    """Return a note on too few points, or nothing.
 
-    Form from fewer points than recommended misses most of it; what else is measured with so few
-    does not see the form at all.
+    Form from fewer points than recommended misses most of it; other quantities then do not reveal
+    form at all.
 
     Parameters
     ----------
     features
-        Whose points count.
+        Relevant features.
     of_form
-        The form of their surface is what is measured.
+        The form of their surface is the measurand.
     """
     few = [
         feature
@@ -33,7 +33,7 @@ def points_note(features: Sequence[ActualFeature], *, of_form: bool) -> str:
         f"{feature.fit.shape.spec.recommended_points} recommended"
         for feature in few
     ]
-    # A sentence each: a list of them could not be told apart in another language.
+    # One sentence each: lists would be ambiguous in other languages.
     if of_form:
         return " ".join(f"Few points: {gap}." for gap in gaps)
     return " ".join(f"Form not evaluated: {gap}." for gap in gaps)

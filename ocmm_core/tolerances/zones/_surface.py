@@ -1,8 +1,8 @@
-"""Points of the surface under the ball, and how they answer to everything that was measured.
+"""Surface points under the ball, with derivatives by all measured points.
 
-The ball touches where the surface's own normal passes through its centre, and the associated
-element knows that normal better than the hand that probed: a contact point is the ball's centre
-less one radius along the normal of the element there.
+The ball touches at a surface normal through its centre. The associated element gives that normal
+better than the probing direction: a contact point is the ball's centre less one radius along the
+normal of the element.
 """
 
 from __future__ import annotations
@@ -28,19 +28,18 @@ class SurfacePoints:
     """Contact points of one feature."""
 
     feature: ActualFeature
-    """Whose points they are."""
     points: Points3
     """(n, 3), mm, world."""
     normals: Points3
     """(n, 3), unit, world: from the material towards the ball."""
 
     def pull_back(self, weights: Float) -> Rows:
-        """Return the gradient, one row, of the sum of every point times its weight.
+        """Return the gradient, one row, of the weighted sum of points.
 
         Parameters
         ----------
         weights
-            (n, 3); most of them may be zero.
+            (n, 3); mostly zero.
         """
         touches = _own(self.feature)[0]
         rows = np.flatnonzero(np.any(weights != 0.0, axis=1))
@@ -69,13 +68,7 @@ class SurfacePoints:
 
 
 def surface_points(feature: ActualFeature) -> SurfacePoints:
-    """Return the contact points of a feature.
-
-    Raises
-    ------
-    FitError
-        The feature is constructed and has no points of its own.
-    """
+    """Return the contact points of a feature; FitError for a construction."""
     touches, _ = _own(feature)
     rows = np.arange(len(touches.tips))
     normals = _normals(feature, rows, touches.tips, feature.fit.geometry)
@@ -85,16 +78,13 @@ def surface_points(feature: ActualFeature) -> SurfacePoints:
 def own_fit(feature: ActualFeature) -> tuple[Touches, Fit]:
     """Return the touches of a feature and the fit of their ball centres.
 
-    Raises
-    ------
-    FitError
-        The feature is constructed and has no points of its own.
+    Raises FitError for a construction, which has no touches.
     """
     return _own(feature)
 
 
 def least_squares(feature: ActualFeature) -> Fit:
-    """Return the least-squares element of the ball centres, whatever the feature's criterion.
+    """Return the least-squares element of the ball centres, for any criterion.
 
     Raises
     ------
@@ -103,7 +93,7 @@ def least_squares(feature: ActualFeature) -> Fit:
     """
     touches, raw = _own(feature)
     if raw.criterion is Criterion.LEAST_SQUARES:
-        # What starts from it stays in its plane, also where that was found with the circle.
+        # Derived fits stay in its plane, even if that was found together with the circle.
         return replace(raw, free=False)
     if raw.shape.spec.may_be_free:
         return fit_circle_projected(touches.tips, raw.direction)[0]
@@ -116,14 +106,10 @@ def least_squares(feature: ActualFeature) -> Fit:
 
 
 def kept_offset(feature: ActualFeature) -> float:
-    """Return how far ball centres lie outside an element that keeps the ball, mm; else zero.
+    """Return the offset of ball centres outside an element that keeps the ball, mm.
 
-    Ball centres of other shapes lie on one of the same shape, which is what is fitted.
-
-    Raises
-    ------
-    FitError
-        The feature is constructed.
+    Zero for other shapes, whose ball centres are on an element of the same shape. Raises FitError
+    for a construction.
     """
     touches, raw = _own(feature)
     if raw.shape.spec.ball != "kept":
@@ -152,9 +138,9 @@ def _difference(
 
 
 def _normals(feature: ActualFeature, rows: Int, tips: Points3, geometry: Float) -> Points3:
-    """Return the normals (m, 3), unit, from the material to ball centres (m, 3) near an element.
+    """Return the unit normals (m, 3) from the material to ball centres (m, 3).
 
-    Also for a direction that is not quite a unit vector, as differences make it.
+    Also for a direction that is not quite of unit length, as in differences.
     """
     touches, raw = _own(feature)
     shape = feature.nominal.shape

@@ -1,8 +1,7 @@
 """Local sizes between two opposite points (ISO 14405-1, LP), by their rank.
 
-Two points that are not quite opposite would show a chord or a slanting line. What each of them is
-off the element is added to the size of the element instead, which for opposite points is their
-distance.
+Two points not exactly opposite would give a chord or an oblique line. Instead, their deviations
+from the element are added to its size, which for opposite points is their distance.
 """
 
 from __future__ import annotations
@@ -21,23 +20,23 @@ from ocmm_core.tolerances.zones._surface import own_fit, surface_points
 from ocmm_core.tolerances.zones._zone_frame import moved_geometry
 
 _OPPOSITE_DEG = 20.0
-"""Two points further from opposite than this show no two-point size."""
+"""Largest departure from opposite of a two-point size."""
 _LEVEL_MM = 3.0
 """The same for their heights on a cylinder, and for their places along two sides."""
 _FLANK = 0.999
-"""Cosine between the normal at a point and the direction across, from which it lies on a side."""
+"""Least cosine between the normal at a point and the transverse direction for a point on a side."""
 _FACING = -0.9
 """Cosine between the normals of two faces above which they have no size between them."""
 _CONTENDERS = 50
-"""Sizes that noise may bring to the front; those behind them are nowhere near."""
+"""Sizes that noise may make extreme; the others are far away."""
 _STEP = 1e-5
 """mm, and of directions a fraction of one: step of the differences."""
 
 
 def around(feature: ActualFeature, association: Association) -> tuple[Float, Rows]:
-    """Return halves of the two-point sizes of circle, sphere or cylinder, and their gradients.
+    """Return half two-point sizes of circle, sphere or cylinder, and their gradients.
 
-    They are those that count for a rank, the foremost first (`_contenders`).
+    Only those relevant for a rank, most extreme first (`_contenders`).
 
     Raises
     ------
@@ -66,7 +65,7 @@ def around(feature: ActualFeature, association: Association) -> tuple[Float, Row
 def across_slot(
     feature: ActualFeature, association: Association, *, lengthwise: bool
 ) -> tuple[Float, Rows]:
-    """Return the two-point sizes across the sides of a slot or rectangle, and their gradients.
+    """Return the two-point sizes across the sides of a slot or rectangle, with gradients.
 
     Parameters
     ----------
@@ -99,10 +98,10 @@ def across_slot(
 
 
 def slot_envelope(feature: ActualFeature, *, widest: bool) -> tuple[float, Rows]:
-    """Return the width between two planes along the sides of a slot, and its gradient, mm.
+    """Return the width between two planes along the sides of a slot, with gradient, mm.
 
-    They lie as the slot does: the widest pair lets no point of a side lie outside, the other none
-    between them. No two points need to be opposite.
+    They are parallel to the slot: the widest pair encloses all points of the sides, the other has
+    none between. Points need not be opposite.
 
     Raises
     ------
@@ -128,10 +127,10 @@ def slot_envelope(feature: ActualFeature, *, widest: bool) -> tuple[float, Rows]
 
 
 def _flanks(feature: ActualFeature, way: Float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return which points lie on the side a way (3,) leads to, and which on that behind."""
+    """Return masks of the points on the side in a direction (3,), and on the opposite side."""
     touches, raw = own_fit(feature)
     sides = distance_derivatives(raw, touches.tips)[1] @ way
-    # Round ends have no side, but where they begin; there the side has not ended.
+    # Round ends have no side, except at their start, which still belongs to the side.
     return sides > _FLANK, sides < -_FLANK
 
 
@@ -140,7 +139,7 @@ def between_faces(
 ) -> tuple[Float, Rows]:
     """Return the two-point sizes between two opposite faces, and their gradients.
 
-    They are taken square to the middle plane of the two faces.
+    They are square to the middle plane of the two faces.
 
     Raises
     ------
@@ -189,7 +188,7 @@ def _across(one: Float, other: Float) -> Float:
 
 
 def _gaps(one: Float, other: Float, sites: Float) -> Float:
-    """Return how far one plane lies beyond the other, square to their middle, at sites (m, 3)."""
+    """Return the gaps between two planes, square to their middle, at sites (m, 3)."""
     across = _across(one, other)
     heights = [
         (plane[POINT] - sites) @ plane[DIRECTION] / float(plane[DIRECTION] @ across)
@@ -212,7 +211,7 @@ def _pairs(opposite: NDArray[np.bool_], features: list[ActualFeature], how: str)
 
 
 def _contenders(sums: Float, association: Association) -> Int:
-    """Return the rows that count for a rank, the foremost first; all where it is the mean."""
+    """Return the indices relevant for a rank, most extreme first; all for the mean."""
     if association == "two-point mean":
         return np.arange(len(sums))
     ahead = -sums if association == "two-point maximum" else sums

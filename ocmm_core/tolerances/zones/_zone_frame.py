@@ -1,4 +1,4 @@
-"""The frame in which a zone stands: where it is, what it leaves open, how the points move it."""
+"""Frame of a zone: pose, free motions, and derivatives by the points."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, skew
 from ocmm_core.measuring import Rows
 
 BEST_FIT = "best fit"
-"""Word for a frame that the toleranced points set alone."""
+"""Name of a frame set by the toleranced points alone."""
 
 
 @dataclass(frozen=True, slots=True)
 class ZoneFrame:
-    """A frame, and how it answers to the points."""
+    """A frame with its derivatives by the points."""
 
     T_frame_from_world: RigidTransform
-    """Where nominal geometry is."""
+    """Pose of the nominal geometry."""
     by_coordinates: Rows
-    """6 rows: turn, rad, over shift, mm, of the frame by every coordinate: a point x of the frame
-    moves by ``turn x x + shift``."""
+    """6 rows: rotation, rad, over shift, mm, of the frame by every coordinate: a point x of the
+    frame moves by ``turn x x + shift``.
+    """
     motions: Float
-    """(6, k): what is open, in the same form."""
+    """(6, k): free motions, in the same form."""
     words: str
-    """Name of the frame for the report."""
 
     def moved(self, motion: Float) -> ZoneFrame:
         """Return the frame after an open motion (k,)."""
@@ -34,7 +34,7 @@ class ZoneFrame:
         return self.after(RigidTransform(rotation_from_vector(twist[:3]), _shift(twist)))
 
     def after(self, further: RigidTransform) -> ZoneFrame:
-        """Return the frame moved further, by a motion that leaves what is open as it is."""
+        """Return the frame moved further, by a motion that preserves the free motions."""
         return ZoneFrame(
             further.compose(self.T_frame_from_world),
             _transported(further, self.by_coordinates),
@@ -43,13 +43,13 @@ class ZoneFrame:
         )
 
     def point_derivative(self, point_frame: Float, by_coordinates_world: Rows) -> Rows:
-        """Return how a point answers in the frame, 3 rows, from how it does in the world."""
+        """Return the derivatives of a point in the frame, 3 rows, from those in the world."""
         rotation = self.T_frame_from_world.rotation
         by_frame = -skew(point_frame) @ self.by_coordinates[:3] + self.by_coordinates[3:]
         return rotation @ by_coordinates_world + by_frame
 
     def turning(self) -> ZoneFrame:
-        """Return what of the frame acts on directions: no shifts."""
+        """Return the rotational part of the frame, which acts on directions."""
         motions = self.motions.copy()
         motions[3:] = 0.0
         turns = np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
@@ -61,7 +61,7 @@ class ZoneFrame:
         )
 
     def with_shifts(self) -> ZoneFrame:
-        """Return the frame free to shift in every direction, as zones of orientation are."""
+        """Return the frame with free shifts in all directions, for zones of orientation."""
         turning = self.motions[:, np.any(self.motions[:3] != 0.0, axis=0)].copy()
         turning[3:] = 0.0
         shifting = np.vstack([np.zeros((3, 3)), np.eye(3)])
@@ -83,7 +83,7 @@ def _shift(twist: Float) -> Float:
 
 
 def free_frame(T_frame_from_world: RigidTransform, middle_world: Float) -> ZoneFrame:
-    """Return a frame that nothing holds; its small turns are about a point (3,), mm, world."""
+    """Return an unconstrained frame; its small rotations are about a point (3,), mm, world."""
     middle = T_frame_from_world.apply(middle_world)
     motions = np.eye(6)
     motions[3:, :3] = skew(middle)
@@ -93,7 +93,7 @@ def free_frame(T_frame_from_world: RigidTransform, middle_world: Float) -> ZoneF
 def moved_geometry(
     geometries: Mapping[str, Float], name: str, k: int, step: float
 ) -> dict[str, Float]:
-    """Return the geometries with one number of one of them moved; directions stay unit vectors."""
+    """Return the geometries with one entry of one changed; directions stay unit vectors."""
     moved = geometries[name].copy()
     moved[k] += step
     for part in (slice(3, 6), slice(9, 12)):
@@ -104,7 +104,7 @@ def moved_geometry(
 
 
 def _transported(further: RigidTransform, twists: Rows) -> Rows:
-    """Return small motions, 6 rows, seen after a further motion of the frame."""
+    """Return small motions, 6 rows, as seen after a further motion of the frame."""
     rotation, nothing = further.rotation, np.zeros((3, 3))
     by_twist = np.block([[rotation, nothing], [skew(further.translation) @ rotation, rotation]])
     seen: Rows = by_twist @ twists

@@ -1,8 +1,8 @@
-"""Widths of zones about true geometry: of surface points, and of centres and axes.
+"""Widths of zones about true geometry, for surface points, centres and axes.
 
 Every zone of ISO 1101 is one of two: points of a surface between two copies of the nominal surface,
 or points of a centre or an axis within a sphere, a cylinder or two planes about the nominal place.
-What the datums leave open, the zone may follow; it is then the smallest.
+Degrees of freedom left by the datums are used to minimise it.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ from ocmm_core.tolerances.zones._zone_frame import ZoneFrame
 
 _OUTER_STEPS = 6
 _FOLLOWED = 1e-7
-"""Effect of a motion, against the strongest, below which it does nothing."""
+"""Relative effect of a motion that counts as zero."""
 _SETTLED = 1e-5
-"""Motion, mm, after which the small motions of the program are taken anew about the new place."""
+"""Motion, mm, above which the linearisation is repeated at the new place."""
 
 
 class TouchedSurface(Protocol):
-    """Touches of a surface and what it should be."""
+    """Touches of a surface with their true geometry."""
 
     @property
     def world(self) -> Float:
-        """Return the places (n, 3), mm, world, whose distances count."""
+        """Return the relevant places (n, 3), mm, world."""
         ...
 
     @property
     def places(self) -> Sequence[int]:
-        """Return what rows call the points."""
+        """Return the indices of the points in rows."""
         ...
 
     def deviations(self, points: Float) -> tuple[Float, Float]:
@@ -53,7 +53,7 @@ class TouchedSurface(Protocol):
         ...
 
     def checked(self, points: Float, rotation: Float) -> tuple[Float, Float]:
-        """Return the same where the zone has come to rest; FitError where it is no number.
+        """Return the final deviations; FitError if one is undefined.
 
         Parameters
         ----------
@@ -63,7 +63,7 @@ class TouchedSurface(Protocol):
         ...
 
     def pull_back(self, weights: Float, normals: Float) -> Rows:
-        """Return the gradient, one row, of the sum of every place times its weight.
+        """Return the gradient, one row, of the weighted sum of places.
 
         Parameters
         ----------
@@ -73,24 +73,24 @@ class TouchedSurface(Protocol):
         ...
 
     def by_radius(self, normals: Float) -> Float:
-        """Return how deviations (n,) answer to the ball; normals (n, 3) are those in the world."""
+        """Return the derivatives (n,) of deviations by the ball radius; normals (n, 3), world."""
         ...
 
     def seen(self, values: Float, normals: Float) -> Seen:
-        """Return deviations (n,) with normals (n, 3), world, as a picture shows them."""
+        """Return deviations (n,) with normals (n, 3), world, for pictures."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """A surface and what it should be."""
+    """A surface with its true geometry."""
 
     measured: SurfacePoints
     shape: Shape
     nominal: Float
     """`shape`, `nominal`: Shape and geometry vector (12,) in the frame of the zone."""
     offset: float = 0.0
-    """mm: how far the middle of the zone lies outside the nominal surface, away from material."""
+    """mm: offset of the zone's middle from the nominal surface, away from material."""
 
     @property
     def world(self) -> Float:
@@ -99,7 +99,7 @@ class Surface:
 
     @property
     def places(self) -> Sequence[int]:
-        """Return what rows call the points."""
+        """Return the indices of the points in rows."""
         return own_fit(self.measured.feature)[0].places
 
     def deviations(self, points: Float) -> tuple[Float, Float]:
@@ -108,20 +108,20 @@ class Surface:
         return distance - _outwards(self) * self.offset, normal
 
     def checked(self, points: Float, rotation: Float) -> tuple[Float, Float]:
-        """Return the same: an element has one nearest place everywhere."""
+        """Return `deviations`: an element has a unique nearest place."""
         return self.deviations(points)
 
     def pull_back(self, weights: Float, normals: Float) -> Rows:
-        """Return the gradient of the sum of every contact point times its weight (n, 3), world."""
+        """Return the gradient of the sum of contact points with weights (n, 3), world."""
         return self.measured.pull_back(weights)
 
     def by_radius(self, normals: Float) -> Float:
-        """Return how deviations (n,) answer to the ball."""
+        """Return the derivatives (n,) of deviations by the ball radius."""
         answers: Float = -np.sum(normals * self.measured.normals, axis=1)
         return answers
 
     def seen(self, values: Float, normals: Float) -> Seen:
-        """Return the deviations as a picture shows them."""
+        """Return the deviations for pictures."""
         touches, name = own_fit(self.measured.feature)[0], self.measured.feature.nominal.name
         # The distance from a bore grows into its material.
         signs = np.where(np.sum(normals * self.measured.normals, axis=1) < 0.0, -1.0, 1.0)
@@ -144,10 +144,7 @@ class DerivedPoint:
 def surface_zone(surfaces: Sequence[TouchedSurface], frame: ZoneFrame) -> Evaluation:
     """Return twice the greatest distance of surface points from true geometry.
 
-    Raises
-    ------
-    FitError
-        The search does not come to rest, or a distance is none to measure with.
+    Raises FitError if the search does not converge, or a distance is undefined.
     """
     worlds = [surface.world for surface in surfaces]
 
@@ -228,7 +225,7 @@ def form_noise(distances: Float, by_coordinates: Rows, free: Float) -> FormNoise
     by_coordinates
         n rows, nothing absorbed yet.
     free
-        (n, k): by what the zone may follow.
+        (n, k): by the free motions of the zone.
     """
     n = len(distances)
     if free.shape[1]:
@@ -247,7 +244,7 @@ def form_noise(distances: Float, by_coordinates: Rows, free: Float) -> FormNoise
 
 
 def _by_own_points(surfaces: Sequence[TouchedSurface], normals: Float) -> Rows:
-    """Return how distances answer to their own ball centres and the ball, n rows."""
+    """Return derivatives of distances by their own ball centres and the ball, n rows."""
     places = [place for surface in surfaces for place in surface.places]
     by_radius, first = [], 0
     for surface in surfaces:
@@ -260,15 +257,15 @@ def _by_own_points(surfaces: Sequence[TouchedSurface], normals: Float) -> Rows:
 def derived_zone(
     points: Sequence[DerivedPoint], true_point: Float, rows: Float, frame: ZoneFrame
 ) -> Evaluation:
-    """Return twice the greatest distance of centres or points of an axis from true geometry.
+    """Return twice the greatest distance of centres or axis points from true geometry.
 
     Parameters
     ----------
     true_point
         (3,), mm, frame: the true centre, or a point of the true axis or plane.
     rows
-        (d, 3): orthonormal directions, frame, along which the distance is taken: three for a
-        sphere, two across an axis, one across two planes.
+        (d, 3): orthonormal directions, frame, of the distance: three for a sphere, two across an
+        axis, one across two planes.
     """
     world = np.array([item.point for item in points])
     scale = _scale(frame, world)
@@ -303,7 +300,7 @@ def vector_evaluation(components: Float, gradients: Rows, frame: str) -> Evaluat
     if value > 0.0:
         gradient = (components @ gradients) / value
     else:
-        # Any direction is as good: the one that the points move most.
+        # Any direction is valid: use the one of greatest response to the points.
         gradient = gradients[int(np.argmax(gradients.lengths()))]
     return Evaluation(
         value, gradient, components=components, component_gradients=gradients, frame=frame
@@ -311,13 +308,13 @@ def vector_evaluation(components: Float, gradients: Rows, frame: str) -> Evaluat
 
 
 def _of_vectors(smallest: Smallest, vectors: Float, jacobian: Rows, words: str) -> Evaluation:
-    """Return the evaluation of deviations (m, d) with their shares in the value."""
+    """Return the evaluation of deviations (m, d) with their weights in the value."""
     lengths = np.linalg.norm(vectors, axis=1)
     held = np.flatnonzero(smallest.shares > 1e-9)
     first = vectors[held[np.argmax(lengths[held])]]
     along = vectors[held] @ first
     if np.all(np.abs(along) >= (1.0 - 1e-6) * lengths[held] * np.linalg.norm(first)):
-        # All that hold the zone lie on one line: their sum is a vector that may cross zero.
+        # All contacts are on one line: their sum is a vector that may cross zero.
         shares = 2.0 * smallest.shares[held] * np.where(along < 0.0, -1.0, 1.0)
         components = shares @ vectors[held]
         return vector_evaluation(components, shares @ jacobian[held], words)
@@ -327,7 +324,7 @@ def _of_vectors(smallest: Smallest, vectors: Float, jacobian: Rows, words: str) 
 
 
 def _scale(frame: ZoneFrame, points: Float) -> Float:
-    """Return how far, mm, every open motion moves the points at most, (k,)."""
+    """Return the largest displacement of the points, mm, by every free motion, (k,)."""
     places = frame.T_frame_from_world.apply(points)
     moves = np.array([np.hstack([-skew(x), np.eye(3)]) @ frame.motions for x in places])
     lengths = np.linalg.norm(moves, axis=1).max(axis=0)
@@ -335,7 +332,7 @@ def _scale(frame: ZoneFrame, points: Float) -> Float:
 
 
 def _outwards(surface: Surface) -> float:
-    """Return 1 where the distance grows away from the material, -1 where it grows into it."""
+    """Return 1 if the distance grows away from the material, else -1."""
     if not surface.shape.spec.is_curved:
         return 1.0
     return 1.0 if surface.measured.feature.nominal.side == "outer" else -1.0

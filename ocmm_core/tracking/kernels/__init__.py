@@ -1,16 +1,14 @@
-"""The compiled hot path: spots to labels, pose and tip.
+"""Compiled hot path: spots to labels, pose and tip.
 
 In: arrays of spots, packed cameras and bodies. Out: labels, tip, covariance, chi-square, in place.
 
-Read `_small_algebra` (algebra of fixed size, nothing allocated), `_kernel` (the steps from spots to
-a pose: here a spot becomes a millimetre), `_lanes` (eight frames side by side), `_lane_algebra`,
-`_lane_start`, `_lane_equations` and `_solve_kernel` (labelled frames to tips),
-`_sensitivity_kernel` (how a pose answers to what it was computed from), then the search for
-labels: `_meeting_kernel` (where rays of two cameras meet), `_grow_kernel`, `_match_kernel`,
-`_identify_kernel` (all that the spots can mean), `_decide_kernel`, `_doubt_kernel`,
-`_follow_kernel`.
-It must not know documents or classes: `tracking` gives it numbers, and nothing is raised in a
-loop.
+Read `_small_algebra` (algebra of fixed size without allocation), `_kernel` (the steps from spots to
+a pose), `_lanes` (eight frames in parallel), `_lane_algebra`, `_lane_start`, `_lane_equations` and
+`_solve_kernel` (labelled frames to tips), `_sensitivity_kernel` (derivatives of a pose), then the
+search for labels: `_meeting_kernel` (ray intersections of two cameras), `_grow_kernel`,
+`_match_kernel`, `_identify_kernel` (all possible poses), `_decide_kernel`, `_doubt_kernel`,
+`_follow_kernel`. The package is independent of documents and classes: `tracking` passes numbers,
+and loops raise no exceptions.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The compiled question whether a single false LED could have spoilt a pose."""
+"""Compiled test whether a single false LED could have affected a pose."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from ocmm_core.tracking.kernels._small_algebra import backward, cholesky, forwar
 # four views are exceeded by true LEDs once in 13000, 13000, 16000 and 25000 times.
 FALSE_CHI2, FALSE_CHI2_PER_VIEW = 14.0, 5.0
 """An LED that agrees less with the pose of the others is false: a true one does so once in ten
-thousand times."""
+thousand times.
+"""
 
 # The same line lower: 6.5, 9, 11.5 and 14 are exceeded in 3.9, 6.1, 7.4 and 8.2 of 100 times.
 ODD_CHI2, ODD_CHI2_PER_VIEW = 4.0, 2.5
-"""One that agrees less than this is a little odd: one in twenty is."""
+"""An LED that agrees less is slightly odd: one in twenty is."""
 
 GROWTH_WEIGHT = 0.5
 
@@ -29,13 +30,13 @@ def ambiguity_score(
     led_ideal: Float, led_jacobian: Float, seen: Bool, cams: Float, leds: Float,
     rotation: Float, origin: Float, sigma: float,
 ) -> float:  # fmt: skip
-    """Return how far a single false LED can have moved the pose, in squared standard deviations.
+    """Return the largest effect of a false LED on the pose, in squared standard deviations.
 
-    Every LED is left out in turn. Infinite where the others leave the pose open, or expect the LED
-    elsewhere than its spots are. Else the greatest of what the pose moves without an LED that is a
-    little odd (any LED, where three only are seen by two cameras), squared, in units of the stated
-    covariance; and of what the variance grows without an LED, in the same units, weighted: a light
-    that little else speaks for moves the pose far before it looks odd.
+    Every LED is left out in turn. Infinite if the others leave the pose undetermined, or predict
+    the LED away from its spots. Otherwise the greater of the squared pose change without a slightly
+    odd LED (any LED, if only three are seen by two cameras), in units of the stated covariance, and
+    of the weighted variance increase without an LED, in the same units: a poorly confirmed light
+    moves the pose long before it appears odd.
     """
     h = np.empty((6, 6))
     g = np.empty(6)
@@ -44,9 +45,8 @@ def ambiguity_score(
     rest = np.empty((6, 6))
     change = np.empty(6)
     column = np.empty(6)
-    # H = J'J and g = J'r (observed minus predicted) of all spots at the pose found from all of
-    # them. Both are sums over LEDs, so that leaving one out is a subtraction; no pose is fitted
-    # anew.
+    # H = J'J and g = J'r (observed minus predicted) of all spots at the common pose. Both are sums
+    # over LEDs, so that leaving one out is a subtraction without a refit.
     normal_equations(led_ideal, led_jacobian, seen, cams, leds, rotation, origin, h, g)
     _fill_upper(h)
     n_cameras, n_leds = seen.shape
@@ -65,8 +65,8 @@ def ambiguity_score(
             led_ideal, led_jacobian, only, cams, leds, rotation, origin, own, own_g
         )
         _fill_upper(own)
-        # Taken back at once: an LED that nobody sees ends its turn before this, and what were still
-        # set then would be left out together with the next.
+        # Reset at once: an unseen LED ends its turn before this, and flags still set would be left
+        # out together with the next.
         for c in range(n_cameras):
             only[c, led] = False
         for i in range(6):
@@ -75,22 +75,22 @@ def ambiguity_score(
             change[i] = g[i] - own_g[i]
             for j in range(6):
                 rest[i, j] = h[i, j] - own[i, j]
-        # The others leave the pose open: nothing speaks for this LED but itself.
+        # The others leave the pose undetermined: the LED is unconfirmed.
         if not cholesky(rest):
             return np.inf
-        # With rest = L L', L^-1 change; its square is what the others gain by going to their own
-        # minimum. That much more does the LED miss its place there, to first order: r'r of the LED
-        # at the common pose plus this is the chi-square of adding it to the others.
+        # With rest = L L', L^-1 change; its square is the gain of the others at their own minimum,
+        # and to first order the additional miss of the LED there: r'r of the LED at the common pose
+        # plus this is the chi-square of adding it to the others.
         forward(rest, change)
         for i in range(6):
             misfit += change[i] * change[i]
         misfit /= sigma * sigma
         if misfit > FALSE_CHI2 + FALSE_CHI2_PER_VIEW * views:
             return np.inf
-        # Now the step of the pose to the minimum of the others, (rad, mm).
+        # Step of the pose to the minimum of the others, (rad, mm).
         backward(rest, change)
-        # H / sigma^2 is the inverse of the stated covariance: the squared Mahalanobis length of
-        # that step.
+        # H / sigma^2 is the inverse of the stated covariance: squared Mahalanobis length of that
+        # step.
         moved = 0.0
         grown = 0.0
         for i in range(6):
@@ -99,15 +99,14 @@ def ambiguity_score(
             for j in range(6):
                 column[j] = 1.0 if i == j else 0.0
             # Column i of rest^-1. Its products with the LED's own part sum up to trace(rest^-1
-            # own), which is trace(rest^-1 H) - 6: by how much the six variances grow without it, in
+            # own), which is trace(rest^-1 H) - 6: the increase of the six variances without it, in
             # units of the stated ones.
             forward(rest, column)
             backward(rest, column)
             for j in range(6):
                 grown += column[j] * own[i, j]
         worst = max(worst, GROWTH_WEIGHT * grown)
-        # With three LEDs there is nothing to be odd against: every one is needed, so every one
-        # counts.
+        # With three LEDs none is redundant, so every one counts.
         if located < 4 or misfit > ODD_CHI2 + ODD_CHI2_PER_VIEW * views:
             worst = max(worst, moved)
     return worst
@@ -115,7 +114,7 @@ def ambiguity_score(
 
 @compiled()
 def _fill_upper(a: Float) -> None:
-    """Complete a symmetric matrix of which only the lower half was summed up."""
+    """Complete a symmetric matrix from its lower half."""
     for i in range(len(a)):
         for j in range(i):
             a[j, i] = a[i, j]
@@ -123,7 +122,6 @@ def _fill_upper(a: Float) -> None:
 
 @compiled()
 def _views(seen: Bool, led: int) -> int:
-    """Return how many cameras see an LED."""
     views = 0
     for c in range(seen.shape[0]):
         views += int(seen[c, led])

@@ -1,4 +1,4 @@
-"""The compiled part of following slots: free LEDs are found, spots that disturb each other left."""
+"""Compiled slot tracking: extend free LEDs, drop spots that disturb each other."""
 
 from __future__ import annotations
 
@@ -23,11 +23,9 @@ def extend_tracked(
     spots: Float, cams: Float, centres: Float, leds: Float, directions: Float, least_cosine: float,
     sigma: float, rival_px: float, limits: Float, labels: Int,
 ) -> float:  # fmt: skip
-    """Complete labels that are known and return the doubt, infinite where they fail.
+    """Complete given labels and return the ambiguity, infinite on failure.
 
-    See `extend_hypothesis`.
-
-    ``spots`` (C, S, 2), px, of one frame.
+    See `extend_hypothesis`. ``spots`` (C, S, 2), px, of one frame.
     """
     n_cameras, n_slots = spots.shape[0], spots.shape[1]
     ideal = np.empty((n_cameras, n_slots, 2))
@@ -38,17 +36,16 @@ def extend_tracked(
     for led in range(len(leds)):
         views = 0
         for c in range(n_cameras):
-            # A label whose slot is empty in this frame says nothing about the pose; the LED is
-            # free.
+            # A label with an empty slot in this frame has no effect on the pose; the LED is free.
             if labels[c, led] >= 0 and not there[c, labels[c, led]]:
                 labels[c, led] = -1
             views += int(labels[c, led] >= 0)
         located += int(views >= 2)
-    # Three located LEDs are the least that fix the six numbers of the pose.
+    # Three located LEDs are the minimum for the six pose parameters.
     if located < 3:
         return np.inf
     worth = np.empty(1)
-    # -1: any slot may be any LED. The strobe code has done its work once labels are known.
+    # -1: any slot may be any LED. The strobe code is no longer needed once labels exist.
     usable = np.full(n_cameras * n_slots, -1)
     chi2 = extend_hypothesis(
         ideal, jacobian, there, usable, cams, centres, leds, directions, least_cosine, sigma,
@@ -71,12 +68,11 @@ def without_rivals(spots: Float, rival_px: float) -> Float:
                 for j in range(i):
                     du = spots[frame, c, i, 0] - spots[frame, c, j, 0]
                     dv = spots[frame, c, i, 1] - spots[frame, c, j, 1]
-                    # An empty slot is NaN, its distance is NaN, and the comparison false: it rivals
-                    # nobody.
+                    # The distance to an empty slot is NaN, and the comparison false: no rival.
                     if du * du + dv * dv < rival_px * rival_px:
-                        # Both go: neither centroid is right, and which is which cannot be told.
-                        # Distances are taken in `spots`, not in `kept`, so that a third spot near
-                        # both is found as well.
+                        # Drop both: both centroids are biased, and they are indistinguishable.
+                        # Distances are from `spots`, not `kept`, so that a third spot near both is
+                        # also found.
                         for axis in range(2):
                             kept[frame, c, i, axis] = np.nan
                             kept[frame, c, j, axis] = np.nan

@@ -1,4 +1,4 @@
-"""The compiled growth of a labelling: from three LEDs to all spots that their pose explains.
+"""Compiled growth of a labelling: from three LEDs to all spots explained by their pose.
 
 Here and in the search, arrays are copied and summed element by element: numba compiles slices with
 all their checks and messages, which takes longer than all the rest.
@@ -21,16 +21,18 @@ from ocmm_core.tracking.kernels._kernel import Bool, fit_leds, normal_equations,
 from ocmm_core.tracking.kernels._meeting_kernel import view
 from ocmm_core.tracking.kernels._small_algebra import backward, cholesky, forward, turn
 
-# exp(-23 / 2) = 1.0e-5: chi-square with two degrees of freedom is exceeded with just that.
+# exp(-23 / 2) = 1.0e-5, the tail probability of chi-square with two degrees of freedom.
 SPOT_CHI2 = 23.0
-"""A spot further from where its LED must be (squared, over its variance) is not the LED's: one in
-a hundred thousand spots is left out by chance."""
+"""Squared distance of a spot from its LED's predicted place, over its variance, beyond which it is
+not the LED's: excludes one in a hundred thousand by chance.
+"""
 
 MANY_SPOTS = 40
 SURE_PLACE = 2.5
-"""From so many spots on, all LEDs are added at once whose place is so well known (trace of the
-covariance of the miss over the variance of a spot, which itself gives two): the pose hardly changes
-any more, and a round for every spot would take too long."""
+"""From this number of spots on, all LEDs with a sufficiently certain place (trace of the covariance
+of the miss over the variance of a spot, which itself contributes two) are added at once: the pose
+hardly changes, and a round for every spot would take too long.
+"""
 
 _NEEDS = (decide_kernel, doubt_kernel, kernel, meeting_kernel, small_algebra)
 
@@ -41,19 +43,18 @@ def extend_hypothesis(
     leds: Float, directions: Float, least_cosine: float, sigma: float, rival_px: float,
     limits: Float, labels: Int, rotation: Float, origin: Float, worth: Float,
 ) -> float:  # fmt: skip
-    """Complete a labelling of three LEDs with all spots that its pose explains.
+    """Complete a labelling of three LEDs with all spots explained by its pose.
 
-    One spot after the other is added, that whose place is known best first, and only where no
-    other spot could be meant. In the end spots are taken out that have another spot or the place
-    of another LED within ``rival_px``: which is which cannot be told there, and the images of two
-    lights that are so near disturb each other.
+    Spots are added one by one, the most certain place first, and only if unambiguous. Finally,
+    spots are removed that have another spot or the place of another LED within ``rival_px``: they
+    are indistinguishable there, and images of such close lights disturb each other.
 
     Parameters
     ----------
     ideal, jacobian, there
-        Spots by slot, see `meeting_kernel.straighten`.
+        Spots by slot, see `meeting_kernel.undistort_rays`.
     usable
-        (C S,): LED that a slot follows by its strobe code, -1 where it may be any, -2 none.
+        (C S,): LED of a slot by its strobe code, -1 for any, -2 for none.
     cams, centres
         (C, 21) and (C, 3), mm.
     leds, directions, least_cosine
@@ -63,16 +64,16 @@ def extend_hypothesis(
     limits
         Chi-square limit by degrees of freedom.
     labels
-        (C, L): slots, -1 where none; changed in place.
+        (C, L): slots, -1 if none; changed in place.
     rotation, origin
         Outputs (3, 3) and (3,), mm: pose in the world.
     worth
-        Output (1,): see `doubt_kernel.doubt`.
+        Output (1,): see `doubt_kernel.ambiguity_score`.
 
     Returns
     -------
     float
-        Chi-square, or -1 where the labelling does not hold.
+        Chi-square, or -1 if the labelling fails.
     """
     n_cameras, n_leds = labels.shape
     led_ideal = np.empty((n_cameras, n_leds, 2))
@@ -86,7 +87,7 @@ def extend_hypothesis(
     place = np.empty(2)
     points = np.empty((n_leds, 3))
     located = np.empty(n_leds, np.bool_)
-    # The start: closed forms, good to the noise of triangulation, from which one step is enough.
+    # The start: closed forms, accurate to the noise of triangulation, so that one step suffices.
     spots = _gather(ideal, jacobian, labels, led_ideal, led_jacobian, seen)
     count = triangulate_leds(led_ideal, seen, cams, points, located)
     fit_leds(leds, points, located, count, rotation, origin, np.empty((4, 4)), np.empty((4, 4)))
@@ -95,18 +96,18 @@ def extend_hypothesis(
             if seen[c, led] and not _faces(
                 centres[c], leds[led], directions[led], rotation, origin, least_cosine
             ):
-                # An LED that shines away from the camera cannot be what it sees.
+                # An LED facing away from the camera cannot be the spot.
                 return -1.0
     sure = np.empty((n_cameras, n_leds), np.int64)
     while True:
         many = spots >= MANY_SPOTS
         if many:
             clear(sure)
-        # One Gauss-Newton step for every spot added. Afterwards h holds the factor of J'J.
+        # One Gauss-Newton step for every added spot. Afterwards h holds the factor of J'J.
         chi2 = _improve(
             led_ideal, led_jacobian, seen, cams, leds, rotation, origin, h, g, step, work, sigma
         )
-        # Six numbers of the pose are taken from two coordinates a spot.
+        # Six pose parameters, two coordinates a spot.
         if chi2 < 0.0 or chi2 > limits[2 * spots - 6]:
             return -1.0
         best, best_c, best_led, best_slot = np.inf, -1, -1, -1
@@ -116,9 +117,9 @@ def extend_hypothesis(
                     centres[c], leds[led], directions[led], rotation, origin, least_cosine
                 ):
                     continue
-                # Where the LED must be seen, and how uncertain that is: the covariance of spot
-                # minus prediction is sigma^2 (I + J (J'J)^-1 J'), of which s is the matrix in
-                # brackets; rows become J L^-T.
+                # Predicted place of the LED and its uncertainty: the covariance of spot minus
+                # prediction is sigma^2 (I + J (J'J)^-1 J'), of which s is the matrix in brackets;
+                # rows become J L^-T.
                 _predict(cams, c, leds[led], rotation, origin, place, rows)
                 forward(h, rows[0])
                 forward(h, rows[1])
@@ -137,17 +138,17 @@ def extend_hypothesis(
                     if scale * (s11 * ex * ex - 2.0 * s01 * ex * ey + s00 * ey * ey) < SPOT_CHI2:
                         near += 1
                         slot_near = slot
-                # Exactly one spot may be meant, and nobody else may hold it.
+                # Exactly one candidate spot, not held by another LED.
                 if near != 1 or _taken(labels, c, slot_near):
                     continue
                 follows = usable[c * there.shape[1] + slot_near]
-                # -2, a slot that follows no LED by its code, is refused here, too. The LED whose
-                # place is known best (trace of the covariance) is added first.
+                # Also refuses -2, a slot without an LED by its code. The LED with the most certain
+                # place (trace of the covariance) is added first.
                 if many and follows in (-1, led) and s00 + s11 < SURE_PLACE:
                     sure[c, led] = slot_near
                 if follows in (-1, led) and s00 + s11 < best:
                     best, best_c, best_led, best_slot = s00 + s11, c, led, slot_near
-        # Nothing can be added without doubt. Every round adds a spot, so the loop ends.
+        # No unambiguous candidate remains. Every round adds a spot, so the loop ends.
         if best_c < 0:
             break
         labels[best_c, best_led] = best_slot
@@ -159,7 +160,7 @@ def extend_hypothesis(
         rotation, origin, place, rows,
     ):  # fmt: skip
         _gather(ideal, jacobian, labels, led_ideal, led_jacobian, seen)
-        # What is left after rivals are out must still fix a pose by itself.
+        # The spots remaining after removal of rivals must still determine a pose.
         if triangulate_leds(led_ideal, seen, cams, points, located) < 3:
             return -1.0
         chi2 = _improve(
@@ -167,7 +168,7 @@ def extend_hypothesis(
         )
         if chi2 < 0.0:
             return -1.0
-    # All spots together kept the limit above; those that are left are not compared with one again.
+    # All spots together met the limit above; the remaining ones are not compared again.
     worth[0] = ambiguity_score(led_ideal, led_jacobian, seen, cams, leds, rotation, origin, sigma)
     return chi2
 
@@ -176,7 +177,7 @@ def extend_hypothesis(
 def _gather(
     ideal: Float, jacobian: Float, labels: Int, led_ideal: Float, led_jacobian: Float, seen: Bool
 ) -> int:
-    """Put the labelled spots in the order of the LEDs; return their number."""
+    """Write the labelled spots in the order of the LEDs; return their number."""
     spots = 0
     for c in range(labels.shape[0]):
         for led in range(labels.shape[1]):
@@ -197,7 +198,7 @@ def _improve(
     led_ideal: Float, led_jacobian: Float, seen: Bool, cams: Float, leds: Float,
     rotation: Float, origin: Float, h: Float, g: Float, step: Float, work: Float, sigma: float,
 ) -> float:  # fmt: skip
-    """Take a Gauss-Newton step; return chi-square after it, -1 where the pose is open."""
+    """Apply a Gauss-Newton step; return chi-square after it, -1 if undetermined."""
     squares: float = normal_equations(
         led_ideal, led_jacobian, seen, cams, leds, rotation, origin, h, g
     )
@@ -205,13 +206,13 @@ def _improve(
         return -1.0
     forward(h, g)
     for i in range(6):
-        # |L^-1 g|^2 is what a full step takes off the sum of squares, to first order.
+        # L^-1 g|^2 is the decrease of the sum of squares by a full step, to first order.
         squares -= g[i] * g[i]
     backward(h, g)
     turn(rotation, g[0], g[1], g[2], step, work)
     for i in range(3):
         origin[i] += g[3 + i]
-    # Where the start is far off, the prediction by first order may pass zero.
+    # From a distant start, the first-order prediction may be negative.
     return max(squares, 0.0) / (sigma * sigma)
 
 
@@ -219,17 +220,17 @@ def _improve(
 def _faces(
     centre: Float, led: Float, direction: Float, rotation: Float, origin: Float, least_cosine: float
 ) -> bool:
-    """Return whether an LED shines towards a camera."""
+    """Return whether an LED faces a camera."""
     along, size = 0.0, 0.0
     for i in range(3):
-        # The LED's place gets the whole motion, its direction only the turn.
+        # The LED's place gets the whole motion, its direction only the rotation.
         place, heading = origin[i], 0.0
         for j in range(3):
             place += rotation[i, j] * led[j]
             heading += rotation[i, j] * direction[j]
         along += (centre[i] - place) * heading
         size += (centre[i] - place) ** 2
-    # cos(angle) = direction . ray / |ray|; directions have length one, so one root is enough.
+    # cos(angle) = direction . ray / |ray|; directions are unit vectors.
     return bool(along >= least_cosine * np.sqrt(size))
 
 
@@ -237,7 +238,7 @@ def _faces(
 def _predict(
     cams: Float, c: int, led: Float, rotation: Float, origin: Float, place: Float, rows: Float
 ) -> None:
-    """Write where an LED is seen (2,), mm on the ideal image, and by how many px the pose moves it.
+    """Write the image (2,) of an LED, mm on the ideal image, and its derivative by the pose, px.
 
     ``rows`` (2, 6): rotation vector about the origin of the body, and translation.
     """
@@ -249,13 +250,14 @@ def _predict(
         point[i] = arm[i] + origin[i]
     place[0], place[1], _ = view(cams, c, point, derivative)
     for axis in range(2):
-        # Sx, Sy. The distortion's own slope, a few per cent, is left out: this only serves the size
-        # of a gate and the order in which spots are added.
+        # Sx, Sy. The distortion's own derivative, a few per cent, is ignored: this only affects the
+        # size of a gate and the order in which spots are added.
         scale = cams[c, 13 + axis]
         dx, dy, dz = (
             scale * derivative[axis, 0], scale * derivative[axis, 1], scale * derivative[axis, 2]
         )  # fmt: skip
-        # arm x derivative: the turn about the probe's origin, world axes, as in `normal_equations`.
+        # arm x derivative: the rotation about the probe's origin, world axes, as in
+        # `normal_equations`.
         rows[axis, 0] = arm[1] * dz - arm[2] * dy
         rows[axis, 1] = arm[2] * dx - arm[0] * dz
         rows[axis, 2] = arm[0] * dy - arm[1] * dx
@@ -264,14 +266,14 @@ def _predict(
 
 @compiled()
 def _miss(ideal: Float, slope: Float, place: Float) -> tuple[float, float]:
-    """Return how far a spot lies from a place on the ideal image, px."""
+    """Return the distance of a spot from a place on the ideal image, px."""
     ex, ey = ideal[0] - place[0], ideal[1] - place[1]
     return slope[0] * ex + slope[1] * ey, slope[2] * ex + slope[3] * ey
 
 
 @compiled()
 def _add_sure(sure: Int, labels: Int) -> None:
-    """Give the LEDs ``sure`` (C, L) their slots, but none that another one has or wants."""
+    """Assign the LEDs ``sure`` (C, L) to their slots, unless claimed by another."""
     for c in range(labels.shape[0]):
         for led in range(labels.shape[1]):
             slot = sure[c, led]
@@ -297,17 +299,16 @@ def _drop_rivals(
     directions: Float, least_cosine: float, rival_px: float, labels: Int,
     rotation: Float, origin: Float, place: Float, rows: Float,
 ) -> bool:  # fmt: skip
-    """Take labels away where a second spot or a second LED is as near; return whether any was."""
+    """Remove labels with an equally close second spot or LED; return whether any was."""
     n_cameras, n_leds = labels.shape
-    # near[led, slot]: the spot of the slot lies within rival_px of the place of the LED.
+    # near[led, slot]: the spot of the slot is within rival_px of the place of the LED.
     near = np.zeros((n_leds, there.shape[1]), np.bool_)
     dropped = False
     for c in range(n_cameras):
         for led in range(n_leds):
             for slot in range(there.shape[1]):
                 near[led, slot] = False
-            # An LED that shines away is no rival. A labelled one is looked at whatever the cone
-            # says.
+            # An LED facing away is no rival. A labelled one is checked regardless of the cone.
             if labels[c, led] < 0 and not _faces(
                 centres[c], leds[led], directions[led], rotation, origin, least_cosine
             ):
@@ -327,7 +328,7 @@ def _drop_rivals(
                 rivals += int(near[led, other])
             for other in range(n_leds):
                 rivals += int(near[other, slot])
-            # Itself is counted twice where it lies at its place.
+            # The spot itself is counted twice if it is at its place.
             if rivals > 2 * int(near[led, slot]):
                 labels[c, led] = -1
                 dropped = True

@@ -1,12 +1,12 @@
-"""The compiled search for labels: all that the spots of one frame can mean, and the decision.
+"""Compiled search for labels: all possible poses of a frame, and the decision.
 
-Three meeting points whose distances are those of three LEDs (a rigid signature) give a pose, by a
-rotation that never is a reflection; `_grow_kernel.grow` completes it. Every pose that holds is
-kept, of every body, and the decision is taken among all of them.
+Three intersection points with the distances of three LEDs (a rigid signature) give a pose, with a
+proper rotation; `_grow_kernel.extend_hypothesis` completes it. Every valid pose of every body is
+kept for the decision.
 
-Up to `ALL_SPOTS` spots a camera all of them are seeds. Of more, some are: a pose that explains many
-spots is found from any of them, and so is every rival that explains nearly as many, because it
-leaves too few spots unexplained to miss all seeds. Only rivals that are as good count.
+Up to `ALL_SPOTS` spots a camera, all are seeds. Of more, a subset: a pose that explains many spots
+is found from any of them, and so is every rival that explains nearly as many, because it leaves too
+few spots unexplained to miss all seeds. Only equally good rivals matter.
 """
 
 from __future__ import annotations
@@ -38,22 +38,23 @@ from ocmm_core.tracking.kernels._meeting_kernel import triangulate_pairs, undist
 
 MAX_POSES = 32
 MAX_COMPARISONS = 32_000_000
-"""Poses that are held, and pairs of distances that are compared, before the scene counts as too
-confused."""
+"""Limits of kept poses and compared distance pairs, beyond which the scene counts as too confusing.
+"""
 
 ALL_SPOTS = 16
-"""Up to so many spots a camera all are seeds."""
+"""Up to this number of spots a camera, all are seeds."""
 
 FIRST_SEEDS = 12
-"""Seeds a camera to begin with where there are more; they double until they are enough."""
+"""Initial seeds a camera otherwise; doubled until sufficient."""
 
 SPARE_SEEDS = 7
 """Three make a triple; four more may have no partner in the other camera."""
 
 USUAL_CAMERAS = 4
 USEFUL_PAIRS = 6
-"""All pairs of so many cameras are searched; with more cameras so many that see three LEDs, once a
-pose is found."""
+"""Number of cameras up to which all pairs are searched; with more, number of pairs that see three
+LEDs to search after a pose was found.
+"""
 
 _NEEDS = (
     decide_kernel, doubt_kernel, grow_kernel, kernel, match_kernel, meeting_kernel, small_algebra,
@@ -67,25 +68,25 @@ def identify_frames(
     n_rules: Int, usable: Int, coded: Bool, sigma: float, rival_px: float, limits: Float,
     status: NDArray[np.uint8], labels: Int,
 ) -> None:  # fmt: skip
-    """Name the spots of every frame.
+    """Label the spots of every frame.
 
     Parameters
     ----------
     spots
-        (n, C, S, 2), px, NaN where a slot is empty.
+        (n, C, S, 2), px, NaN for empty slots.
     cams, centres, bounds
-        (C, 21); (C, 3), mm; (2, 3), mm: corners of where LEDs can be.
+        (C, 21); (C, 3), mm; (2, 3), mm: corners of the possible LED positions.
     pairs
-        (P, 2): cameras of which spots are paired, in this order.
+        (P, 2): pairs of cameras, in search order.
     counts, least, leds, directions, least_cosines
-        The B bodies: (B,), (B,), (B, L, 3), (B, L, 3), (B,). ``least`` LEDs must be in sight
-        before a body of many is named; 0 where the doubt alone decides.
+        The B bodies: (B,), (B,), (B, L, 3), (B, L, 3), (B,). ``least`` LEDs must be visible to
+        label a body of many; 0 if ambiguity alone decides.
     axes, rule_worlds, n_rules
         Orientation rules (B, 4, 3), (B, 4, 3), (B,).
     usable, coded
-        (B, C S): LED by strobe code, -1 where a slot may be any, -2 where none; (B,).
+        (B, C S): LED by strobe code, -1 for any, -2 for none; (B,).
     status, labels
-        Outputs (n, B) and (n, B, C, L): slot of each LED, -1 where none.
+        Outputs (n, B) and (n, B, C, L): slot of each LED, -1 if none.
     """
     n, n_cameras, n_slots = spots.shape[:3]
     n_bodies = len(counts)
@@ -112,8 +113,7 @@ def identify_frames(
                 axes[body, : n_rules[body]], rule_worlds[body, : n_rules[body]], sigma, rival_px,
                 limits, body, poses, owner, certain, doubt, held, least[body], weak[body],
             )  # fmt: skip
-            # Poses that hold make it FOUND for now; which one, and whether it is sure, `decide`
-            # says.
+            # Valid poses make it FOUND for now; `decide` selects one and checks its certainty.
             status[frame, body] = outcome if held == before or outcome == CONFUSED else FOUND
         # Only after all bodies were searched.
         for body in range(n_bodies):
@@ -132,7 +132,7 @@ def _search(
     axes: Float, rule_worlds: Float, sigma: float, rival_px: float, limits: Float, body: int,
     poses: Int, owner: Int, certain: Bool, doubt: Float, held: int, least: int, weak: Int,
 ) -> tuple[int, int]:  # fmt: skip
-    """Add what the spots can mean as this body to ``poses``; return outcome and number held."""
+    """Add the possible poses of this body to ``poses``; return outcome and number held."""
     left = np.empty(2, np.int64)
     left[0] = (USEFUL_PAIRS + 1) * most_attempts(len(cams) * len(leds))
     left[1] = MAX_COMPARISONS
@@ -166,8 +166,8 @@ def _search(
         most = 0
         for pose in range(start, held):
             most = max(most, spots_of(poses[pose]))
-        # A rival that matters explains at most one spot a camera less than the best, and leaves no
-        # more than these unexplained in the mean over the cameras; the other seeds are its own.
+        # A relevant rival explains at most one spot a camera less than the best, and leaves no more
+        # than these unexplained in the mean over the cameras; the other seeds are its own.
         if held > start and width >= (total - most) // len(cams) + 1 + SPARE_SEEDS:
             return outcome, held
         width *= 2
@@ -183,8 +183,8 @@ def _search_seeds(
 ) -> tuple[int, int]:  # fmt: skip
     """Search with some spots of the first camera of every pair, and those of the second.
 
-    LEDs are sought among the meeting points of two cameras, of every two; where that gives nothing,
-    among all: of four cameras each may see another three.
+    LEDs are searched among the intersection points of two cameras, for every pair; without success,
+    among all: each of four cameras may see another three.
     """
     n_cameras, n_slots = there.shape
     most = 3 * n_slots * n_slots
@@ -193,7 +193,7 @@ def _search_seeds(
     lights = np.empty((most, 2), np.int64)
     total, useful, whole = 0, 0, True
     for pair in range(len(pairs)):
-        # All pairs of spots of two cameras could meet; there must be room for as many.
+        # All pairs of spots of two cameras could intersect; reserve room for them.
         if total + n_slots * n_slots > most:
             if n_cameras <= USUAL_CAMERAS:
                 return CONFUSED, held
@@ -214,7 +214,7 @@ def _search_seeds(
         useful += int(count >= 3)
         if n_cameras > USUAL_CAMERAS and useful >= USEFUL_PAIRS and held > start:
             break
-    # With two cameras there is one pair of them, and nothing more to mix.
+    # Two cameras have a single pair, so mixing adds nothing.
     if held > start or n_cameras == 2:
         return (NO_FIT if total >= 3 or not whole else FEW), held
     if not whole:
@@ -230,8 +230,7 @@ def _search_seeds(
 def _leave_rivals(spots: Float, there: Bool, rival_px: float, alone: Bool) -> None:
     """Write which spots have no other one within ``rival_px``: only these may be seeds.
 
-    Growth takes the labels of the others away again, so that every triple with one of them would
-    be grown anew.
+    Growth removes the labels of the others, so every triple with one of them would be regrown.
     """
     for c in range(there.shape[0]):
         for slot in range(there.shape[1]):
@@ -239,7 +238,7 @@ def _leave_rivals(spots: Float, there: Bool, rival_px: float, alone: Bool) -> No
             for other in range(there.shape[1]):
                 du = spots[c, slot, 0] - spots[c, other, 0]
                 dv = spots[c, slot, 1] - spots[c, other, 1]
-                # The distance to an empty slot is NaN, and rivals nobody.
+                # The distance to an empty slot is NaN: no rival.
                 if other != slot and du * du + dv * dv < rival_px * rival_px:
                     alone[c, slot] = False
 

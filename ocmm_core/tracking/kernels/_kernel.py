@@ -1,7 +1,7 @@
-"""The compiled steps from spots to a pose, as the search for labels takes them.
+"""Compiled steps from spots to a pose, in the form used by the search for labels.
 
-What the search tries has a few spots, added one at a time. Frames whose labels are known go through
-`_solve_kernel`, in the same steps.
+The search tries few spots, added one at a time. Labelled frames use `_solve_kernel`, with the same
+steps.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ OK, LOST = 0, 1
 """Values of the status output; the same as `tracking.result.FrameStatus`."""
 
 MAX_TIP_SIGMA = 0.3
-"""mm; where spot noise alone moves the tip further, targets near one line leave the pose open, and
-a covariance of first order would be too small (measured: below this limit it holds)."""
+"""mm; beyond this effect of spot noise on the tip, nearly collinear targets leave the pose
+undetermined, and a first-order covariance would be too small (measured: below this limit it holds).
+"""
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -50,18 +51,18 @@ def distortion_slope(
 def undistort(
     xd: Number, yd: Number, k1: float, k2: float, p1: float, p2: float
 ) -> tuple[Number, Number, Number, Number, Number]:
-    """Return the ideal image point of a distorted one, mm, and the slope of the distortion there.
+    """Return the ideal image point of a distorted one, mm, and the distortion derivative.
 
-    The slope is symmetric: its elements 00, 01 and 11. One point, or eight side by side (`_lanes`).
+    The derivative is symmetric: elements 00, 01 and 11. One point, or eight in parallel (`_lanes`).
     """
     # The distorted point is the start: it is off by the distortion itself, a few per cent.
     x, y = xd, yd
-    # Three Newton steps (`camera.NEWTON_STEPS`, exact to 5e-13 px). The thesis takes one step,
-    # which is off by 0.045 px and more.
+    # Three Newton steps (`camera.NEWTON_STEPS`, exact to 5e-13 px). The thesis uses one step, which
+    # is off by 0.045 px and more.
     for _ in range(3):
         radial, j00, j01, j11 = distortion_slope(x, y, k1, k2, p1, p2)
-        # What is missing to the observed point, mm; J dx = fx is solved by the inverse of a 2x2
-        # matrix.
+        # Remaining difference to the observed point, mm; J dx = fx is solved by the inverse of a
+        # 2x2 matrix.
         fx = xd - (x + x * radial + 2.0 * p1 * x * y + p2 * (3.0 * x * x + y * y))
         fy = yd - (y + y * radial + p1 * (x * x + 3.0 * y * y) + 2.0 * p2 * x * y)
         scale = 1.0 / (j00 * j11 - j01 * j01)
@@ -73,13 +74,13 @@ def undistort(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def triangulate_leds(ideal: Float, seen: Bool, cams: Float, points: Float, located: Bool) -> int:
-    """Locate LEDs (L,) that two cameras see; return their number."""
+    """Locate LEDs (L,) seen by two cameras; return their number."""
     n_cameras, n_leds = seen.shape
     count = 0
     for led in range(n_leds):
         views = 0
-        # Normal matrix H = A'A (upper triangle) and right side A'b of the point, by summing over
-        # its rays.
+        # Normal matrix H = A'A (upper triangle) and right side A'b of the point, summed over its
+        # rays.
         h00 = h01 = h02 = h11 = h12 = h22 = g0 = g1 = g2 = 0.0
         for c in range(n_cameras):
             if not seen[c, led]:
@@ -87,9 +88,9 @@ def triangulate_leds(ideal: Float, seen: Bool, cams: Float, points: Float, locat
             views += 1
             f = cams[c, 12]
             # Each image axis w = f (r_axis . X + t_axis) / (r_3 . X + t_3), made linear in X by its
-            # denominator: (w r_3 - f r_axis) . X = f t_axis - w t_3. Not singular where the world's
-            # origin lies in the camera's principal plane, as the thesis's form with L12 = 1 is
-            # (errata, 2.4.1).
+            # denominator: (w r_3 - f r_axis) . X = f t_axis - w t_3. Not singular for a world
+            # origin in the camera's principal plane, unlike the thesis's form with L12 = 1 (errata,
+            # 2.4.1).
             for axis in range(2):
                 w = ideal[c, led, axis]
                 a0 = w * cams[c, 6] - f * cams[c, 3 * axis]
@@ -131,10 +132,10 @@ def fit_leds(
     leds: Float, points: Float, located: Bool, count: int,
     rotation: Float, origin: Float, work4: Float, vectors4: Float,
 ) -> None:  # fmt: skip
-    """Horn's closed form; leaves rotation (3, 3) and origin (3,) of world from probe."""
+    """Horn's closed form; writes rotation (3, 3) and origin (3,) of world from probe."""
     n_leds = leds.shape[0]
-    # Centroids of the LEDs in the probe frame (a) and in the world (b). About them the best turn
-    # does not depend on the translation.
+    # Centroids of the LEDs in the probe frame (a) and in the world (b). About them the best
+    # rotation does not depend on the translation.
     a = np.zeros(3)
     b = np.zeros(3)
     for led in range(n_leds):
@@ -150,8 +151,8 @@ def fit_leds(
                     s[i, j] += (leds[led, i] - a[i]) * (points[led, j] - b[j])
     best_turn(s, rotation, work4, vectors4)
     for i in range(3):
-        # b = R a + origin: the centroid of the LEDs comes to lie on that of the points. The thesis
-        # takes centred LEDs; here the origin is that of the probe document (errata, 2.4.2).
+        # b = R a + origin: the centroids coincide. The thesis uses centred LEDs; here the origin is
+        # that of the probe document (errata, 2.4.2).
         origin[i] = b[i] - (rotation[i, 0] * a[0] + rotation[i, 1] * a[1] + rotation[i, 2] * a[2])
 
 
@@ -162,23 +163,23 @@ def spot_rows(
 ) -> tuple[float, float]:  # fmt: skip
     """Write d(spot)/d(pose), (2, 6), px, to ``row``; return the residual, px.
 
-    Of the spot at ``ideal`` (2,), mm, with ``jacobian`` (4,), of the LED at p, whose arm from the
+    For the spot at ``ideal`` (2,), mm, with ``jacobian`` (4,), of the LED at p, whose arm from the
     origin of the probe is q, both mm along the axes of the world.
     """
     f = cam[12]
     xc = cam[0] * px + cam[1] * py + cam[2] * pz + cam[9]
     yc = cam[3] * px + cam[4] * py + cam[5] * pz + cam[10]
     zc = cam[6] * px + cam[7] * py + cam[8] * pz + cam[11]
-    # mm on the image per mm across at this depth. zc > 0 is not tested here: labels come
-    # from points in front of their cameras (`_meeting_kernel.meet`).
+    # mm on the image per mm across at this depth. zc > 0 is not tested here: labels come from
+    # points in front of their cameras (`_meeting_kernel.triangulate_pairs`).
     m = f / zc
     xi, yi = m * xc, m * yc
-    # Observed minus predicted, so that the step is +(J'J)^-1 J'r with J the derivative of
-    # the prediction.
+    # Observed minus predicted, so that the step is +(J'J)^-1 J'r with J the derivative of the
+    # prediction.
     ex, ey = ideal[0] - xi, ideal[1] - yi
-    # d(px)/d(mm on the ideal image) at the observed spot: pixel scale times distortion. To
-    # first order it turns a difference of ideal points into one of pixels, where `sigma` is
-    # the same everywhere and along both axes.
+    # d(px)/d(mm on the ideal image) at the observed spot: pixel scale times distortion. To first
+    # order it converts a difference of ideal points to pixels, in which `sigma` is uniform and
+    # isotropic.
     s00, s01, s10, s11 = jacobian[0], jacobian[1], jacobian[2], jacobian[3]
     for k in range(3):
         # d(f X/Z) = f/Z dX - f X/Z^2 dZ, and dX, dY, dZ by the point are the rows of the
@@ -188,8 +189,7 @@ def spot_rows(
         row[0, 3 + k] = s00 * dx + s01 * dy
         row[1, 3 + k] = s10 * dx + s11 * dy
     for i in range(2):
-        # d(w x q)/dw: with p the derivative by the point, p . (w x q) = w . (q x p), so q x
-        # p.
+        # d(w x q)/dw: with p the derivative by the point, p . (w x q) = w . (q x p), so q x p.
         row[i, 0] = qy * row[i, 5] - qz * row[i, 4]
         row[i, 1] = qz * row[i, 3] - qx * row[i, 5]
         row[i, 2] = qx * row[i, 4] - qy * row[i, 3]
@@ -214,8 +214,8 @@ def normal_equations(
     row = np.empty((2, 6))
     for led in range(n_leds):
         lx, ly, lz = leds[led, 0], leds[led, 1], leds[led, 2]
-        # Arm from the probe's origin to the LED, along the axes of the world: what the rotation
-        # vector acts on.
+        # Arm from the probe's origin to the LED, along the world axes: what the rotation vector
+        # acts on.
         qx = rotation[0, 0] * lx + rotation[0, 1] * ly + rotation[0, 2] * lz
         qy = rotation[1, 0] * lx + rotation[1, 1] * ly + rotation[1, 2] * lz
         qz = rotation[2, 0] * lx + rotation[2, 1] * ly + rotation[2, 2] * lz

@@ -1,6 +1,6 @@
-"""Rotations and small matrices of eight frames side by side; see `_lanes`.
+"""Rotations and small matrices of eight frames in parallel; see `_lanes`.
 
-Numbers are passed one by one and in tuples, so that they stay in registers; of symmetric matrices
+Numbers are passed individually and in tuples, so that they stay in registers; of symmetric matrices
 the lower triangle by rows.
 """
 
@@ -50,8 +50,8 @@ def rotation_of_vector(wx: Number, wy: Number, wz: Number) -> tuple[Number, ...]
     """Return exp(w), by rows.
 
     The quaternion of a sixteenth of the half angle's double, squared four times. Up to a whole turn
-    the series begins at 0.2 rad, and its first missing term is 0.2^12 / 12! = 9e-18; who turns
-    further in one step has no pose, and gets a rotation all the same.
+    the series starts at 0.2 rad, and its first missing term is 0.2^12 / 12! = 9e-18; larger
+    rotations in one step are invalid poses, and still give a rotation.
     """
     # Half the angle over 16 is the angle over 32.
     t = (wx * wx + wy * wy + wz * wz) * (1.0 / 1024.0)
@@ -76,7 +76,7 @@ def inverse3(
 ) -> tuple[Number, ...]:
     """Return the inverse of a symmetric matrix (3, 3), by LDL', and its least pivot.
 
-    The pivots are positive where the matrix is; else the inverse means nothing.
+    The pivots are positive for a positive definite matrix; else the inverse is meaningless.
     """
     i0 = 1.0 / a00
     l10, l20 = a10 * i0, a20 * i0
@@ -102,16 +102,16 @@ def inverse3(
 def best_rotation(like: Number, s: tuple[Number, ...], size: Number) -> tuple[Number, ...]:
     """Return the rotation, by rows, with the largest trace of its transpose times s'.
 
-    ``s`` is the sum of ``a b'`` over pairs, the rotation takes a to b, and ``size`` is half the sum
+    ``s`` is the sum of ``a b'`` over pairs, the rotation maps a to b, and ``size`` is half the sum
     of ``|a|^2 + |b|^2``. Horn's quaternion (1987): that of the largest eigenvalue of his matrix N,
-    a rotation for every s, never a reflection. The eigenvalue is at most ``size``, and there by as
-    much as the misfit is: Newton steps from there on the characteristic polynomial, all of whose
-    roots are real, come down to it and never pass (Theobald, Acta Cryst. A61, 2005). The
-    quaternion is a column of the adjoint of N less the eigenvalue, which has rank one.
+    a proper rotation for every s. The eigenvalue is at most ``size``, less by the misfit: Newton
+    steps from there on the characteristic polynomial, whose roots are all real, descend to it
+    without overshoot (Theobald, Acta Cryst. A61, 2005). The quaternion is a column of the adjoint
+    of N less the eigenvalue, which has rank one.
 
     Rounding grows as the square of length over width of the LEDs, over 16. One more step on the
-    rotation itself takes it back: with P = R'S' the best turn left is w = (tr P I - P)^-1 v, v the
-    axis of P - P', exact to the third power of what is left.
+    rotation itself removes it: with P = R'S' the best remaining rotation is w = (tr P I - P)^-1 v,
+    v the axis of P - P', exact to the third power of the remainder.
     """
     s00, s01, s02, s10, s11, s12, s20, s21, s22 = s
     a, b, c, d = s00 + s11 + s22, s12 - s21, s20 - s02, s01 - s10
@@ -136,7 +136,7 @@ def best_rotation(like: Number, s: tuple[Number, ...], size: Number) -> tuple[Nu
         square = top * top
         slope = (square + c2) * top
         whole = slope + c1
-        # A frame that has settled stays as it is, whatever its neighbours still need.
+        # A converged frame stays unchanged, independent of its neighbours.
         step = (whole * top + c0) / (2.0 * square * top + slope + whole)
         least = _SETTLED * top
         moving = choose(step, least, step, choose(0.0 - step, least, step, spread(like, 0.0)))

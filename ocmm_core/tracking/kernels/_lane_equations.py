@@ -1,4 +1,4 @@
-"""The normal equations of eight poses, and their solution block by block; see `_solve_kernel`."""
+"""Normal equations of eight poses, and their block solution; see `_solve_kernel`."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ def pose_equations(
 ) -> tuple[Number, ...]:  # fmt: skip
     """Return J'J and J'r of the residuals in px, r'r, and the least depth of a seen LED.
 
-    In the order: turn by turn (6, lower), translation by turn (9), translation by translation (6,
-    lower), gradient of turn and of translation, r'r, depth. The pose moves as in
-    `kernel.normal_equations`, whose comments hold here, too. Cameras are summed by the place of the
-    LED first, A = sum of d'd and b = sum of d'r: with the arm q from the probe's origin to the LED
-    and Q = skew(q), the rows of the turn are (Q d')', so that its blocks are Q A and Q A Q'.
+    In the order: rotation by rotation (6, lower), translation by rotation (9), translation by
+    translation (6, lower), gradient of rotation and of translation, r'r, depth. Pose increments and
+    comments as in `kernel.normal_equations`. Cameras are first summed by the place of the LED, A =
+    sum of d'd and b = sum of d'r: with the arm q from the probe's origin to the LED and Q =
+    skew(q), the rows of the rotation are (Q d')', so that its blocks are Q A and Q A Q'.
     """
     zero = spread(like, 0.0)
     one = spread(like, 1.0)
@@ -47,7 +47,7 @@ def pose_equations(
             xc = cams[c, 0] * px + cams[c, 1] * py + cams[c, 2] * pz + cams[c, 9]
             yc = cams[c, 3] * px + cams[c, 4] * py + cams[c, 5] * pz + cams[c, 10]
             zc = cams[c, 6] * px + cams[c, 7] * py + cams[c, 8] * pz + cams[c, 11]
-            # What is not seen may be anywhere: at a depth of one it disturbs nothing.
+            # Unseen points may be anywhere: a depth of one is harmless.
             zc = choose(seen, zero, zc, one)
             depth = choose(depth, zc, zc, depth)
             iz = 1.0 / zc
@@ -111,8 +111,7 @@ def pose_equations(
 def eliminate(e: tuple[Number, ...]) -> tuple[Number, ...]:
     """Return T^-1 (6, lower), K' T^-1 = N (9), the inverse (6) of W - N K, and the least pivot.
 
-    K is the block translation by turn, T that of the translation, W that of the turn: what is left
-    for the turn when the translation follows it.
+    K is the block translation by rotation, T that of the translation, W that of the rotation.
     """
     i = inverse3(e[15], e[16], e[17], e[18], e[19], e[20])
     k00, k01, k02, k10, k11, k12, k20, k21, k22 = e[6:15]

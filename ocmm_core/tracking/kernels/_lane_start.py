@@ -1,4 +1,4 @@
-"""Eight frames from spots to the pose at which the refinement starts; see `_solve_kernel`."""
+"""Eight frames from spots to the start pose of the refinement; see `_solve_kernel`."""
 
 from __future__ import annotations
 
@@ -12,17 +12,18 @@ from ocmm_core.tracking.kernels._lane_algebra import best_rotation
 from ocmm_core.tracking.kernels._lanes import Number, choose, load, spread, store
 
 SPOT_ROWS = 7
-"""Rows of a spot: ideal x and y, mm; diag(Sx, Sy) times the distortion's slope by rows, px/mm, zero
-where it is not seen; one where it is seen, else zero."""
+"""Rows of a spot: ideal x and y, mm; diag(Sx, Sy) times the distortion's derivative by rows, px/mm,
+zero if unseen; one if seen, else zero.
+"""
 POINT_ROWS = 4
-"""Rows of a triangulated LED: place, mm, and one where two cameras see it."""
+"""Rows of a triangulated LED: place, mm, and one if seen by two cameras."""
 
 
 @compiled(kernel, lanes)
 def straighten_spots(
     like: Number, uv: Float, cams: Float, first: int, width: int, room: Float
 ) -> Number:
-    """Fill the rows of all spots; return how many there are."""
+    """Fill the rows of all spots; return their number."""
     n, n_cameras, n_leds = uv.shape[0], uv.shape[1], uv.shape[2]
     one, zero = spread(like, 1.0), spread(like, 0.0)
     spots = zero
@@ -58,7 +59,7 @@ def straighten_spots(
 
 @compiled(lanes)
 def triangulate_lanes(like: Number, cams: Float, n_leds: int, room: Float, points: int) -> Number:
-    """Fill the rows of all LEDs, from ``points`` on; return how many two cameras see."""
+    """Fill the rows of all LEDs, from ``points`` on; return the number seen by two cameras."""
     one, zero = spread(like, 1.0), spread(like, 0.0)
     count = zero
     for led in range(n_leds):

@@ -1,12 +1,11 @@
-"""Eight numbers that a processor adds, multiplies and compares in one instruction.
+"""Vectors of eight numbers processed by one instruction.
 
-numba has no such type, and its loops become such instructions only where LLVM can prove a great
-deal. `Lanes` is LLVM's ``<8 x double>``: eight frames side by side. On a processor with shorter
-registers LLVM splits it, so that every processor computes the same. Each operation is that of IEEE
-754 on each number, none is joined with another: a frame by itself, as plain floats through the same
-source, comes out the same to the last bit.
+numba has no such type, and vectorises its loops only if LLVM can prove a great deal. `Lanes` is
+LLVM's ``<8 x double>``: eight frames in parallel. On a processor with shorter registers LLVM splits
+it, so results are the same on all processors. Operations are IEEE 754 on each number, never fused:
+a single frame, as plain floats through the same source, gives identical bits.
 
-The functions here take lanes and floats alike; ``like`` is any value of the wanted kind.
+The functions here accept lanes and floats alike; ``like`` is any value of the wanted kind.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ class _LanesModel(models.PrimitiveModel):  # type: ignore[misc] # numba has no a
 
 
 def _define(function: Callable[..., Any], build: str) -> None:
-    """Teach numba an arithmetic operator of lanes with lanes, and with a float for all of them."""
+    """Define an arithmetic operator of lanes with lanes, and with a scalar float, for numba."""
     pairs = [(lanes, lanes), (lanes, types.float64), (types.float64, lanes)]
 
     @infer_global(function)
@@ -92,7 +91,7 @@ def spread(_context: Any, like: Any, value: Any) -> Any:
 
 @intrinsic
 def choose(_context: Any, above: Any, limit: Any, yes: Any, no: Any) -> Any:
-    """Return ``yes`` where ``above > limit``, else ``no``; NaN is above nothing."""
+    """Return ``yes`` where ``above > limit``, else ``no``; false for NaN."""
     kind = above
 
     def build(_context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -120,7 +119,7 @@ def any_above(_context: Any, above: Any, limit: Any) -> Any:
 
 @intrinsic
 def load(_context: Any, like: Any, array: Any, row: Any) -> Any:
-    """Return ``array[row]``, of which each row is eight numbers, or one for a float."""
+    """Return ``array[row]``; each row is eight numbers, or one for a float."""
 
     def build(_context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.load(_address(_context, builder, sig, args), align=8)
@@ -140,7 +139,7 @@ def store(_context: Any, value: Any, array: Any, row: Any) -> Any:
 
 
 def _address(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    """Return where the row of a contiguous array (n, width) is; args are value, array and row."""
+    """Return the address of a row of a contiguous array (n, width); args: value, array, row."""
     kind, array_kind = sig.args[0], sig.args[1]
     data = context.make_array(array_kind)(context, builder, args[1]).data
     width = WIDTH if kind == lanes else 1

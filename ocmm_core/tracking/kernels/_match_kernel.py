@@ -1,4 +1,4 @@
-"""The compiled match of one body with meeting points: every triple that is as far apart."""
+"""Compiled match of one body with intersection points, by triples of equal distances."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ from ocmm_core.tracking.kernels._meeting_kernel import measure
 
 MAX_ATTEMPTS, LEAST_ATTEMPTS = 1500, 100
 MAX_MEETINGS = 192
-"""Triples that are tried, and meeting points, before the scene counts as too confused."""
+"""Limits of tried triples and intersection points, beyond which the scene counts as too confusing.
+"""
 
 USUAL_SPOTS = 32
 """Spots of eight LEDs in four cameras, for which the limits were measured."""
 
 RULE_MARGIN = 0.17
-"""Sine of 10 degrees: within them of what a rule forbids, a promise kept and one broken look
-alike."""
+"""Sine of 10 degrees: margin around a rule's limit in which compliance is uncertain."""
 
 _NEEDS = (decide_kernel, doubt_kernel, grow_kernel, kernel, meeting_kernel, small_algebra)
 
@@ -48,13 +48,13 @@ def match_body(
     poses: Int, owner: Int, certain: Bool, doubt: Float, start: int, held: int, least: int,
     weak: Int, left: Int,
 ) -> tuple[int, int]:  # fmt: skip
-    """Try every three LEDs at every three of the meeting points that are as far apart.
+    """Try all triples of LEDs at all triples of intersection points with equal distances.
 
-    Poses that name fewer LEDs than ``least`` are not held; ``weak`` (1,) is the most spots that one
-    of them explains. ``left`` (2,): triples and comparisons that may still be made for this frame.
+    Poses that label fewer LEDs than ``least`` are not kept; ``weak`` (1,) is the largest number of
+    spots explained by one of them. ``left`` (2,): remaining triples and comparisons for this frame.
     """
     count, n_leds, n_slots = len(positions), len(leds), there.shape[1]
-    # Three points are the least that fix a pose, and the least that a body's distances can tell.
+    # Three points are the minimum to determine a pose and to match distances.
     if count < 3:
         return FEW, held
     if count > MAX_MEETINGS:
@@ -74,22 +74,20 @@ def match_body(
     origin = np.empty(3)
     worth = np.empty(1)
     attempts = 0
-    # What a triple costs grows with cameras and LEDs: as many are tried as take the same time.
+    # The cost of a triple grows with cameras and LEDs: the limit keeps the time constant.
     most = most_attempts(there.shape[0] * n_leds)
     for i in range(n_leds):
         for m in range(count):
             if not _may(usable, lights[m], i):
                 continue
-            # i < j < k: every set of three LEDs once, at every ordered choice of three meeting
-            # points.
+            # i < j < k: every set of three LEDs once, at every ordered choice of three points.
             for j in range(i + 1, n_leds):
                 left[1] -= count
                 if left[1] < 0:
                     return CONFUSED, held
                 for n in range(count):
                     if (
-                        # The distances prune from the outside: a pair that is not as far apart
-                        # costs no third loop.
+                        # Distances prune early: a mismatched pair skips the third loop.
                         abs(far[m, n] - nominal[i, j]) > slack[m, n]
                         or not _apart(lights[m], lights[n])
                         or not _may(usable, lights[n], j)
@@ -110,15 +108,14 @@ def match_body(
                                 lights[o],
                             ):  # fmt: skip
                                 continue
-                            # Each meeting point names two spots, one in each of two cameras.
+                            # Each intersection point has two spots, one in each of two cameras.
                             clear(labels)
                             for side in range(2):
                                 labels[lights[m, side] // n_slots, i] = lights[m, side] % n_slots
                                 labels[lights[n, side] // n_slots, j] = lights[n, side] % n_slots
                                 labels[lights[o, side] // n_slots, k] = lights[o, side] % n_slots
-                            # The number of triples grows with the third power of the meeting
-                            # points; the limit keeps a frame full of reflections from stopping the
-                            # live stream.
+                            # The number of triples grows with the third power of the points; the
+                            # limit keeps a frame full of reflections from stopping the live stream.
                             attempts += 1
                             left[0] -= 1
                             if attempts > most or left[0] < 0 or held == len(poses):
@@ -128,9 +125,9 @@ def match_body(
                                 least_cosine, sigma, rival_px, limits, labels, rotation, origin,
                                 worth,
                             )  # fmt: skip
-                            # A rule says that an axis of the body keeps to one side of a world
-                            # direction: a component above zero. Below -RULE_MARGIN the pose is
-                            # forbidden; within it the pose is held, but not certain.
+                            # A rule requires a positive component of a body axis along a world
+                            # direction. Below -RULE_MARGIN the pose is forbidden; within it the
+                            # pose is kept, but not certain.
                             kept = _promise(axes, rule_worlds, rotation)
                             if chi2 < 0.0 or kept < -RULE_MARGIN:
                                 continue
@@ -163,7 +160,7 @@ def _apart(one: Int, other: Int) -> bool:
 
 @compiled()
 def most_attempts(spots: int) -> int:
-    """Return how many triples are tried where a body shows so many spots at the most."""
+    """Return the limit of triples for this largest number of spots of a body."""
     if spots <= USUAL_SPOTS:
         return MAX_ATTEMPTS
     return max(MAX_ATTEMPTS * USUAL_SPOTS // spots, LEAST_ATTEMPTS)
@@ -174,7 +171,7 @@ def _known(
     poses: Int, start: int, held: int, n_slots: int, i: int, j: int, k: int,
     at_i: Int, at_j: Int, at_k: Int,
 ) -> bool:  # fmt: skip
-    """Return whether a pose that is held says all that a labelling of six spots says.
+    """Return whether a kept pose already contains a labelling of six spots.
 
     Three LEDs in two cameras each: growing them again gives nothing new.
     """
@@ -195,14 +192,13 @@ def _known(
 @compiled()
 def _promise(axes: Float, rule_worlds: Float, rotation: Float) -> float:
     """Return the least component of a rule's axis along its world direction, 1 without rules."""
-    # The rule that is kept least counts; a cosine of one is never exceeded.
+    # The least satisfied rule counts; a cosine of one is never exceeded.
     least = 1.0
     for rule in range(len(axes)):
         along = 0.0
         for i in range(3):
             for j in range(3):
-                # world . R axis: the cosine between the world direction and the axis as the pose
-                # turns it.
+                # world . R axis: the cosine between the world direction and the rotated axis.
                 along += rule_worlds[rule, i] * rotation[i, j] * axes[rule, j]
         least = min(least, along)
     return least

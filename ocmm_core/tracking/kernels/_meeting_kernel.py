@@ -1,9 +1,8 @@
-"""The compiled first half of the search for labels: where rays of two cameras meet.
+"""Compiled first half of the search for labels: ray intersections of two cameras.
 
-Every spot of one camera is paired with every spot of another; a pair whose rays meet (epipolar
-condition) is a point in space that may be an LED. Each point has its covariance, so that
-distances between points are compared with those of the body as closely as the geometry of the rig
-allows, and no closer.
+Every spot of one camera is paired with every spot of another; a pair with intersecting rays
+(epipolar condition) is a point in space that may be an LED. Each point has its covariance, so that
+distances are compared with those of the body as closely as the geometry of the rig allows.
 """
 
 from __future__ import annotations
@@ -15,22 +14,22 @@ from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.kernels import _kernel as kernel
 from ocmm_core.tracking.kernels._kernel import Bool, triangulate_leds, undistort
 
-# Two rays that truly meet leave one degree of freedom (four coordinates, three of the point), so
-# that the root of the sum of squares is that of one normal number. Wide: what meets by mistake is
-# refused by distances and by the pose.
+# Two intersecting rays leave one degree of freedom (four coordinates, three of the point), so the
+# root of the sum of squares is one normal number. A wide limit: false intersections are refused by
+# distances and by the pose.
 MISS_SIGMAS = 7.0
-"""Rays that miss each other by more of their standard deviation do not meet."""
+"""Ray distance in standard deviations above which they do not intersect."""
 
 DISTANCE_SIGMAS = 6.0
-# The distances are the first filter of the search: generous, as every triple that passes is
-# examined with all its spots (`_grow_kernel.grow`).
+# First filter of the search: generous, as every triple that passes is examined with all its spots
+# (`_grow_kernel.extend_hypothesis`).
 DISTANCE_SLACK_MM = 0.1
-"""What calibration and body add to the noise of a distance."""
+"""Contribution of calibration and body to the error of a distance."""
 
 
 @compiled(kernel)
 def undistort_rays(spots: Float, cams: Float, ideal: Float, jacobian: Float, there: Bool) -> None:
-    """Take the distortion from spots (C, S, 2), px; see `_solve_kernel.solve_frames`."""
+    """Remove the distortion from spots (C, S, 2), px; see `_solve_kernel.solve_frames`."""
     for c in range(spots.shape[0]):
         sx, sy = cams[c, 13], cams[c, 14]
         for slot in range(spots.shape[1]):
@@ -42,8 +41,7 @@ def undistort_rays(spots: Float, cams: Float, ideal: Float, jacobian: Float, the
                 (u - cams[c, 15]) / sx, (v - cams[c, 16]) / sy,
                 cams[c, 17], cams[c, 18], cams[c, 19], cams[c, 20],
             )  # fmt: skip
-            # mm on the ideal image; beside it the derivative of the pixels by it, row by row,
-            # px/mm.
+            # mm on the ideal image, and the derivative of the pixels by it, row by row, px/mm.
             ideal[c, slot, 0], ideal[c, slot, 1] = x, y
             jacobian[c, slot, 0], jacobian[c, slot, 1] = sx * j00, sx * j01
             jacobian[c, slot, 2], jacobian[c, slot, 3] = sy * j01, sy * j11
@@ -51,7 +49,7 @@ def undistort_rays(spots: Float, cams: Float, ideal: Float, jacobian: Float, the
 
 @compiled()
 def view(cams: Float, c: int, point: Float, derivative: Float) -> tuple[float, float, float]:
-    """Return where camera ``c`` sees a point (3,) on the ideal image, mm, and its depth, mm.
+    """Return the image of a point (3,) in camera ``c``, ideal, mm, and its depth, mm.
 
     Writes the derivative of the former by the point to ``derivative`` (2, 3).
     """
@@ -74,16 +72,16 @@ def triangulate_pairs(
     ideal: Float, jacobian: Float, seeds: Bool, there: Bool, cams: Float, first: int, second: int,
     sigma: float, bounds: Float, positions: Float, covariances: Float, lights: Int,
 ) -> int:  # fmt: skip
-    """Find where rays of two cameras meet; return the number of places.
+    """Find the intersections of rays of two cameras; return their number.
 
     Parameters
     ----------
     seeds, there
-        (C, S): spots that count in the first camera, and in the second.
+        (C, S): spots to use in the first camera, and in the second.
     sigma
         Of one spot, px.
     bounds
-        (2, 3), mm: where LEDs can be.
+        (2, 3), mm: possible LED positions.
     positions, covariances, lights
         Outputs (n, 3), mm; (n, 3, 3), mm^2; (n, 2): both spots, camera number times S plus slot;
         with room for S^2.
@@ -113,7 +111,7 @@ def triangulate_pairs(
     row = np.empty(3)
     count = 0
     for i in range(n):
-        # Cheap test first: parallel rays end as infinite or NaN, and NaN fails both comparisons.
+        # Cheap test first: parallel rays give infinity or NaN, and NaN fails both comparisons.
         inside = True
         for k in range(3):
             inside = inside and bounds[0, k] < points[i, k] < bounds[1, k]
@@ -125,11 +123,11 @@ def triangulate_pairs(
             c = first if side == 0 else second
             slope = jacobian[c, numbers[i, side]]
             x, y, depth = view(cams, c, points[i], derivative)
-            # Rays are lines in the equations; they may meet behind a camera, where no LED is seen.
+            # Rays are lines in the equations; intersections behind a camera are invalid.
             inside = inside and depth > 0.0
             ex, ey = pair[side, i, 0] - x, pair[side, i, 1] - y
             for axis in range(2):
-                # Observed minus predicted, px: only there has every spot the same sigma.
+                # Observed minus predicted, px: only there do all spots have the same sigma.
                 miss = slope[2 * axis] * ex + slope[2 * axis + 1] * ey
                 squares += miss * miss
                 for k in range(3):
@@ -140,15 +138,14 @@ def triangulate_pairs(
                     for m in range(3):
                         # J'J of the four coordinates by the point, px^2/mm^2.
                         information[k, m] += row[k] * row[m]
-        # The sum of squares over sigma^2 is the squared distance of the rays in their standard
-        # deviations.
+        # The sum of squares over sigma^2 is the squared ray distance in standard deviations.
         if not inside or squares > (MISS_SIGMAS * sigma) ** 2:
             continue
         for k in range(3):
             positions[count, k] = points[i, k]
         lights[count, 0] = first * n_slots + numbers[i, 0]
         lights[count, 1] = second * n_slots + numbers[i, 1]
-        # sigma^2 (J'J)^-1, mm^2: long along the rays where the cameras stand close to each other.
+        # sigma^2 (J'J)^-1, mm^2: long along the rays for a small base.
         _inverse(information, sigma * sigma, covariances[count])
         count += 1
     return count
@@ -156,16 +153,16 @@ def triangulate_pairs(
 
 @compiled()
 def measure(positions: Float, covariances: Float, count: int, far: Float, slack: Float) -> None:
-    """Write the distances of ``count`` points, mm, and how far they can be wrong, (n, n) each."""
+    """Write the distances of ``count`` points, mm, and their error bounds, (n, n) each."""
     for i in range(count):
         for j in range(i):
             distance = 0.0
             for k in range(3):
                 distance += (positions[i, k] - positions[j, k]) ** 2
             distance = np.sqrt(distance)
-            # Of first order: d = |p - q| has the gradients +n and -n, n = (p - q) / d, so that
-            # var(d) is n'(Cp + Cq) n; two points that share a spot are correlated, but `_apart`
-            # leaves these out.
+            # First order: d = |p - q| has the gradients +n and -n, n = (p - q) / d, so that var(d)
+            # is n'(Cp + Cq) n; two points that share a spot are correlated, but `_apart` excludes
+            # these.
             variance = 0.0
             for k in range(3):
                 for m in range(3):
@@ -174,8 +171,8 @@ def measure(positions: Float, covariances: Float, count: int, far: Float, slack:
                         * (covariances[i, k, m] + covariances[j, k, m])
                         * (positions[i, m] - positions[j, m])
                     )
-            # The sum above holds d n instead of n twice. Two points in one place have no direction
-            # between them; 1e-9 mm keeps their quotient finite.
+            # The sum above has d n instead of n twice. Coincident points have no direction; 1e-9 mm
+            # keeps their quotient finite.
             sigma = np.sqrt(variance) / max(distance, 1e-9)
             far[i, j] = far[j, i] = distance
             slack[i, j] = slack[j, i] = DISTANCE_SIGMAS * sigma + DISTANCE_SLACK_MM
@@ -184,8 +181,8 @@ def measure(positions: Float, covariances: Float, count: int, far: Float, slack:
 @compiled()
 def _inverse(a: Float, scale: float, out: Float) -> None:
     """Write ``scale`` times the inverse of a symmetric ``a`` (3, 3)."""
-    # Cofactors over the determinant; the upper triangle is enough. Where both rays are the same
-    # line the determinant is nearly zero, and the covariance so large that any distance agrees.
+    # Cofactors over the determinant; the upper triangle suffices. For nearly coincident rays the
+    # determinant is nearly zero, and the covariance so large that any distance matches.
     c00 = a[1, 1] * a[2, 2] - a[1, 2] * a[1, 2]
     c01 = a[0, 2] * a[1, 2] - a[0, 1] * a[2, 2]
     c02 = a[0, 1] * a[1, 2] - a[0, 2] * a[1, 1]

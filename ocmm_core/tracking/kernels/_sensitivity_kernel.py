@@ -1,13 +1,13 @@
-"""Compiled: how the poses of many sets of spots answer to spots, cameras and LEDs.
+"""Compiled: derivatives of the poses of many sets of spots by spots, cameras and LEDs.
 
-A pose minimises the sum of squares |r|^2 of residuals r, px. Where the spots move by du, the
+A pose minimises the sum of squares |r|^2 of residuals r, px. If the spots move by du, and the
 prediction by the cameras' parameters or the LEDs by B db, the minimum moves to first order by
 
     d(pose) = (J'J)^-1 J' (du - B db),   J = d(prediction)/d(pose), (2 m, 6)
 
-(implicit function theorem with the curvature of r left out, which r itself multiplies: 1e-5 of it
-at residuals of 1e-3 px). With errors meant as truth minus belief, a camera that truly is b + db
-shows spots moved by B db: the derivative by the parameters is +(J'J)^-1 J' B.
+(implicit function theorem without the curvature of r, which is multiplied by r itself: 1e-5 of it
+at residuals of 1e-3 px). With errors defined as truth minus assumed value, a camera that truly is b
++ db shows spots moved by B db: the derivative by the parameters is +(J'J)^-1 J' B.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from ocmm_core.tracking.kernels._kernel import (
 from ocmm_core.tracking.kernels._small_algebra import backward, cholesky, forward, turn
 
 ANSWERED, TOO_FEW, OPEN = 0, 1, 2
-"""Values of the status: there is an answer, fewer than three LEDs are seen by two cameras, or these
-leave the pose open."""
+"""Status values: solved, fewer than three LEDs seen by two cameras, or pose undetermined by them.
+"""
 
 N_LENS = 14
 """Parameters of a camera, in the order of `camera.PARAMETERS`."""
@@ -43,9 +43,9 @@ _STEP_LIMIT = 1e-10
 
 @compiled(kernel, small_algebra)
 def lens_rows(cam: Float, px: float, py: float, pz: float, by_point: Float, by_lens: Float) -> None:
-    """Write how the pixel of a world point moves with the point (2, 3) and its camera (2, 14).
+    """Write the derivatives of a pixel by its world point (2, 3) and its camera (2, 14).
 
-    All is taken at the predicted point, as `camera.projection_jacobians` does it.
+    All at the predicted point, as in `camera.projection_jacobians`.
     """
     f, sx, sy = cam[12], cam[13], cam[14]
     k1, k2, p1, p2 = cam[17], cam[18], cam[19], cam[20]
@@ -56,7 +56,7 @@ def lens_rows(cam: Float, px: float, py: float, pz: float, by_point: Float, by_l
     zc = rz + cam[11]
     m = f / zc
     x, y = m * (rx + cam[9]), m * (ry + cam[10])
-    # Slope of the distortion as in `_kernel.undistort`, and with the pixel scale px per mm.
+    # Derivative of the distortion as in `_kernel.undistort`, and with the pixel scale px per mm.
     r2 = x * x + y * y
     radial = r2 * (k1 + k2 * r2)
     slope = 2.0 * k1 + 4.0 * k2 * r2
@@ -73,7 +73,7 @@ def lens_rows(cam: Float, px: float, py: float, pz: float, by_point: Float, by_l
             by_point[i, k] = d0 * cam[k] + d1 * cam[3 + k] + d2 * cam[6 + k]
             for p in range(6, 14):
                 by_lens[i, p] = 0.0
-        # A small turn w after the rotation moves the point by w x r: d . (w x r) = w . (r x d).
+        # A small rotation w after the rotation moves the point by w x r: d . (w x r) = w . (r x d).
         by_lens[i, 0] = ry * d2 - rz * d1
         by_lens[i, 1] = rz * d0 - rx * d2
         by_lens[i, 2] = rx * d1 - ry * d0
@@ -91,9 +91,9 @@ def lens_rows(cam: Float, px: float, py: float, pz: float, by_point: Float, by_l
 
 @compiled(kernel, small_algebra)
 def observe(spots: Float, cams: Float, ideal: Float, jacobian: Float, seen: Bool) -> int:
-    """Take the distortion off the spots (C, L, 2), px, of a frame; return how many there are.
+    """Remove the distortion from the spots (C, L, 2), px, of a frame; return their number.
 
-    Leaves the ideal image points (C, L, 2), mm, and the Jacobian there (C, L, 4), px/mm, by rows.
+    Writes the ideal image points (C, L, 2), mm, and the Jacobian there (C, L, 4), px/mm, by rows.
     """
     observations = 0
     for c in range(seen.shape[0]):
@@ -124,23 +124,23 @@ def answer_of_poses(
     status: NDArray[np.uint8], located: Int, seen_by: Int, rotations: Float, origins: Float,
     by_spots: Float, by_cameras: Float, by_leds: Float,
 ) -> None:  # fmt: skip
-    """Find the pose of every frame, converged, and its derivatives.
+    """Find the converged pose of every frame, and its derivatives.
 
     Parameters
     ----------
     uv
-        (n, C, L, 2), px by LED number, NaN where not seen.
+        (n, C, L, 2), px by LED number, NaN if unseen.
     cams, leds
         (C, 21) and (L, 3): `Rig.packed` and the LEDs, mm, in the frame of the body.
     status, located, seen_by
-        Outputs (n,): what came of it; LEDs that two cameras see; spots m.
+        Outputs (n,): status; number of LEDs seen by two cameras; number of spots m.
     rotations, origins
         Outputs (n, 3, 3) and (n, 3), mm: world from body.
     by_spots
         Output (n, 6, 2 C L): its first 2 m columns are those of the spots, camera by camera and LED
         by LED, u before v.
     by_cameras, by_leds
-        Outputs (n, 6, 14 C) and (n, 6, 3 L); they come as zeros.
+        Outputs (n, 6, 14 C) and (n, 6, 3 L); initially zero.
     """
     n, n_cameras, n_leds = uv.shape[0], uv.shape[1], uv.shape[2]
     ideal = np.empty((n_cameras, n_leds, 2))
@@ -164,7 +164,7 @@ def answer_of_poses(
         count = triangulate_leds(ideal, seen, cams, points, found)
         located[frame] = count
         if count < 3:
-            # Two points leave the turn about their line free.
+            # Two points leave the rotation about their line undetermined.
             status[frame] = TOO_FEW
             continue
         fit_leds(leds, points, found, count, rotation, origin, work4, vectors4)
@@ -181,7 +181,7 @@ def answer_of_poses(
                 largest = max(largest, abs(g[i]))
             for i in range(3):
                 origin[i] += g[3 + i]
-            # Also the factor that the derivatives are solved with is that of the last pose.
+            # The factor used for the derivatives is also that of the last pose.
             normal_equations(ideal, jacobian, seen, cams, leds, rotation, origin, h, g)
             determined = cholesky(h)
             if largest < _STEP_LIMIT:
@@ -206,7 +206,7 @@ def answer_of_poses(
                 spot_rows(ideal[c, led], jacobian[c, led], cams[c], qx, qy, qz, px, py, pz, rows)
                 lens_rows(cams[c], px, py, pz, by_point, by_lens)
                 for i in range(2):
-                    # A column of (J'J)^-1 J' is what the spot's row gives through the factor.
+                    # A column of (J'J)^-1 J' is the solution of the factor for the spot's row.
                     forward(h, rows[i])
                     backward(h, rows[i])
                     for k in range(6):

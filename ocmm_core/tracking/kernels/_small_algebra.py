@@ -10,15 +10,14 @@ from ocmm_core.instructions import njit
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def largest_eigenvector(a: Float, v: Float) -> int:
-    """Put the eigenvectors of ``a`` (4, 4) in the columns of ``v``; return the largest one's index.
+    """Write the eigenvectors of ``a`` (4, 4) to the columns of ``v``; return the largest's.
 
-    Cyclic Jacobi; ``a`` is destroyed.
+    The result is its column index. Cyclic Jacobi; ``a`` is destroyed.
     """
     for i in range(4):
         for j in range(4):
             v[i, j] = 1.0 if i == j else 0.0
-    # The sweeps converge quadratically, a handful will do; 30 only bounds the loop where a matrix
-    # holds NaN.
+    # The sweeps converge quadratically in a few rounds; 30 only bounds the loop for NaN.
     for _ in range(30):
         off = 0.0
         size = 0.0
@@ -26,7 +25,7 @@ def largest_eigenvector(a: Float, v: Float) -> int:
             size += a[i, i] * a[i, i]
             for j in range(i + 1, 4):
                 off += a[i, j] * a[i, j]
-        # Squares: the elements off the diagonal are below 1e-16 of it, the rounding of a float64.
+        # Squares: the off-diagonal elements are below 1e-16 of the diagonal, float64 rounding.
         if off <= 1e-32 * size:
             break
         for p in range(3):
@@ -34,8 +33,8 @@ def largest_eigenvector(a: Float, v: Float) -> int:
                 if a[p, q] == 0.0:
                     continue
                 # Golub and Van Loan, Matrix Computations, on Jacobi methods: t = tan of the angle
-                # that makes a[p, q] zero solves t^2 + 2 theta t = 1. The smaller root turns by 45
-                # degrees at most, which makes the sweeps converge.
+                # that makes a[p, q] zero solves t^2 + 2 theta t = 1. The smaller root turns by at
+                # most 45 degrees, which makes the sweeps converge.
                 theta = 0.5 * (a[q, q] - a[p, p]) / a[p, q]
                 t = 1.0 / (abs(theta) + np.sqrt(theta * theta + 1.0))
                 # The root has the sign of theta, so that its denominator never cancels.
@@ -43,7 +42,8 @@ def largest_eigenvector(a: Float, v: Float) -> int:
                     t = -t
                 c = 1.0 / np.sqrt(t * t + 1.0)
                 s = t * c
-                # A becomes J'AJ: columns first, then rows. V gathers the same turns of columns.
+                # A becomes J'AJ: columns first, then rows. V collects the same rotations of
+                # columns.
                 for k in range(4):
                     akp, akq = a[k, p], a[k, q]
                     a[k, p] = c * akp - s * akq
@@ -56,8 +56,7 @@ def largest_eigenvector(a: Float, v: Float) -> int:
                     vkp, vkq = v[k, p], v[k, q]
                     v[k, p] = c * vkp - s * vkq
                     v[k, q] = s * vkp + c * vkq
-    # The signed largest, not the largest in size: Horn's quaternion belongs to the most positive
-    # one.
+    # The signed largest: Horn's quaternion belongs to the most positive one.
     best = 0
     for k in range(1, 4):
         if a[k, k] > a[best, best]:
@@ -72,7 +71,7 @@ def cholesky(a: Float) -> bool:
         d = a[j, j]
         for k in range(j):
             d -= a[j, k] * a[j, k]
-        # Written so that NaN fails, too.
+        # Written so that NaN also fails.
         if not d > 0.0:
             return False
         d = np.sqrt(d)
@@ -109,7 +108,7 @@ def backward(factor: Float, b: Float) -> None:
 def rotation_of(w: float, x: float, y: float, z: float, rotation: Float) -> None:
     """Write the rotation of a quaternion of any length to ``rotation`` (3, 3)."""
     size = w * w + x * x + y * y + z * z
-    # Dividing by the square of the length once spares the root that a unit quaternion needs.
+    # Dividing by the squared length avoids the root of a unit quaternion.
     s = 2.0 / size
     # Active and right-handed: it turns vectors, and columns are the turned axes.
     rotation[0, 0] = 1.0 - s * (y * y + z * z)
@@ -127,7 +126,7 @@ def rotation_of(w: float, x: float, y: float, z: float, rotation: Float) -> None
 def turn(rotation: Float, wx: float, wy: float, wz: float, step: Float, work: Float) -> None:
     """Replace ``rotation`` by exp(w) rotation."""
     angle = np.sqrt(wx * wx + wy * wy + wz * wz)
-    # Only keeps a division by zero out: sin(half) / angle loses no digits where a turn is small.
+    # Only prevents a division by zero: sin(half) / angle loses no digits for small rotations.
     if angle < 1e-300:
         return
     half = 0.5 * angle
@@ -152,7 +151,7 @@ def best_turn(s: Float, rotation: Float, work4: Float, vectors4: Float) -> None:
     """Write the rotation (3, 3) with the largest trace of its transpose times s'.
 
     Horn's closed form with unit quaternions; ``s`` (3, 3) is the sum of ``a b'`` over pairs, and
-    the rotation takes a to b. Never a reflection, also for points in one plane.
+    the rotation maps a to b. Always proper, even for coplanar points.
     """
     # Horn 1987: for a unit quaternion q = (w, x, y, z) the sum of b . R(q) a is q'Nq with this N;
     # its greatest value is the largest eigenvalue, and R(q) has determinant +1 for every q.

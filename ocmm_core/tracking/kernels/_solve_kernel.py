@@ -1,17 +1,17 @@
-"""The compiled hot path: spots of eight frames at once to tip, covariance and chi-square.
+"""Compiled hot path: spots of eight frames at once to tip, covariance and chi-square.
 
-The same source serves eight frames side by side and a single one (`_lanes`), and releases the GIL.
-It does what `tracking.pose` does in plain numpy:
+The same source processes eight frames in parallel and a single one (`_lanes`), and releases the
+GIL. Same algorithm as `tracking.pose` in plain numpy:
 
-1. exact inversion of the distortion (three Newton steps);
-2. closed-form triangulation of every LED that two cameras see, with homogeneous rows
+1. exact inversion of the distortion (three Newton steps); 2. closed-form triangulation of every LED
+  seen by two cameras, with homogeneous rows
    ``(x R3 - f R1) . X = f x0 - x z0`` (thesis 2.4.1, errata);
-3. rigid fit of the body with determinant +1 (Horn 1987, unit quaternions);
-4. Gauss-Newton steps on the reprojection residuals of all spots, in pixels.
+3. rigid fit of the body with determinant +1 (Horn 1987, unit quaternions); 4. Gauss-Newton steps on
+  the reprojection residuals of all spots, in pixels.
 
-Step 4 is what makes the tip statistically efficient; `gauss_newton_steps = 0` is the method of
-the thesis. Nothing branches by the frame: what is not seen counts with weight zero, and a pose that
-is not determined ends in NaN or in a pivot that is not positive, and is lost.
+Step 4 makes the tip statistically efficient; `gauss_newton_steps = 0` is the method of the thesis.
+No branch depends on the frame: unseen spots have weight zero, and an undetermined pose ends in NaN
+or in a pivot that is not positive, and is lost.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ from ocmm_core.tracking.kernels._lane_start import (
 from ocmm_core.tracking.kernels._lanes import WIDTH, Number, choose, eight, spread, store
 
 _RESULT = 24
-"""Rows of what comes out: tip, covariance (6), rotation (9), origin, chi-square, dof, status."""
+"""Rows of the result: tip, covariance (6), rotation (9), origin, chi-square, dof, status."""
 _LEAST = 2
-"""Fewer frames than this are solved one by one."""
+"""Fewer frames are solved one by one."""
 
 _NEEDS = (kernel, lane_algebra, lane_equations, lane_start, lanes)
 
@@ -51,7 +51,7 @@ def _solve_group(
     like: Number, width: int, uv: Float, cams: Float, leds: Float, tip: Float, sigma: float,
     steps: int, first: int, room: Float,
 ) -> int:  # fmt: skip
-    """Solve the frames from ``first`` on, as many as ``like`` holds; return the row of results."""
+    """Solve as many frames as ``like`` holds, from ``first``; return the row of results."""
     one, zero = spread(like, 1.0), spread(like, 0.0)
     n_cameras, n_leds = len(cams), len(leds)
     points = SPOT_ROWS * n_cameras * n_leds
@@ -62,7 +62,7 @@ def _solve_group(
     k = eliminate(e)
     squares, depth, pivot = e[27], e[28], k[21]
     for step in range(steps):
-        # The turn with the translation that follows it, then the translation: T t = gt - K w.
+        # The rotation with its coupled translation, then the translation: T t = gt - K w.
         h0 = e[21] - (k[6] * e[24] + k[7] * e[25] + k[8] * e[26])
         h1 = e[22] - (k[9] * e[24] + k[10] * e[25] + k[11] * e[26])
         h2 = e[23] - (k[12] * e[24] + k[13] * e[25] + k[14] * e[26])
@@ -72,7 +72,7 @@ def _solve_group(
         t0 = k[0] * e[24] + k[1] * e[25] + k[3] * e[26] - (k[6] * w0 + k[9] * w1 + k[12] * w2)
         t1 = k[1] * e[24] + k[2] * e[25] + k[4] * e[26] - (k[7] * w0 + k[10] * w1 + k[13] * w2)
         t2 = k[3] * e[24] + k[4] * e[25] + k[5] * e[26] - (k[8] * w0 + k[11] * w1 + k[14] * w2)
-        # g' H^-1 g is what a full step takes off the sum of squares.
+        # g' H^-1 g is the decrease of the sum of squares by a full step.
         reduction = (
             e[21] * w0 + e[22] * w1 + e[23] * w2 + e[24] * t0 + e[25] * t1 + e[26] * t2
         )  # fmt: skip
@@ -85,18 +85,18 @@ def _solve_group(
             squares = e[27]
             depth, pivot = choose(depth, e[28], e[28], depth), choose(pivot, k[21], k[21], pivot)
         else:
-            # To first order the last step takes this much off the sum of squares. The covariance
-            # below uses the matrix at the pose before the last step, too: anew, it would cost a
-            # third of the frame. The step is as long as the noise of the rigid fit, some 0.1 mm at
-            # most at a metre, and changes the covariance by that part, 1e-3 of it at most
+            # First-order decrease of the sum of squares by the last step. The covariance below also
+            # uses the matrix before the last step: recomputing it would cost a third of the frame.
+            # The step is as long as the noise of the rigid fit, at most some 0.1 mm at a metre, and
+            # changes the covariance by that part, at most 1e-3
             # (tests/core/tracking/test_solve_kernel.py).
             left = squares - reduction
             squares = choose(left, zero, left, zero)
     q0 = r[0] * tip[0] + r[1] * tip[1] + r[2] * tip[2]
     q1 = r[3] * tip[0] + r[4] * tip[1] + r[5] * tip[2]
     q2 = r[6] * tip[0] + r[7] * tip[1] + r[8] * tip[2]
-    # A translation follows the turn by -T^-1 K w = -N' w, and the tip goes as w x q besides: it
-    # moves by M w, M = -skew(q) - N', and by what the translation is uncertain by itself, T^-1.
+    # A translation follows the rotation by -T^-1 K w = -N' w, and the tip also moves by w x q: in
+    # total M w, M = -skew(q) - N', plus the translation's own uncertainty, T^-1.
     m00, m01, m02 = 0.0 - k[6], q2 - k[9], 0.0 - q1 - k[12]
     m10, m11, m12 = 0.0 - q2 - k[7], 0.0 - k[10], q0 - k[13]
     m20, m21, m22 = q1 - k[8], 0.0 - q0 - k[11], 0.0 - k[14]
@@ -119,8 +119,8 @@ def _solve_group(
     c20 = variance * (k[3] + v20 * m00 + v21 * m01 + v22 * m02)
     c21 = variance * (k[4] + v20 * m10 + v21 * m11 + v22 * m12)
     c22 = variance * (k[5] + v20 * m20 + v21 * m21 + v22 * m22)
-    # NaN is above nothing, so that it is lost, too. Two points leave the turn about their line
-    # free; a light behind a camera that sees it is none of the body's.
+    # NaN fails the comparison, so it is also lost. Two points leave the rotation about their line
+    # undetermined; a light behind a camera that sees it is not of the body.
     limit = spread(like, MAX_TIP_SIGMA * MAX_TIP_SIGMA)
     good = choose(count, spread(like, 2.5), one, zero)
     good = choose(pivot, zero, good, zero)
@@ -141,7 +141,7 @@ def _solve_group(
     for i in range(3):
         store(origin[i], room, row + 18 + i)
     store(squares * (1.0 / variance), room, row + 21)
-    # Two coordinates a spot, six numbers of the pose.
+    # Two coordinates a spot, six pose parameters.
     store(2.0 * spots - 6.0, room, row + 22)
     store(good, room, row + 23)
     return row
@@ -181,7 +181,7 @@ def solve_frames(
     Parameters
     ----------
     uv
-        (n, C, L, 2), px by LED number, NaN where not seen.
+        (n, C, L, 2), px by LED number, NaN if unseen.
     cams, leds, tip
         (C, 21), (L, 3) and (3,): `Rig.packed`, `ProbeBody.leds_probe`, `ProbeBody.tip_probe`.
     sigma

@@ -15,7 +15,7 @@ from ocmm_gui.kit import later, said_word, tr, tr_all, unit_word
 Words = tuple[str, str]
 """Label and explanation."""
 
-_NAME = (later("Name"), later("Letters, digits, spaces, _ . -"))
+_NAME = (later("Name"), later("Letters, digits, spaces, _ . - /"))
 _LIST = later("Names, separated by commas")
 
 _ALL: Mapping[str, Words] = {
@@ -78,6 +78,7 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
         "lower": (later("Lower limit"), later("Of the deviation; 0 for zones")),
         "upper": (later("Upper limit"), later("Of the deviation; the tolerance of a zone")),
         "axis": (later("Axis"), later("Of coordinates and distances")),
+        "limits": (later("Limits"), later("proposed: not yet set; change or confirm them")),
         "association": (later("Association"), later("Empty: default of the kind")),
         "zone": (later("Zone"), later("Position and orientation; empty: default")),
         "modifier": (later("Modifier"), later("Bonus: departure of the size from its limit")),
@@ -241,7 +242,7 @@ _OWN_WORDS = frozenset(
         later("nominal"), later("proven"), later("unproven"), later("between"), later("centres"),
         later("all"), later("planes"), later("intersection"), later("projection"),
         later("midpoint"), later("bisector"), later("offset"), later("plane-axis-point"),
-        later("given"), later("yes"), later("no"),
+        later("given"), later("yes"), later("no"), later("set"), later("proposed"),
     )
 )  # fmt: skip
 """Words of a plan that the core does not say."""

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ocmm_core.errors import InputError
+from ocmm_core.names import normal_name
 from ocmm_gui.kit import (
     field_length,
     is_ambiguous,
@@ -75,6 +76,7 @@ def value_of(line: FormLine, text: str, *, angle: bool = False) -> Any:
     InputError
         It cannot be read; the sentence names the field.
     """
+    text = normal_name(text)
     match line.kind:
         case FieldKind.FLAG:
             return text == _YES

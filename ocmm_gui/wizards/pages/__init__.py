@@ -1,11 +1,11 @@
-"""The pages of the wizards, one kind of step each.
+"""Pages of the wizards, by kind of step.
 
-In: the snapshot of a step. Out: what is shown of it, and what somebody entered.
+In: the snapshot of a step. Out: its display, and the user's input.
 
 By subject: `_relocation_pages`, `_result_page` (cameras), `_sphere_page`, `_verdict_page`
 (verification), `_sweep_page`, `_pivot_result_page` (probe), `_touch_pages`, `_tip_result_page`
-(tip), `_definition_page` with `_definition_form` (a probe is defined). A page gets what it needs
-by its constructor. It must not know the wizard that shows it.
+(tip), `_definition_page` with `_definition_form` (definition of a probe). Pages get their data by
+constructor. They must not import the wizard that shows them.
 """
 
 from __future__ import annotations

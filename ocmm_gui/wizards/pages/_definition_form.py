@@ -1,4 +1,4 @@
-"""What is filled in to define a probe: its numbers, its LEDs, and its file."""
+"""Form of a probe definition: numbers, LEDs, and file."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _FIELDS = (
     ("file", later("File"), later("New name; a used document is never changed")),
 )  # fmt: skip
 _EMPTY = {"rules": later("none"), "strobe": later("always on")}
-"""What an empty field stands for."""
+"""Meaning of empty fields."""
 _COLUMNS = (
     (later("LED"), later("its number")),
     ("X, mm", later("probe frame")),
@@ -57,7 +57,7 @@ _COLUMNS = (
 
 
 class LedTable(NumberTable):
-    """The LEDs with the directions of their light; every number can be changed."""
+    """Editable table of LED positions and directions."""
 
     def __init__(self) -> None:
         super().__init__(tr("LEDs"), tr_all(_COLUMNS), whole=False, font=digit_font(14, bold=False))
@@ -67,7 +67,7 @@ class LedTable(NumberTable):
         self.verticalHeader().setDefaultSectionSize(40)
 
     def closeEditor(self, editor: QWidget, hint: QAbstractItemDelegate.EndEditHint) -> None:
-        """Go on to the next cell with Tab, and from the last one out of the table."""
+        """Move to the next cell with Tab, and from the last one out of the table."""
         hints = QAbstractItemDelegate.EndEditHint
         here = (self.currentRow(), self.currentColumn())
         last = (self.rowCount() - 1, self.columnCount() - 1)
@@ -81,11 +81,11 @@ class LedTable(NumberTable):
             super().closeEditor(editor, hint)
 
     def show_leds(self, leds: Sequence[LedEntry]) -> None:
-        """Show LEDs instead of those that are there."""
+        """Replace the shown LEDs."""
         rows = []
         for row, led in enumerate(leds):
             place = (localised(f"{value:.7g}") for value in led.position)
-            # A hundredth is half a degree: nobody knows the light of an LED better.
+            # A hundredth is half a degree, better than any LED direction is known.
             light = (localised(f"{round(value, 2):g}") for value in led.direction)
             rows.append((led_name(row), *place, *light))
         self.blockSignals(True)
@@ -93,7 +93,7 @@ class LedTable(NumberTable):
         self.blockSignals(False)
 
     def leds(self) -> tuple[LedEntry, ...]:
-        """Return the LEDs; raise InputError where a cell is no number."""
+        """Return the LEDs; raise InputError if a cell is not a number."""
         found = []
         for row in range(self.rowCount()):
             values = [
@@ -115,7 +115,7 @@ class LedTable(NumberTable):
             self.scrollToBottom()
 
     def remove(self) -> None:
-        """Remove the LED that is chosen; those after it move up."""
+        """Remove the selected LED; those after it move up."""
         if self.currentRow() >= 0:
             self.removeRow(self.currentRow())
             for row in range(self.rowCount()):
@@ -123,10 +123,9 @@ class LedTable(NumberTable):
 
 
 class DefinitionForm(QWidget):
-    """The numbers of a probe but for its LEDs."""
+    """Numbers of a probe other than its LEDs."""
 
     changed = Signal()
-    """Something was written."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -154,7 +153,7 @@ class DefinitionForm(QWidget):
             self.fields[key] = field
 
     def show_document(self, document: ProbeDocument) -> None:
-        """Show the numbers of a document; the file stays as it is."""
+        """Show the numbers of a document; keep the file name."""
         rules = "; ".join(
             f"{_words(rule.probe_axis)} > {_words(rule.world_direction)}"
             for rule in document.orientation_rules
@@ -175,7 +174,7 @@ class DefinitionForm(QWidget):
             self.fields[key].setText(text)
 
     def document(self, leds: Sequence[LedEntry]) -> ProbeDocument:
-        """Return what is filled in, with LEDs; raise InputError where something is no number."""
+        """Return the document with these LEDs; raise InputError for invalid numbers."""
         text = {key: field.text().strip() for key, field in self.fields.items()}
         if not text["name"]:
             raise InputError("definition.name", "The probe has no name.", "Enter one.")
@@ -195,7 +194,7 @@ class DefinitionForm(QWidget):
         )
 
     def path(self) -> Path:
-        """Return the file; raise InputError where none is named."""
+        """Return the file; raise InputError if empty."""
         text = self.fields["file"].text().strip()
         if not text:
             raise InputError("definition.file", "No file name.", "Enter a new one.")
@@ -203,7 +202,7 @@ class DefinitionForm(QWidget):
 
 
 def number(text: str, what: str) -> float:
-    """Return a number, with a point or a comma; raise InputError where it is none."""
+    """Return a number, with point or comma; raise InputError if invalid."""
     try:
         value = float(plain_number(text))
     except ValueError:

@@ -1,4 +1,4 @@
-"""A probe is defined: numbers and LEDs are filled in, examined while that goes on, and saved."""
+"""Definition of a probe: numbers and LEDs, checked while typing, and saved."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from ocmm_gui.wizards.parts import ProbePicture
 from ocmm_gui.work import SideProcess
 
 SETTLE_MS = 500
-"""So long after the last key the definition is examined."""
+"""Delay of the check after the last key."""
 
 _PURPOSE = later(
     "Enter LED and ball positions. LED ambiguity is checked as you type. Then choose the "
@@ -57,7 +57,6 @@ class DefinitionPage(QWidget):
     """Form and LEDs on the left, picture and verdict on the right."""
 
     left = Signal()
-    """Back to where it was opened."""
     saved = Signal(object)
     """Emits the `Path` of the new document."""
 
@@ -104,7 +103,7 @@ class DefinitionPage(QWidget):
         self._lay_out()
 
     def open(self, document: ProbeDocument, path: Path, measured: ProbeRecord | None) -> None:
-        """Begin with a document; ``measured`` is the calibration of that probe in force."""
+        """Show a document; ``measured`` is the calibration of that probe in force."""
         self._measured = measured
         self.buttons["measured"].setEnabled(measured is not None)
         self.import_panel.hide()
@@ -123,12 +122,12 @@ class DefinitionPage(QWidget):
         self._say(self._word.text(), self._mark, self.sentence.text())
 
     def close_examination(self) -> None:
-        """End what runs; nothing is said any more."""
+        """Cancel the running check."""
         self._settle.stop()
         self._examination.cancel()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """End what runs."""
+        """Cancel the running check."""
         self.close_examination()
         super().hideEvent(event)
 
@@ -277,7 +276,7 @@ class DefinitionPage(QWidget):
 
 
 def examined_words(found: DefinitionCheck) -> str:
-    """Return in words why the LEDs cannot be confused, and by how much."""
+    """Return by what margin the LEDs can be distinguished, in words."""
     if found.body.code is not None:
         return tr("The LEDs cannot be confused: each is dark in a different frame.")
     nearest, hidden = found.labels[0].ambiguity, found.nearest_hidden

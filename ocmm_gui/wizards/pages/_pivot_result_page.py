@@ -1,4 +1,4 @@
-"""The result of a pivot calibration: where the tip is, how well it is known, and what changed."""
+"""Result of a pivot calibration: tip position, its uncertainty, and changes."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _LEDS = (
 
 
 class PivotCompare(QWidget):
-    """The new calibration beside the second sweep, the thesis's method and the one in force."""
+    """New calibration compared with the second sweep, the thesis's method and the one in force."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -63,7 +63,7 @@ class PivotCompare(QWidget):
         layout.addWidget(self.leds, 1)
 
     def show_outcome(self, outcome: PivotOutcome) -> None:
-        """Show what changes."""
+        """Show the differences."""
         spread = 1e3 * outcome.first.thesis.spread
         ball = tr("LED sphere centres scatter {spread:.1f} µm (RMS) about their mean.").format(
             spread=spread
@@ -74,13 +74,7 @@ class PivotCompare(QWidget):
 
 
 class PivotResultPage(ResultFrame):
-    """Paths, tips, residuals and comparison of a pivot calibration.
-
-    Parameters
-    ----------
-    rig
-        What the session started from.
-    """
+    """Paths, tips, residuals and comparison of a pivot calibration."""
 
     plots = (later("Paths"), later("Tip"), later("Spots"), later("Before/after"))
 
@@ -91,7 +85,7 @@ class PivotResultPage(ResultFrame):
         self._outcome: PivotOutcome | None = None
 
     def must_say_why(self) -> str:
-        """Return the question where the tip changed by more than is usual."""
+        """Return the question about an unusually large tip change."""
         outcome = self._outcome
         if outcome is None or outcome.change is None or not outcome.must_be_confirmed:
             return ""
@@ -100,7 +94,7 @@ class PivotResultPage(ResultFrame):
         )
 
     def judge(self, outcome: object) -> Said:
-        """Return whether something speaks against a calibration."""
+        """Return the judgement of a calibration."""
         if not isinstance(outcome, PivotOutcome):
             return Said("", Mark.OPEN, "")
         if outcome.must_be_confirmed and outcome.change is not None:

@@ -1,4 +1,4 @@
-"""The pages of the relocation: wave the probe, show the bar, touch the points of the world."""
+"""Pages of the relocation: wave the probe, show the bar, touch the world points."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ _EXAMPLES = (
     ((-0.5, 0.5, 0.0), (0.0, 0.0, 1.0)),
     ((0.5, -0.5, 0.0), (0.0, 0.0, 1.0)),
 )
-"""Middle and direction of placements, in halves of the volume: advice, not a rule."""
+"""Middle and direction of placements, in halves of the volume: advice only."""
 
 
 class TiltRow(Painted):
-    """How the probe was held, and which ways are missing."""
+    """Probe attitudes used, and those missing."""
 
     def __init__(self) -> None:
         super().__init__(tr("Probe attitudes"), (400, _TILT_PX), (200, _TILT_PX))
@@ -54,7 +54,7 @@ class TiltRow(Painted):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def show_tilts(self, tilts: Sequence[Tilt]) -> None:
-        """Show every way of holding the probe with its count."""
+        """Show each attitude with its count."""
         if tuple(tilts) != self._tilts:
             self._tilts = tuple(tilts)
             words = (
@@ -67,7 +67,7 @@ class TiltRow(Painted):
             self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint a small probe for each way, its name and its count."""
+        """Paint a small probe per attitude, with name and count."""
         painter = self._painter()
         theme, count = self._theme, max(len(self._tilts), 1)
         wide = (self.width() - 6.0 * (count - 1)) / count
@@ -81,7 +81,7 @@ class TiltRow(Painted):
             share.setWidth(share.width() * min(tilt.poses / tilt.wanted, 1.0))
             painter.fillRect(share, QColor(theme.good if done else theme.accent))
             colour = theme.good if done else theme.text
-            # The picture says that it leans; where there is no room for it the count comes first.
+            # The picture shows the lean; without room for it the count has priority.
             roomy = box.width() >= _ROOMY_PX
             if roomy:
                 tip = QPointF(box.left() + 34.0, box.bottom() - 17.0)
@@ -101,10 +101,10 @@ class TiltRow(Painted):
             painter.drawText(number, left, text)
 
     def _paint_probe(self, painter: QPainter, tip: QPointF, name: str) -> None:
-        """Paint a probe with its ball at a place, leaning as its name says."""
+        """Paint a probe with its ball at a place, leaning as its name indicates."""
         theme = self._theme
         angle = _LEAN.get(name, 0.0)
-        # Towards and away from the cameras a probe looks shorter; its ball says which way.
+        # Towards and away from the cameras a probe looks shorter; its ball shows the direction.
         length = 24.0 if "forward" in name or "back" in name else 34.0
         end = QPointF(
             tip.x() + length * sin(radians(angle)), tip.y() - length * cos(radians(angle))
@@ -122,7 +122,7 @@ class TiltRow(Painted):
 
 
 class WavePage(CollectPage):
-    """The cells of the volume that lack poses, and how good the result would be by now."""
+    """Volume cells without enough poses, and the predicted quality of the result."""
 
     hands_are_full = True
 
@@ -165,7 +165,7 @@ class WavePage(CollectPage):
 
 
 class BarPage(CollectPage):
-    """Where the bar could be shown next."""
+    """Suggested next placement of the bar."""
 
     def __init__(self, rig: Rig) -> None:
         super().__init__(rig, tr("Bar placements"))
@@ -191,7 +191,7 @@ class BarPage(CollectPage):
 
 
 class SeatPicture(Painted):
-    """The points that the ball is put into, in their order."""
+    """Points to put the ball into, in order."""
 
     def __init__(self) -> None:
         super().__init__(tr("Points of the world frame"), SCENE_SIZE, SCENE_LEAST)
@@ -210,7 +210,7 @@ class SeatPicture(Painted):
             self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint one row for each point, or that there is nothing to do."""
+        """Paint one row per point, or that there is nothing to do."""
         painter = self._painter()
         theme = self._theme
         frame = self._paint_panel(painter)
@@ -244,7 +244,7 @@ _SEAT_WORDS = {
 
 
 class WorldPage(CollectPage):
-    """The points that the world frame hangs on."""
+    """Points that define the world frame."""
 
     def __init__(self, rig: Rig) -> None:
         super().__init__(rig, tr("Points touched"))
@@ -253,7 +253,6 @@ class WorldPage(CollectPage):
         self.picture.hide()
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the points and the cameras."""
         super().show_seen(seen)
         view = seen.view_as(RelocationView)
         self.seats.show_seats(view.world_wanted, len(view.world_points))
@@ -262,7 +261,7 @@ class WorldPage(CollectPage):
 
 
 def show_prediction(score: Score, view: RelocationView) -> None:
-    """Show how well a length would be known with what was collected so far."""
+    """Show the predicted uncertainty of a length."""
     sigma, limit = view.length_sigma_mm, view.length_limit_mm
     if sigma is None:
         score.show_score(
@@ -279,7 +278,7 @@ def show_prediction(score: Score, view: RelocationView) -> None:
 
 
 def example_places(volume_world: Float, wanted: int, taken: int) -> tuple[BarPlace, ...]:
-    """Return ways to place a bar in a volume (2, 3), mm, all over it and in all directions."""
+    """Return bar placements all over a volume (2, 3), mm, in all directions."""
     middle, half = volume_world.mean(axis=0), 0.5 * np.ptp(volume_world, axis=0)
     places = []
     for number in range(wanted):

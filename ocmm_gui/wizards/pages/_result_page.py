@@ -1,4 +1,4 @@
-"""The result of a calibration: what it leaves over, and how it differs from the one in force."""
+"""Result of a camera calibration: residuals, and changes from the one in force."""
 
 from __future__ import annotations
 
@@ -25,13 +25,7 @@ _CHANGES = (
 
 
 class CompareView(QWidget):
-    """The new calibration beside the one in force.
-
-    Parameters
-    ----------
-    rig
-        Says what is in front and what is above.
-    """
+    """New calibration compared with the one in force."""
 
     def __init__(self, rig: Rig) -> None:
         super().__init__()
@@ -47,7 +41,7 @@ class CompareView(QWidget):
         layout.addWidget(self.space, 1)
 
     def show_comparison(self, comparison: CalibrationComparison | None) -> None:
-        """Show what changes; None where there is nothing to compare with."""
+        """Show the differences; None without a calibration in force."""
         self.cameras.setVisible(comparison is not None)
         self.space.setVisible(comparison is not None)
         if comparison is None:
@@ -73,15 +67,7 @@ class CompareView(QWidget):
 
 
 class ResultPage(ResultFrame):
-    """Residuals, errors in space and comparison of a calibration of the cameras.
-
-    Parameters
-    ----------
-    rig
-        What the session started from.
-    errors
-        What the errors in space are.
-    """
+    """Residuals, errors in space and comparison of a camera calibration."""
 
     plots = (later("Sensors"), later("Histogram"), later("Space"), later("Before/after"))
 
@@ -91,7 +77,7 @@ class ResultPage(ResultFrame):
         self.sensors, self.histogram, self.space, self.compare = views
 
     def judge(self, outcome: object) -> Said:
-        """Return whether something speaks against a calibration."""
+        """Return the judgement of a calibration."""
         if isinstance(outcome, CalibrationOutcome) and outcome.warnings:
             return Said(
                 tr("USABLE, LOOK"),

@@ -1,4 +1,4 @@
-"""The spheres of a verification: where to touch, and how much of it is done."""
+"""Spheres of a verification: touch points and progress."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, text_font, tr
 from ocmm_gui.wizards.parts import CollectPage, Seen
 
 _LAYERS = ((0.0, 1, 0.0), (22.5, 4, 0.0), (45.0, 8, 22.5), (67.5, 4, 45.0), (90.0, 8, 67.5))
-"""Degrees below the pole, points, and turn of the layer: 25 points all over a half sphere."""
+"""Degrees below the pole, points, and turn of the layer: 25 points over a half sphere."""
 
 _TILT = 0.42
-"""How far the pole leans towards the eye, sine."""
+"""Lean of the pole towards the eye, sine."""
 
 
 class SpherePicture(Painted):
-    """A half sphere with the places where it should be touched, from the pole to the equator."""
+    """A half sphere with suggested touch points, from pole to equator."""
 
     def __init__(self) -> None:
         super().__init__(tr("Where to touch the sphere"), SCENE_SIZE, SCENE_LEAST)
@@ -28,7 +28,7 @@ class SpherePicture(Painted):
         self._title = ""
 
     def show_taken(self, taken: int, title: str) -> None:
-        """Show how many points were taken; their places are advice, not a rule."""
+        """Show the number of recorded points; the places are advice only."""
         if (taken, title) != (self._taken, self._title):
             self._taken, self._title = taken, title
             self.setAccessibleDescription(
@@ -97,7 +97,7 @@ class SpheresPage(CollectPage):
         self.picture.setParent(self)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the sphere that is touched now."""
+        """Show the current sphere."""
         super().show_seen(seen)
         view = seen.view_as(VerificationView)
         if not view.spheres:

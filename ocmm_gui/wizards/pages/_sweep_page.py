@@ -1,4 +1,4 @@
-"""The pages of the pivot calibration on which the probe is swept about its ball."""
+"""Sweep pages of the pivot calibration."""
 
 from __future__ import annotations
 
@@ -28,15 +28,7 @@ _SOUNDS = {
 
 
 class SweepPage(HandsPage):
-    """One sweep: it begins when the ball rests in the cone and ends when nothing is missing.
-
-    Parameters
-    ----------
-    rig
-        What the session starts from.
-    second
-        It is the sweep that must be taken elsewhere.
-    """
+    """One sweep: starts when the ball rests in the cone, ends when complete."""
 
     keys = ("back", "drop", "anew", "next")
 
@@ -99,13 +91,7 @@ class SweepPage(HandsPage):
 
 
 class FirstConePage(HandsPage):
-    """The ball rests in the first cone once more, held as at the start.
-
-    Parameters
-    ----------
-    rig
-        What the session starts from.
-    """
+    """The ball rests in the first cone again, held as at the start."""
 
     keys = ("back", "take", "next")
 
@@ -115,7 +101,7 @@ class FirstConePage(HandsPage):
         self.scores.addWidget(self.visits)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show what to do, how the probe was held in the first sweep, and the cameras."""
+        """Show the instruction, the attitude of the first sweep, and the cameras."""
         view = seen.view_as(PivotView)
         self.show_cameras(view.base.live)
         step = view.base.step
@@ -130,7 +116,7 @@ class FirstConePage(HandsPage):
 
 
 def told_of(view: PivotView, sweep: SweepView) -> Told:
-    """Return what the banner says of a sweep."""
+    """Return the banner of a sweep."""
     hint = said(view.base.live.hint)
     if sweep.phase is SweepPhase.COUNTDOWN:
         seconds = max(view.countdown_s or 0.0, 0.0)
@@ -171,7 +157,7 @@ def _directions(cells: list[MapCell]) -> Points3:
 
 
 def _elsewhere(view: PivotView) -> Row:
-    """Return how far the second sweep is from the first; place or attitude must be another."""
+    """Return the difference of the second sweep from the first, in place or attitude."""
     place, attitude = view.place_distance_mm, view.attitude_distance
     ways = [
         (place / view.place_wanted_mm, f"{place:.0f} / {view.place_wanted_mm:.0f} mm"),

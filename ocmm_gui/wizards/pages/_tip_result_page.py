@@ -1,4 +1,4 @@
-"""The verdict on a tip: its diameter and form, whether it stays in place, and what changed."""
+"""Verdict on a tip: diameter, form, stability, and changes."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _COMPARED = (
 
 
 class ChecksView(QWidget):
-    """Errors between their limits as a chart, and in numbers below it."""
+    """Errors between their limits, as a chart and as numbers."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -59,7 +59,7 @@ class ChecksView(QWidget):
         layout.addWidget(self.table)
 
     def show_checks(self, checks: Sequence[Check], largest: int) -> None:
-        """Show all checks; the one that is nearest to its limit is named."""
+        """Show all checks; name the one nearest to its limit."""
         self.chart.show_checks(checks, largest)
         self.table.show_rows(
             [
@@ -83,7 +83,7 @@ class FormPlot(Plot):
         self._residuals_um: Float = np.empty(0)
 
     def show_form(self, residuals_mm: Float, directions_world: Points3) -> None:
-        """Show residuals (n,) of points in directions (n, 3) over their angle from the middle."""
+        """Show residuals (n,) in directions (n, 3) over their angle from the middle."""
         self._residuals_um = 1e3 * residuals_mm
         middle = directions_world.mean(axis=0)
         cosines = directions_world @ (middle / max(float(np.linalg.norm(middle)), 1e-9))
@@ -133,14 +133,6 @@ class FormPlot(Plot):
 
 
 class TipResultPage(ResultFrame):
-    """The verdict of a qualification.
-
-    Parameters
-    ----------
-    rig
-        What the session started from.
-    """
-
     plots = (later("Limits"), later("Form"), later("Cone"), later("Before/after"))
 
     def __init__(self, rig: Rig) -> None:
@@ -152,7 +144,6 @@ class TipResultPage(ResultFrame):
         self.chart, self.form, self.cone, self.compared = views
 
     def judge(self, outcome: object) -> Said:
-        """Return the verdict."""
         if not isinstance(outcome, TipOutcome):
             return Said("", Mark.OPEN, "")
         if outcome.record.passed:

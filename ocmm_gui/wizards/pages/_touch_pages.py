@@ -1,4 +1,4 @@
-"""The pages of tip qualification and quick check: touching the sphere, resting in the cone."""
+"""Pages of tip qualification and check: touching the sphere, resting in the cone."""
 
 from __future__ import annotations
 
@@ -19,13 +19,7 @@ _KEYS = ("back", "drop", "automatic", "take", "next")
 
 
 class SpherePage(HandsPage):
-    """The sphere is touched all around; the map says where.
-
-    Parameters
-    ----------
-    rig
-        What the session starts from.
-    """
+    """The sphere is touched all around; the map shows where."""
 
     keys = _KEYS
 
@@ -37,7 +31,7 @@ class SpherePage(HandsPage):
         self.scores.addWidget(self.bars, 3)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show what to touch next, what was touched and what follows from it."""
+        """Show the next touch, recorded touches and results."""
         view = seen.view_as(TouchView)
         self.show_cameras(view.base.live)
         sphere = view.sphere
@@ -71,13 +65,7 @@ class SpherePage(HandsPage):
 
 
 class ConePage(HandsPage):
-    """The ball rests in the cone in several attitudes; the tip must stay where it is.
-
-    Parameters
-    ----------
-    rig
-        What the session starts from.
-    """
+    """The ball rests in the cone in several attitudes; the tip must stay in place."""
 
     keys = _KEYS
 
@@ -90,7 +78,7 @@ class ConePage(HandsPage):
         self.scores.addWidget(self.tips, 4)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show how to hold the probe next, and how far the tip moved."""
+        """Show the next attitude, and the movement of the tip."""
         view = seen.view_as(TouchView)
         self.show_cameras(view.base.live)
         cone = view.cone
@@ -110,13 +98,7 @@ class ConePage(HandsPage):
 
 
 class TipScatter(Plot):
-    """Tips of all attitudes about their mean, from the front and from above.
-
-    Parameters
-    ----------
-    rig
-        Says what is upright.
-    """
+    """Tips of all attitudes about their mean, from the front and from above."""
 
     def __init__(self, rig: Rig) -> None:
         super().__init__(tr("Tips about their mean"))
@@ -126,11 +108,11 @@ class TipScatter(Plot):
         self._limit_um = float("nan")
 
     def show_tips(self, cone: ConeProgress) -> None:
-        """Show how far the tips of all attitudes are from their mean."""
+        """Show the deviations of the tips of all attitudes from their mean."""
         self.show_off(cone.off_world, cone.largest_limit_mm)
 
     def show_off(self, off_world: Points3, limit_mm: float) -> None:
-        """Show differences (n, 3), mm, in a circle of what is allowed; NaN draws none."""
+        """Show deviations (n, 3), mm, in a circle of the limit; NaN draws none."""
         self._off_um, self._limit_um = 1e3 * off_world, 1e3 * limit_mm
         self._off_um = self._off_um[np.isfinite(self._off_um).all(axis=1)]
         largest = float(np.linalg.norm(self._off_um, axis=1).max(initial=0.0))
@@ -187,7 +169,7 @@ class TipScatter(Plot):
 
 
 def told_of(view: TouchView, word: str, where: str, *, automatic: bool) -> Told:
-    """Return what the banner says while one observation is awaited: ``word`` until it is near."""
+    """Return the banner before an observation: ``word`` until the ball is near."""
     countdown, hint = view.countdown, said(view.base.live.hint)
     if not where:
         return Told(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0)

@@ -45,19 +45,19 @@ def _error(check: Check) -> str:
 
 
 class RepeatsLines(Protocol):
-    """The procedure that lets a failed line be taken again."""
+    """A procedure with repeatable lines."""
 
     def repeat_line(self, line: int, now: datetime) -> None:
-        """Take a line anew."""
+        """Repeat a line."""
         ...
 
     def back(self, now: datetime) -> None:
-        """Return to the step before."""
+        """Return to the previous step."""
         ...
 
 
 class VerdictPage(StepPage):
-    """Passed or not, by how much, and against what rule."""
+    """Pass or fail, the margin, and the decision rule."""
 
     keys = ("back", "repeat", "calculate", "keep", "accept")
 
@@ -168,9 +168,9 @@ class VerdictPage(StepPage):
 
 
 def repeat_worst(procedure: RepeatsLines, view: VerificationView) -> Callable[[datetime], None]:
-    """Return the command that takes the line of the worst check again, from the verdict on.
+    """Return the command that repeats the line of the worst check.
 
-    The procedure refuses where that is not allowed; the sentence then says why.
+    If not allowed, the procedure refuses with a reason.
     """
     names = [line.name for line in view.lines]
     checks = () if view.outcome is None else view.outcome.record.checks

@@ -1,12 +1,11 @@
-"""What the pages of the wizards are made of.
+"""Building blocks of wizard pages.
 
-In: snapshots of a procedure. Out: panels, forms, pictures and gates that several pages use.
+In: snapshots of a procedure. Out: panels, forms, pictures and gates used by several pages.
 
-Read `_shown` (what the parts hand to each other), `_pages` and `_hands_pages` (pages of steps in
-which something is collected), `_live_panel`, `_gate` (why Next is closed), `_far_banner`,
-`_picture` and `_probe_picture`, `_forms`, `_facts`, `_result_frame`, `_calculation` (in a process
-of its own), `_messages` (what the wizards say).
-It must not know one wizard's page.
+Start with `_shown` (common types), `_pages` and `_hands_pages` (collecting pages); then
+`_live_panel`, `_gate`, `_far_banner`, `_picture` and `_probe_picture`, `_forms`, `_facts`,
+`_result_frame`, `_calculation` (in a separate process), `_messages` (texts).
+It must not import pages of single wizards.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Calculations of a wizard in a process of their own, so that the window never stands still.
+"""Calculations of a wizard in a separate process, so that the window never freezes.
 
-The process resumes the session from its file, calculates, and sends the result back. A dense
-solution holds the interpreter for more than a second; in a thread it would hold the window too.
+The process resumes the session from its file, calculates, and returns the result. A dense solution
+holds the GIL for more than a second; in a thread it would block the window.
 """
 
 from __future__ import annotations
@@ -20,15 +20,10 @@ _END_S = 1.0
 
 
 class ProcessCalculation:
-    """The calculation of one procedure, again and again.
+    """Repeatable calculation of one procedure.
 
-    Parameters
-    ----------
-    procedure
-        Takes the result.
-    resume
-        Returns the same procedure in another process; a function of a module with arguments that
-        can be sent there.
+    ``resume`` returns the same procedure in another process: a module-level function with
+    serialisable arguments.
     """
 
     def __init__(self, procedure: ShownProcedure, resume: Callable[[], ShownProcedure]) -> None:
@@ -37,12 +32,12 @@ class ProcessCalculation:
         self._given_up = threading.Event()
 
     def run(self) -> None:
-        """Calculate; raise OcmmError where that fails or was given up."""
+        """Calculate; raise OcmmError on failure or cancellation."""
         self._given_up.clear()
         self._procedure.compute(self._elsewhere)
 
     def cancel(self) -> None:
-        """Make `run` end early; any thread may call."""
+        """Make `run` end early; thread-safe."""
         self._given_up.set()
 
     def _elsewhere(self) -> object:
@@ -82,7 +77,6 @@ class ProcessCalculation:
 
 
 def _calculate(resume: Callable[[], ShownProcedure], sender: Connection) -> None:
-    """Resume, calculate and answer; what runs in the process."""
     answer: object
     try:
         procedure = resume()

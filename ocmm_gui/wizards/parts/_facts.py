@@ -1,4 +1,4 @@
-"""Captions with values, one on a line."""
+"""Captions with values, one per line."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from ocmm_gui.kit import PlainLabel, sentence_label, text_font, tr
 
 
 def figures_area(told: QVBoxLayout) -> QScrollArea:
-    """Return what a verdict tells as one thing that scrolls.
+    """Return a scrollable area of the figures and reasons.
 
-    What speaks against a session may be longer than a small window is high.
+    Reasons may be longer than a small window is high.
     """
     holder = QWidget()
     holder.setLayout(told)
@@ -27,7 +27,7 @@ def figures_area(told: QVBoxLayout) -> QScrollArea:
 
 
 class Facts(QWidget):
-    """Captions with values, one on a line; long values wrap."""
+    """Captions with values, one per line; long values wrap."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -40,7 +40,7 @@ class Facts(QWidget):
         self._grid.setColumnStretch(1, 1)
 
     def show_facts(self, facts: Sequence[tuple[str, str]]) -> None:
-        """Show captions with values; those that are not named any more go."""
+        """Show captions with values; remove others."""
         named = dict(facts)
         for caption in [one for one in self._rows if one not in named]:
             for label in (self._rows.pop(caption), *self.findChildren(QLabel, caption)):
@@ -53,7 +53,7 @@ class Facts(QWidget):
                 self._rows[caption].setText(value)
 
     def value(self, caption: str) -> str:
-        """Return what stands behind a caption."""
+        """Return the value of a caption."""
         return self._rows[caption].text()
 
     def _add(self, caption: str) -> None:

@@ -1,4 +1,4 @@
-"""What can be read from three metres: one word, a line below it, and a bar that runs down."""
+"""Banner readable from three metres: a word, a sentence, and a progress bar."""
 
 from __future__ import annotations
 
@@ -20,34 +20,28 @@ from ocmm_gui.kit import (
 
 _BAR_PX = 10.0
 _LINE, _MOST_NOTE = 1.17, 0.56
-"""Height of a line over its type, and the part of the banner that the sentence may take."""
+"""Line height over type size, and the maximum share of the sentence."""
 _MARK_SHARE, _GAP_SHARE = 0.72, 0.18
-"""Of the height of the word."""
+"""Relative to the height of the word."""
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What the banner says."""
+    """Message of the banner."""
 
     word: str = ""
-    """A word or three, in capitals."""
+    """One to three words in capitals."""
     note: str = ""
-    """What to do, in a sentence."""
+    """Instruction, in a sentence."""
     mark: Mark = Mark.OPEN
-    """Its shape; its colour follows from it."""
+    """Determines shape and colour."""
     share: float | None = None
-    """How much of the bar is filled, 0 to 1; None paints no bar."""
+    """Filled share of the bar, 0 to 1; None paints no bar."""
 
 
 class FarBanner(Painted):
-    """A word as large as its place allows.
-
-    Parameters
-    ----------
-    name
-        What it tells.
-    """
+    """A word as large as its place allows."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name, (600, 124), (300, 64))
@@ -55,7 +49,6 @@ class FarBanner(Painted):
         self._told = Told()
 
     def tell(self, told: Told) -> None:
-        """Show a word with its line."""
         if told != self._told:
             self._told = told
             self.setAccessibleName(f"{self._name}: {told.word}")
@@ -110,7 +103,7 @@ class FarBanner(Painted):
             painter.fillRect(bar, colour)
 
     def _note_box(self, inside: QRectF) -> QRectF:
-        """Return where the sentence stands: in one line where that fits, else in two."""
+        """Return the place of the sentence: one line if it fits, otherwise two."""
         pixels = far_type(self)
         metrics = QFontMetricsF(text_font(pixels))
         lines = 1 if metrics.horizontalAdvance(self._told.note) < inside.width() else 2

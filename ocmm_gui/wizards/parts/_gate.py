@@ -1,4 +1,4 @@
-"""The line below a page: why Next is closed, or what there is to do."""
+"""Line below a page: why Next is closed, or the next action."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ def gate_words(seen: Seen, accepted: str, *, going_on: bool) -> tuple[str, Mark]
     Parameters
     ----------
     accepted
-        What is so after the result was accepted.
+        Consequence of accepting the result.
     going_on
-        The next step is entered by itself.
+        The next step is entered automatically.
     """
     base = seen.view.base
     gate = base.step.gate
@@ -40,5 +40,5 @@ def gate_words(seen: Seen, accepted: str, *, going_on: bool) -> tuple[str, Mark]
 
 
 def is_unstored(base: ProcedureView) -> bool:
-    """Return whether a result was accepted, but the program ended before it was in the store."""
+    """Return whether the program ended between acceptance and storing."""
     return base.decision is ProcedureDecision.ACCEPTED and not base.stored

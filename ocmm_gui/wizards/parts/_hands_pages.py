@@ -1,4 +1,4 @@
-"""What pages have in common while both hands are on the probe."""
+"""Common base of pages while both hands hold the probe."""
 
 from __future__ import annotations
 
@@ -23,13 +23,7 @@ _SIDE_PX = 360
 
 
 class ProbePreparePage(StepPage):
-    """What is fixed for a session about the probe, beside a picture of the probe.
-
-    Parameters
-    ----------
-    facts
-        What the session is about.
-    """
+    """Fixed facts of a probe session, next to a picture of the probe."""
 
     def __init__(self, design: ProbeBody, facts: Sequence[tuple[str, str]]) -> None:
         super().__init__()
@@ -49,22 +43,15 @@ class ProbePreparePage(StepPage):
         layout.addWidget(side)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show who does what with what."""
+        """Show the facts of the session."""
         base = seen.view.base
         self.facts.show_facts((*self._about, *session_facts(base)))
 
 
 class HandsPage(StepPage):
-    """A banner to be read from afar, a map below it, scores and cameras at the right.
+    """A banner readable from afar, a map below, scores and cameras at the right.
 
-    Everything is taken by itself, and the next step is entered by itself.
-
-    Parameters
-    ----------
-    rig
-        What the session starts from.
-    told, mapped
-        What banner and map tell.
+    Observations and steps proceed automatically.
     """
 
     hands_are_full = True
@@ -98,5 +85,5 @@ class HandsPage(StepPage):
         layout.addLayout(self.beside, 5)
 
     def show_cameras(self, live: Live) -> None:
-        """Show what the cameras see."""
+        """Show the camera views."""
         self.cameras.show_cameras(live.cameras)

@@ -1,4 +1,4 @@
-"""What is seen now: the score, whether it can be taken, and small pictures of the cameras."""
+"""Live view: score, readiness, and small camera pictures."""
 
 from __future__ import annotations
 
@@ -30,13 +30,7 @@ _BAR_PX, _HIGH_PX = 14.0, 112.0
 
 
 class Score(Painted):
-    """A large number with what it counts, and a bar that fills.
-
-    Parameters
-    ----------
-    name
-        What is counted.
-    """
+    """A large number with its caption, and a progress bar."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name, (200, 110), (120, 76))
@@ -46,7 +40,7 @@ class Score(Painted):
         self._share = 0.0
 
     def show_score(self, number: str, note: str, share: float) -> None:
-        """Show a number, a few words below it, and how much of the whole it is, 0 to 1."""
+        """Show a number, a caption, and the share done, 0 to 1."""
         if (number, note, share) != (self._number, self._note, self._share):
             self._number, self._note, self._share = number, note, share
             self.setAccessibleDescription(f"{number} {note}".strip())
@@ -71,7 +65,7 @@ class Score(Painted):
         painter.setPen(QColor(theme.muted))
         painter.drawText(head, left, self._name)
         bar = QRectF(0.5, box.bottom() - _BAR_PX - 1.0, box.width() - 1.0, _BAR_PX)
-        # A few words stand below the number where there is room, else beside it.
+        # The caption is below the number if there is room, otherwise next to it.
         beside = box.height() < _HIGH_PX and bool(self._note)
         foot = 20.0 if self._note and not beside else 0.0
         wide = 0.42 * box.width() if beside else box.width()
@@ -96,13 +90,7 @@ class Score(Painted):
 
 
 class MiniCamera(Painted):
-    """Where one camera sees its spots, on its whole sensor.
-
-    Parameters
-    ----------
-    camera
-        Whose sensor it is.
-    """
+    """Spots of one camera on its whole sensor."""
 
     def __init__(self, camera: CameraModel) -> None:
         super().__init__(tr("Camera {name}").format(name=camera.name), (130, 130), (60, 46))
@@ -111,13 +99,12 @@ class MiniCamera(Painted):
         self._live: CameraLive | None = None
 
     def show_live(self, live: CameraLive | None) -> None:
-        """Show the latest spots."""
         self._live = live
         self.setAccessibleDescription(tr("%n spots", "1 spot", 0 if live is None else len(live.uv)))
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the sensor, its spots and how many there are."""
+        """Paint the sensor, its spots and their number."""
         painter = self._painter()
         theme = self._theme
         count = 0 if self._live is None else len(self._live.uv)
@@ -144,14 +131,6 @@ class MiniCamera(Painted):
 
 
 class CameraRow(QWidget):
-    """All cameras side by side.
-
-    Parameters
-    ----------
-    rig
-        Whose cameras they are.
-    """
-
     def __init__(self, rig: Rig) -> None:
         super().__init__()
         self.setAccessibleName(tr("Camera view"))
@@ -163,20 +142,14 @@ class CameraRow(QWidget):
             row.addWidget(camera, 1)
 
     def show_cameras(self, seen: Sequence[CameraLive]) -> None:
-        """Show what each camera sees; empty before the first frame."""
+        """Show the camera views; empty before the first frame."""
         views: Sequence[CameraLive | None] = seen or (None,) * len(self.cameras)
         for camera, of_camera in zip(self.cameras, views, strict=True):
             camera.show_live(of_camera)
 
 
 class LivePanel(QFrame):
-    """Whether what is seen can be taken, in a word and a sentence, with the cameras below.
-
-    Parameters
-    ----------
-    rig
-        Whose cameras they are.
-    """
+    """Readiness in a word and a sentence, with the cameras below."""
 
     def __init__(self, rig: Rig) -> None:
         super().__init__()
@@ -202,7 +175,7 @@ class LivePanel(QFrame):
         layout.addWidget(self._row, 1)
 
     def show_live(self, live: Live, *, automatic: bool) -> None:
-        """Show what is seen now."""
+        """Show the current state."""
         self._live, self._automatic = live, automatic
         self._show_word()
         self._row.show_cameras(live.cameras)

@@ -1,4 +1,4 @@
-"""What the wizards are called, what they are for, and what they say when they end."""
+"""Titles, purposes and final texts of the wizards."""
 
 from __future__ import annotations
 
@@ -9,14 +9,13 @@ from ocmm_gui.kit import later, tr
 
 @dataclass(frozen=True, slots=True)
 class EndTexts:
-    """How a wizard ends."""
+    """Final texts of a wizard."""
 
     accept: str
     keep: str
-    """`accept`, `keep`: On the buttons that end it."""
     accepts: str
     keeps: str
-    """`accepts`, `keeps`: What is asked before it ends."""
+    """`accepts`, `keeps`: confirmation questions."""
 
 
 CALIBRATION_ENDS = EndTexts(
@@ -33,17 +32,13 @@ VERDICT_ENDS = EndTexts(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WizardTexts:
-    """The words of one wizard."""
-
     title: str
     purpose: str
-    """`title`, `purpose`: A few words, and what it is for."""
     ends: EndTexts
-    """How it ends."""
     accepted: str
-    """What is so after the result was accepted."""
+    """Consequence of accepting the result."""
 
 
 def practice_title(title: str) -> str:
-    """Return the title of a wizard in which nothing counts."""
+    """Return the title of a wizard in practice."""
     return tr("PRACTICE: {title}").format(title=title)

@@ -1,4 +1,4 @@
-"""The pages of steps in which observations are prepared and collected."""
+"""Pages of steps that prepare and collect observations."""
 
 from __future__ import annotations
 
@@ -25,39 +25,30 @@ class StepPage(QWidget):
     """One step of a procedure."""
 
     commanded = Signal(object)
-    """Emits a `Command` for the procedure that only this page has."""
+    """Emits a page-specific `Command` for the procedure."""
     sounded = Signal(object)
-    """Emits a `Sound` that is to be heard."""
 
     keys: tuple[str, ...] = ("back", "next")
-    """Of the actions that belong to it, in `keys.WIZARD_ACTIONS`."""
+    """Its actions in `keys.WIZARD_ACTIONS`."""
     hands_are_full = False
-    """What is ready is taken without a key from the beginning."""
+    """Take automatically from the start."""
     goes_on_by_itself = False
-    """The next step is entered a moment after it was opened."""
+    """Enter the next step automatically after a delay."""
 
     def show_seen(self, seen: Seen) -> None:
         """Show the snapshot."""
         raise NotImplementedError
 
     def show_plot(self, number: int) -> None:
-        """Show one of several plots; a page without any does nothing."""
+        """Show one of several plots; does nothing on pages without plots."""
 
     def must_say_why(self) -> str:
-        """Return what is to be explained before the result is accepted; empty where nothing is."""
+        """Return what must be explained before accepting; empty if nothing."""
         return ""
 
 
 class CollectPage(StepPage):
-    """A picture of where to go on the left; score and what is seen on the right.
-
-    Parameters
-    ----------
-    rig
-        What the session starts from.
-    counted
-        What the score counts.
-    """
+    """Picture of the target on the left; score and live view on the right."""
 
     keys: tuple[str, ...] = ("back", "drop", "automatic", "take", "next")
 
@@ -90,23 +81,15 @@ class CollectPage(StepPage):
 
 
 class AimsAtPoints(Protocol):
-    """The procedure whose next point can be chosen."""
+    """A procedure with selectable next point."""
 
     def aim(self, point: str | None) -> None:
-        """Say which point is taken next."""
+        """Select the next point."""
         ...
 
 
 class KnownPointsPage(CollectPage):
-    """The list of reference points, the next one in the picture.
-
-    Parameters
-    ----------
-    rig
-        What the session starts from.
-    procedure
-        Takes the choice of the next point.
-    """
+    """List of reference points, the next one in the picture."""
 
     keys = ("back", "drop", "skip", "automatic", "take", "next")
 
@@ -158,7 +141,7 @@ class KnownPointsPage(CollectPage):
 
 
 class LinesPage(CollectPage):
-    """The bar along its lines, the current one with the nest that is next."""
+    """The bar along its lines, with the next nest of the current one."""
 
     keys = ("back", "drop", "repeat", "automatic", "take", "next")
 
@@ -179,7 +162,7 @@ class LinesPage(CollectPage):
 
 
 class SeatsView(Protocol):
-    """The snapshot of a procedure that visits two seats first and last."""
+    """Snapshot of a procedure that visits two seats first and last."""
 
     @property
     def seats_world(self) -> tuple[Float, ...]:
@@ -188,20 +171,12 @@ class SeatsView(Protocol):
 
     @property
     def next_seat(self) -> int | None:
-        """Return the seat that comes next; None where both were visited."""
+        """Return the next seat; None if both were visited."""
         ...
 
 
 class SeatsPage(CollectPage):
-    """The two seats that are visited first and last, the next one in the picture.
-
-    Parameters
-    ----------
-    rig
-        What the session starts from.
-    again
-        They are visited for the second time.
-    """
+    """The two seats visited first and last, the next one in the picture."""
 
     def __init__(self, rig: Rig, view: type[SeatsView], *, again: bool) -> None:
         super().__init__(rig, tr("Seats visited"))
@@ -231,7 +206,7 @@ def _states(points: Sequence[KnownPoint]) -> tuple[tuple[str, int | None], ...]:
 
 
 def beside(page: QWidget, first: QWidget) -> QHBoxLayout:
-    """Lay a widget out on a page, with room at its side."""
+    """Lay out a widget on a page, with room at its side."""
     layout = QHBoxLayout(page)
     layout.setContentsMargins(0, 0, 0, 0)
     layout.setSpacing(8)

@@ -1,4 +1,4 @@
-"""The picture of a step: the volume before the cameras, and where to put probe, bar or target."""
+"""Picture of a step: the volume with the places of probe, bar or target."""
 
 from __future__ import annotations
 
@@ -23,15 +23,7 @@ Contents = Callable[[Theme], Sequence[Item]]
 
 
 class ScenePicture(Painted):
-    """A still 3-D picture, seen from behind the cameras and a little from above.
-
-    Parameters
-    ----------
-    name
-        Accessible name.
-    rig
-        Its volume and where its cameras stand.
-    """
+    """A static 3-D picture, seen from behind the cameras and slightly from above."""
 
     def __init__(self, name: str, rig: Rig) -> None:
         super().__init__(name, SCENE_SIZE, SCENE_LEAST)
@@ -47,13 +39,13 @@ class ScenePicture(Painted):
         self._orbit = start.turned(azimuth + _ASIDE, _ABOVE)
 
     def show_contents(self, contents: Contents, description: str) -> None:
-        """Show something in the volume; the description says it in words."""
+        """Show objects in the volume; the description is for screen readers."""
         self._contents = contents
         self.setAccessibleDescription(description)
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the volume and what is in it."""
+        """Paint the volume and its contents."""
         painter = QPainter(self)
         theme = self._theme
         frame = self._paint_panel(painter)
@@ -71,7 +63,7 @@ class ScenePicture(Painted):
         paint_scene(painter, items, orbit, inside, text_font(14, bold=True), theme.panel)
 
     def _camera_arrow(self) -> Float:
-        """Return the arrow (2, 3) on the floor of the volume that shows where the cameras are."""
+        """Return the arrow (2, 3) on the floor of the volume towards the cameras."""
         size = np.ptp(self._rig.volume_world, axis=0)
         floor = self._middle - 0.5 * (size @ np.abs(self._orbit.up)) * self._orbit.up
         direction = self._seat - (self._seat @ self._orbit.up) * self._orbit.up
@@ -82,7 +74,7 @@ class ScenePicture(Painted):
 
 
 def reference_points(points: Sequence[KnownPoint], aim: int | None) -> Contents:
-    """Return the picture of the list: taken points, open ones, and the one that is next."""
+    """Return the picture of the list: recorded points, open ones, and the next one."""
 
     def contents(theme: Theme) -> Sequence[Item]:
         groups: dict[str, list[Float]] = {"open": [], "taken": [], "skipped": []}
@@ -108,7 +100,7 @@ def reference_points(points: Sequence[KnownPoint], aim: int | None) -> Contents:
 
 
 def volume_coverage(coverage: VolumeCoverage) -> Contents:
-    """Return the picture of the cells: what lacks poses stands out, the emptiest has its name."""
+    """Return the picture of the cells: those without enough poses, the emptiest named."""
     missing = [cell for cell in coverage.cells if cell.poses < cell.wanted]
     first = min(missing, key=lambda cell: cell.poses / cell.wanted, default=None)
 
@@ -141,14 +133,13 @@ class BarPlace:
     ends_world: Float
     """(2, 3), mm."""
     nests: int
-    """Marks along it."""
     done: int
     shares: tuple[float, ...] = ()
-    """Where they are along it, from 0 to 1; evenly where nothing is said."""
+    """Relative positions along it, 0 to 1; evenly spaced if empty."""
 
 
 def bar_places(lines: Sequence[LinePlan]) -> tuple[BarPlace, ...]:
-    """Return the measuring lines of a verification as places of the bar."""
+    """Return the measuring lines of a verification as bar places."""
     return tuple(
         BarPlace(one.name, one.ends_world, one.wanted, one.taken, one.shares) for one in lines
     )
@@ -187,7 +178,7 @@ def bars(places: Sequence[BarPlace], current: int | None) -> Contents:
 
 
 def seats(places_world: Sequence[Float], aim: int | None) -> Contents:
-    """Return the picture of seats (3,), mm, that were visited; the next one stands out."""
+    """Return the picture of visited seats (3,), mm; the next one highlighted."""
 
     def contents(theme: Theme) -> Sequence[Item]:
         items: list[Item] = []
@@ -211,7 +202,7 @@ def _nothing(theme: Theme) -> Sequence[Item]:
 
 
 def _faces(corners: Float) -> list[Float]:
-    """Return the six faces (4, 3) of an upright box given by two corners (2, 3)."""
+    """Return the six faces (4, 3) of a box between two corners (2, 3)."""
     faces = []
     for axis in range(3):
         first, second = (one for one in range(3) if one != axis)

@@ -1,4 +1,4 @@
-"""The page on which a session is shown before it goes on."""
+"""Page with the facts of a session before it continues."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from ocmm_gui.wizards.parts._shown import Seen
 
 @dataclass(frozen=True, slots=True)
 class Planned:
-    """What will be done: a picture, the same in words, and what could not be planned as advised."""
+    """The plan: a picture, its description, and advice that could not be followed."""
 
     contents: Contents
     description: str
@@ -50,15 +50,7 @@ def planned_lines(seen: Seen) -> Planned:
 
 
 class PreparePage(StepPage):
-    """What is fixed for the whole session, beside a picture of what will be done.
-
-    Parameters
-    ----------
-    rig
-        What the session starts from.
-    planned
-        What will be done; None where nothing is known of it before.
-    """
+    """Fixed facts of the session, next to a picture of the plan."""
 
     def __init__(self, rig: Rig, planned: Callable[[Seen], Planned] | None = None) -> None:
         super().__init__()
@@ -76,7 +68,7 @@ class PreparePage(StepPage):
         layout.addWidget(side)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show who does what with what."""
+        """Show the facts of the session."""
         self.facts.show_facts(session_facts(seen.view.base))
         if self._planned is not None:
             planned = self._planned(seen)
@@ -85,9 +77,9 @@ class PreparePage(StepPage):
 
 
 def session_facts(base: ProcedureView) -> list[tuple[str, str]]:
-    """Return what is fixed for a session."""
+    """Return the fixed facts of a session."""
     begun = datetime.fromisoformat(base.begun_utc).astimezone()
-    # Where the name of the file may be broken.
+    # Permits line breaks within the file name.
     file = base.session.name.replace("-", "-\u200b").replace("T", "T\u200b")
     return [
         (tr("Rig"), base.rig),

@@ -1,4 +1,4 @@
-"""A probe in space: its LEDs with the direction of their light, its stylus and its ball."""
+"""Picture of a probe: LEDs with directions, stylus and ball."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 class ProbePicture(Painted):
-    """The probe as it is defined; what cannot be painted yet is left out."""
+    """The probe as defined; undefined parts are omitted."""
 
     def __init__(self) -> None:
         super().__init__(tr("Picture of the probe"), SCENE_SIZE, SCENE_LEAST)

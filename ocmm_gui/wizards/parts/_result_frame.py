@@ -1,4 +1,4 @@
-"""What result pages have in common: plots on the left, a word and figures on the right."""
+"""Common base of result pages: plots on the left, verdict and figures on the right."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _SIDE_PX = 360
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """What a result says in large letters, and what that means."""
+    """Verdict in large letters, with its meaning."""
 
     word: str
     mark: Mark
@@ -48,13 +48,7 @@ class Said:
 
 
 class PlotTabs(QWidget):
-    """Several plots, one of which is shown; chosen with buttons or the keys 1 to 4.
-
-    Parameters
-    ----------
-    plots
-        Titles with what they show.
-    """
+    """Several plots, one visible; selected with buttons or the keys 1 to 4."""
 
     def __init__(self, plots: Sequence[tuple[str, QWidget]]) -> None:
         super().__init__()
@@ -87,25 +81,18 @@ class PlotTabs(QWidget):
         self.show_plot(0)
 
     def show_plot(self, number: int) -> None:
-        """Show one of the plots; a number without a plot does nothing."""
+        """Show a plot; an invalid number does nothing."""
         button = self._buttons.button(number)
         if button is not None:
             self._stack.setCurrentIndex(number)
             button.setChecked(True)
 
     def plot(self) -> str:
-        """Return the title of the plot that is shown."""
         return self.titles[self._stack.currentIndex()]
 
 
 class ResultFrame(StepPage):
-    """Plots on the left, chosen with the keys 1 to 4; the verdict in words on the right.
-
-    Parameters
-    ----------
-    plots
-        Titles with what they show.
-    """
+    """Plots on the left, selected with the keys 1 to 4; the verdict on the right."""
 
     keys: tuple[str, ...] = (
         "back", "calculate", "keep", "accept", "plot1", "plot2", "plot3", "plot4",
@@ -146,11 +133,11 @@ class ResultFrame(StepPage):
         self._show(None)
 
     def judge(self, outcome: object) -> Said:
-        """Return what a result says."""
+        """Return the judgement of a result."""
         raise NotImplementedError
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
-        """Show a result in the plots; return its figures and what speaks against it."""
+        """Show a result in the plots; return its figures and warnings."""
         raise NotImplementedError
 
     def show_plot(self, number: int) -> None:
@@ -166,7 +153,7 @@ class ResultFrame(StepPage):
         return self._word.text()
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the result, or how far it is."""
+        """Show the result, or the progress."""
         self._seen = seen
         if seen.view.outcome is not self._shown:
             self._show(seen.view.outcome)

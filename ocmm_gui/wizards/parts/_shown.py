@@ -1,4 +1,4 @@
-"""What the parts of a wizard hand to each other: procedures, snapshots, calculations."""
+"""Types shared by the parts of a wizard: procedures, snapshots, calculations."""
 
 from __future__ import annotations
 
@@ -12,75 +12,67 @@ from ocmm_core.calibration.guided import Procedure, ProcedureView
 
 Watcher: TypeAlias = Callable[[FrameBlock], None]
 Tap: TypeAlias = Callable[[Watcher | None], None]
-"""Sends every block of frames to a watcher from now on, or to nobody."""
+"""Sends every block of frames to a watcher from now on, or to none."""
 TemperatureReadings: TypeAlias = Callable[[], Sequence[float | None]]
-"""Returns how warm the sensors of the cameras are, degrees Celsius; empty where nobody knows."""
+"""Returns the sensor temperatures, degrees Celsius; empty if unknown."""
 
 
 V = TypeVar("V")
 
 
 class ShownView(Protocol):
-    """What the snapshots of all procedures have."""
+    """Common part of all snapshots."""
 
     @property
     def base(self) -> ProcedureView:
-        """Return what all of them show."""
+        """Return the common part."""
         ...
 
     @property
     def outcome(self) -> object | None:
-        """Return the result; None before it was calculated."""
+        """Return the result; None before calculation."""
         ...
 
 
 class ShownProcedure(Procedure, Protocol):
-    """A procedure with its snapshot."""
-
     @property
     def view(self) -> ShownView:
         """Return the snapshot."""
         ...
 
     def compute(self, elsewhere: Callable[[], Any] | None = None) -> None:
-        """Calculate the result, here or elsewhere; which one it is, is the procedure's matter."""
+        """Calculate the result here, or by ``elsewhere`` if supported."""
         ...
 
     def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
-        """Keep how warm the sensors are while observations are taken."""
+        """Store sensor temperatures during observations."""
         ...
 
 
 class Calculation(Protocol):
-    """Runs `Procedure.compute` of one procedure somewhere; see `calculation`."""
+    """Runs `Procedure.compute` of one procedure; see `calculation`."""
 
     def run(self) -> None:
         """Calculate; return when the result is in the snapshot, or raise OcmmError."""
         ...
 
     def cancel(self) -> None:
-        """Make `run` return early; any thread may call."""
+        """Make `run` return early; thread-safe."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What the window shows."""
+    """State for display."""
 
     view: ShownView
     automatic: bool
-    """What is ready is taken without a key."""
+    """Automatic takes are on."""
     calculating_s: float | None
-    """For how long a calculation has been running, s; None where none is."""
+    """Duration of the running calculation, s; None if none is running."""
 
     def view_as(self, kind: type[V]) -> V:
-        """Return the snapshot as that of the procedure a page is made for.
-
-        Raises
-        ------
-        TypeError
-            The page stands in the wizard of another procedure: a mistake in `_registry`.
-        """
+        """Return the snapshot as a page's type; TypeError for an error in `_registry`."""
         if not isinstance(self.view, kind):
             raise TypeError(f"the page shows {kind.__name__}, not {type(self.view).__name__}")
         return self.view

@@ -9,7 +9,7 @@ import pytest
 from typer.core import TyperGroup
 from typer.main import get_command
 
-from ocmm_core.calibration.cameras import load_reference_points, load_spots
+from ocmm_core.calibration.cameras import load_spots, read_reference_points
 from ocmm_core.cli.calibrate import calibrate_app
 
 _ROOT = Path(__file__).resolve().parents[3]
@@ -33,7 +33,7 @@ def test_the_files_on_the_page_are_read(tmp_path: Path) -> None:
     points_text, spots_text = re.findall(r"```\n(# ocmm .*?)```", page, re.DOTALL)[:2]
     (tmp_path / "points.csv").write_text(points_text, encoding="utf-8")
     (tmp_path / "spots.csv").write_text(spots_text, encoding="utf-8")
-    points = load_reference_points(tmp_path / "points.csv")
+    points = read_reference_points(tmp_path / "points.csv").points
     assert points.positions_world[1].tolist() == [-150.0, -100.0, -200.0]
     assert points.sigma == pytest.approx(0.0017)
     assert points.length_sigma == 3e-6

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.pivot import PivotSweep, attitude_between, load_sweeps, write_sweeps
+from ocmm_core.calibration.pivot import PivotSweep, attitude_between, load_sweeps
 from ocmm_core.calibration.sweeping import BATCH, CELL_RAD, PivotProcedure, SweepPhase
 from ocmm_core.calibration.sweeping._map import sphere_map, where_missing
 from ocmm_core.calibration.sweeping._watch import POSE_TURN, SweepWatch
@@ -23,6 +23,7 @@ from ocmm_core.simulation.calibration_scenes import (
 )
 from ocmm_core.tracking import IdentifyOptions, identify, load_probe
 from tests.core.calibration.pivot_site import CONE, OTHER_CONE, SIGMA_PX, PivotBench, show_sweeps
+from tests.core.calibration.table_writers import write_sweeps
 
 TAKING = 6.0
 

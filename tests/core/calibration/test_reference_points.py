@@ -5,15 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.cameras import (
-    KnownPoints,
-    SpotTable,
-    load_reference_points,
-    load_spots,
-    write_reference_points,
-    write_spots,
-)
+from ocmm_core.calibration.cameras import KnownPoints, SpotTable, load_spots, read_reference_points
 from ocmm_core.errors import InputError
+from ocmm_core.tables import TableOptions
+from tests.core.calibration.table_writers import write_reference_points, write_spots
 
 pytestmark = pytest.mark.numerics
 
@@ -26,7 +21,7 @@ POINTS = KnownPoints(("A", "B"), np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]), 0
 def points_of(tmp_path: Path, text: str, encoding: str = "utf-8") -> KnownPoints:
     path = tmp_path / "points.csv"
     path.write_bytes(text.encode(encoding))
-    return load_reference_points(path)
+    return read_reference_points(path).points
 
 
 def spots_of(tmp_path: Path, text: str) -> SpotTable:
@@ -57,6 +52,55 @@ def test_lists_of_many_programs_are_read_alike(tmp_path: Path, text: str, encodi
     assert np.allclose(points.positions_world, POINTS.positions_world, rtol=1e-15)
     assert points.sigma == pytest.approx(0.0017)
     assert points.frame == "CMM"
+
+
+@pytest.mark.parametrize(
+    ("rows", "options"),
+    [
+        ("Point ID;X-Koordinate;Y [mm];z\nA;1;2;3\nB;4;5;6\n", TableOptions()),
+        ("Punkt;Y Ist;X Ist;Z Ist;X Soll;Y Soll;Z Soll\nA;2;1;3;0;0;0\nB;5;4;6;0;0;0\n",
+         TableOptions()),
+        ("name;Northing;Easting;Height;dev\nA;2;1;3;0,1\nB;5;4;6;0,1\n", TableOptions()),
+        ("A;1;2;3\nB;4;5;6\n", TableOptions(columns="name,x,y,z")),
+        ("name;x;y;z\nA;1,000;2,000;3,000\nB;4;5;6\n", TableOptions(decimal="comma")),
+        ("name;x;y;z\nA;1;2;3\nB;4;5;6\nMean;2;3;4\n", TableOptions()),
+        ("name;x;y;z;unit\nA;1;2;3;mm\nB;4;5;6;mm\n", TableOptions()),
+        ("name;x;y;z\nX;9;9;9\nA;1;2;3\nB;4;5;6\n", TableOptions(skip="6-6")),
+    ],
+)  # fmt: skip
+def test_headings_and_statements_give_the_columns(
+    tmp_path: Path, rows: str, options: TableOptions
+) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text(HEAD + rows)
+    read = read_reference_points(path, options)
+    assert read.points.names == ("A", "B")
+    assert read.points.positions_world.tolist() == POINTS.positions_world.tolist()
+    assert read.account.unit_from == "line 2"
+
+
+@pytest.mark.parametrize(
+    ("rows", "why"),
+    [
+        ("name;x;y;z;unit\nA;1;2;3;inch\n", "line 6: the unit inch contradicts"),
+        ("name;x [in];y [in];z [in]\nA;1;2;3\n", "line 5: the unit inch contradicts"),
+        ("P;X Soll;Y Soll;Z Soll\nA;1;2;3\n", "lack 'x'"),
+        ("name;x;y;z\nA;1,234;2,345;3,456\n", "could be 1.234 or 1234"),
+        ("A;1;2;3\n", "lack 'x'"),
+    ],
+)
+def test_an_ambiguous_list_is_refused(tmp_path: Path, rows: str, why: str) -> None:
+    with pytest.raises(InputError, match=why):
+        points_of(tmp_path, HEAD + rows)
+
+
+def test_a_stated_unit_replaces_that_of_the_header(tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text(HEAD + "x;y;z\n1,5;0;-2\n")
+    read = read_reference_points(path, TableOptions(unit="inch"))
+    assert read.points.positions_world.tolist() == [[38.1, 0.0, -50.8]]
+    assert read.points.sigma == 0.04318
+    assert "Unit inch, as you stated." in read.account.sentences()
 
 
 def test_inches_and_points_without_names(tmp_path: Path) -> None:
@@ -112,7 +156,7 @@ def test_a_file_that_is_no_text_or_not_there(tmp_path: Path) -> None:
         points_of(tmp_path, "# unit: \u00b5m", "utf-16-le")
     assert caught.value.code == "table.not_text"
     with pytest.raises(InputError, match="file not found"):
-        load_reference_points(tmp_path / "elsewhere.csv")
+        read_reference_points(tmp_path / "elsewhere.csv")
 
 
 def test_spots_are_sorted_to_points_and_cameras(tmp_path: Path) -> None:
@@ -160,7 +204,7 @@ def test_what_is_written_is_read_bit_by_bit(tmp_path: Path) -> None:
     spots = SpotTable((11, 22), uv, 0.01 / 3.0)
     (tmp_path / "p.csv").write_bytes(write_reference_points(points))
     (tmp_path / "s.csv").write_bytes(write_spots(spots, points.names))
-    back = load_reference_points(tmp_path / "p.csv")
+    back = read_reference_points(tmp_path / "p.csv").points
     assert back.names == points.names
     assert (back.sigma, back.frame) == (points.sigma, points.frame)
     assert back.length_sigma == points.length_sigma

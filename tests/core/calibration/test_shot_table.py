@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.guided import Shot, load_shots, write_shots
+from ocmm_core.calibration.guided import Shot, load_shots
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
+from tests.core.calibration.table_writers import write_shots
 
 RIG = load_rig(resource("rigs", "recommended.toml"))
 LEFT = RIG.cameras[0].serial

@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.cameras import KnownPoints, write_reference_points, write_spots
-from ocmm_core.calibration.guided import ProcedureKind, Shot, sessions, write_shots
+from ocmm_core.calibration.cameras import KnownPoints
+from ocmm_core.calibration.guided import ProcedureKind, Shot, sessions
 from tests.core.calibration.procedure_site import Bench, recorded
+from tests.core.calibration.table_writers import write_reference_points, write_shots, write_spots
 from tests.core.conftest import Ocmm
 from tests.host import HANG_S
 from tests.programs import rings_of

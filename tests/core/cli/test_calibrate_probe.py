@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from ocmm_core.calibration.guided import ProcedureKind, sessions
-from ocmm_core.calibration.pivot import PivotSweep, write_sweeps
+from ocmm_core.calibration.pivot import PivotSweep
 from ocmm_core.calibration.records import ProbeStore
 from ocmm_core.geometry import Float
 from tests.core.calibration.pivot_site import CONE, OTHER_CONE, SIGMA_PX, PivotBench
+from tests.core.calibration.table_writers import write_sweeps
 from tests.core.cli.test_calibrate_cli import killed
 from tests.core.conftest import Ocmm
 

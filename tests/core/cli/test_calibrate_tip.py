@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.guided import Shot, write_shots
+from ocmm_core.calibration.guided import Shot
 from ocmm_core.calibration.records import ProbeStore
 from ocmm_core.calibration.tip import CHECK_RINGS
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
+from tests.core.calibration.table_writers import write_shots
 from tests.core.calibration.touched_tip import SIGMA_PX, TipWorld
 from tests.core.conftest import Ocmm
 

@@ -13,6 +13,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.export.certificate import certificate_facts, certificate_of_folder, dcc_bytes
 from ocmm_core.export.template import plain_paper
 from tests.core.acceptance.acceptance_site import Machine, begin
+from tests.core.export.dcc_schema import dcc_schema
 
 Q = "{https://ptb.de/dcc}"
 
@@ -41,7 +42,7 @@ def test_values_limits_and_verdicts_are_those_of_the_record(
 ) -> None:
     paper = certificate_of_folder(kept(tmp_path, record), plain_paper())
     root = etree.fromstring(dcc_bytes(paper))
-    etree.XMLSchema(etree.parse(reference / "dcc" / "dcc.xsd")).assertValid(root)
+    dcc_schema(reference).assertValid(root)
     (run,) = paper.runs
     assert len(run.lines) == len(record.values) > 0
     for line, value in zip(run.lines, record.values, strict=True):
@@ -111,7 +112,7 @@ def test_a_test_after_an_adjustment_is_paired_with_the_one_as_found(
     assert paper.begin_utc == record.begun_utc
     assert paper.previous == found.stem
     root = etree.fromstring(dcc_bytes(paper))
-    etree.XMLSchema(etree.parse(reference / "dcc" / "dcc.xsd")).assertValid(root)
+    dcc_schema(reference).assertValid(root)
     assert condition_of(after) == "As found and after adjustment, both below."
     # The test as found stands alone: what came later is no part of it.
     assert condition_of(found) == "As found; nothing was adjusted."
@@ -177,7 +178,7 @@ def test_humidity_and_pressure_of_the_record_are_on_paper_and_in_the_dcc(
     facts = {fact.name: fact.value for fact in certificate_facts(paper)}
     assert facts["Environment"] == "as found: 20.0 °C, Humidity 45.5 %, Air pressure 1013 hPa"
     root = etree.fromstring(dcc_bytes(paper))
-    etree.XMLSchema(etree.parse(reference / "dcc" / "dcc.xsd")).assertValid(root)
+    dcc_schema(reference).assertValid(root)
     conditions = root.findall(f".//{Q}influenceCondition")
     assert len(conditions) == 3
     told = ["".join(map(str, one.itertext())).split() for one in conditions]

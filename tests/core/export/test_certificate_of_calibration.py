@@ -35,6 +35,7 @@ from ocmm_core.export.template import plain_paper
 from ocmm_core.seals import KeyFolder, SealWord
 from tests.core.calibration.made_records import MADE, make_record, make_verification
 from tests.core.export.certificate_site import lab
+from tests.core.export.dcc_schema import dcc_schema
 
 Q = "{https://ptb.de/dcc}"
 DRIFT_MM = 0.05
@@ -178,7 +179,7 @@ def test_it_is_valid_by_the_schema_and_read_back(
     tmp_path: Path, found: bool, after: bool, reference: Path
 ) -> None:
     paper = certificate_of_calibration(store_in(tmp_path, found=found, after=after), lab(tmp_path))
-    schema = etree.XMLSchema(etree.parse(reference / "dcc" / "dcc.xsd"))
+    schema = dcc_schema(reference)
     document = etree.fromstring(dcc_bytes(paper))
     assert schema.validate(document), schema.error_log
     wanted = (*paper.values_before, *paper.values)
@@ -191,7 +192,7 @@ def test_it_is_valid_by_the_schema_and_read_back(
 
 
 def test_it_is_signed(whole: Certificate, tmp_path: Path) -> None:
-    path, _ = write_certificate(whole, tmp_path / "out")
+    path = write_certificate(whole, tmp_path / "out")
     found = check_dcc_seal(path, KeyFolder())
     assert found.state.word is SealWord.SEALED
     assert found.dcc.number == whole.number

@@ -25,7 +25,7 @@ from ocmm_core.export.certificate import (
     check_dcc_seal,
     read_dcc,
     trust_laboratory,
-    trusted_laboratories,
+    trusted_signers,
 )
 from ocmm_core.seals import KeyFolder
 from tests.core.export.test_certificate_quantities import Stated, certificate
@@ -101,7 +101,7 @@ def test_judges_a_signature(
 def test_no_changed_document_is_valid(content: bytes, keys: KeyFolder, tmp_path: Path) -> None:
     lab = make_key("Laboratory")
     trust(lab, keys, tmp_path)
-    trusted = trusted_laboratories(keys.folder)
+    trusted = trusted_signers(keys)
     good = signed(lab, content)
     assert read_dcc(good, trusted).signature.word is XmlSignatureWord.VALID
     rng = np.random.default_rng(20261128)

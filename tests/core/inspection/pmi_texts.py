@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from ocmm_core.inspection.pmi import Pmi
+
 HEAD = "ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('AP242'));\nENDSEC;\nDATA;\n"
 END = "ENDSEC;\nEND-ISO-10303-21;\n"
 UNITS = """
@@ -78,3 +80,22 @@ def text_of(*parts: str, **changes: str) -> str:
 
 
 WHOLE = (UNITS, FACES, SIZE, ZONE)
+
+
+def labels_of(pmi: Pmi) -> tuple[int, int, int]:
+    """Return how many dimensions, tolerances and datums the library's reader has labels for.
+
+    It has one more dimension for each note and each label whose leader ends at an aspect of its
+    own, no tolerance without a shape, and one datum for each reference of a tolerance, of a datum
+    with targets each of them.
+    """
+    more = sum(one.own_aspect or not one.shows for one in pmi.annotations)
+    shown = [one for one in pmi.tolerances if one.faces or one.odd]
+    targets = {one.name: max(1, len(one.targets)) for one in pmi.datums}
+    references = sum(
+        targets.get(reference.labels[0], 1) if len(reference.labels) == 1
+        else len(reference.labels)
+        for one in shown
+        for reference in one.datums
+    )  # fmt: skip
+    return len(pmi.dimensions) + more, len(shown), references

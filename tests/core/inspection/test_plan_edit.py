@@ -21,7 +21,7 @@ from ocmm_core.inspection.plan import (
     add_characteristic,
     add_construction,
     add_feature,
-    features_from_csv,
+    feature_table,
     load_plan,
     move_item,
     new_plan,
@@ -169,7 +169,7 @@ SLOT;Round slot;1;2;3;;;;;;;
 def test_a_table_gives_features(tmp_path: Path) -> None:
     path = tmp_path / "t.csv"
     path.write_text(CSV.replace("SLOT;Round slot", "BALL;sphere").replace("3;;;;;;;", "3;;;;6;;;"))
-    top, bore, ball = features_from_csv(path)
+    top, bore, ball = feature_table(path).features
     assert (top.point, top.points, top.text) == ((0.0, 0.0, 10.5), 6, "Touch all corners")
     assert (bore.diameter, bore.side, bore.point) == (8.02, "inner", (12.25, -3.5, 10.0))
     assert (ball.shape, ball.direction) == (Shape.SPHERE, (0.0, 0.0, 1.0))
@@ -187,6 +187,7 @@ def test_a_table_gives_features(tmp_path: Path) -> None:
         ('name,shape,x,y,z\n"A$(x)",Plane,1,2,3\n', ("line 2", "column 'name'")),
         ("name,shape,x,y,z\nA,Blob,1,2,3\n", ("line 2", "column 'shape'", "Plane")),
         ("name;shape;x;y;z\nA;Plane;1.234;2,5;3\n", ("line 2", "'1.234' could be")),
+        ("name;shape;x;y;z;diameter [in]\nA;Cylinder;1;2;3;0.4\n", ("line 1", "diameter inch")),
         ("name;shape;x;y;z;k\nA;Plane;1;2;3;25.4\n", ("line 2", "the length 25.4")),
         ("name;shape;x;y;z\nA;Plane;nan;2;3\n", ("line 2", "column 'x'")),
         ("name;shape;x;y;z\nA;Plane;1e999;2;3\n", ("line 2", "column 'x'")),
@@ -200,7 +201,7 @@ def test_a_fault_of_a_table_names_line_and_column(
     path = tmp_path / "t.csv"
     path.write_text(content)
     with pytest.raises(InputError) as caught:
-        features_from_csv(path)
+        feature_table(path)
     for word in told:
         assert word in str(caught.value)
 

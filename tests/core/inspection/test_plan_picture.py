@@ -123,7 +123,7 @@ def test_head_and_alignment_are_changed_and_checked(plan: Plan) -> None:
     changed = with_head(plan, msgspec.structs.replace(plan, name="P", rule="simple", features=[]))
     assert (changed.name, changed.rule, changed.features) == ("P", "simple", plan.features)
     with pytest.raises(InputError, match="name"):
-        with_head(plan, msgspec.structs.replace(plan, part="a,b"))
+        with_head(plan, msgspec.structs.replace(plan, part="a\u202eb"))
     assert plan.alignment is not None
     wrong = msgspec.structs.replace(plan.alignment, primary="NOWHERE")
     with pytest.raises(InputError, match=r"alignment\.primary"):

@@ -17,9 +17,10 @@ import pytest
 
 from ocmm_core.features.shapes import Shape
 from ocmm_core.inspection.drawing import Account, plan_with_tolerances
-from ocmm_core.inspection.plan import Plan, load_plan, new_plan, nominal_doubts, save_plan
+from ocmm_core.inspection.plan import Plan, load_plan, new_plan, plan_findings, save_plan
 from ocmm_core.inspection.step import StepModel, read_model
 from tests.core.inspection.nist_models import nist_model, path_of
+from tests.core.inspection.pmi_texts import labels_of
 from tests.core.inspection.step_models import MODELS, block, written
 from tests.host import needs_package
 
@@ -99,7 +100,7 @@ def test_every_item_of_a_public_model_is_taken_or_refused_by_name(
     assert model.pmi is not None
     assert model.pmi.fault == ""
     more = DROPPED_BY_THE_LIBRARY.get(name, 0)
-    assert model.pmi.labels == (by_library[0], by_library[1] + more, by_library[2])
+    assert labels_of(model.pmi) == (by_library[0], by_library[1] + more, by_library[2])
     plan, account = planned(model)
     counts: dict[str, int] = {
         group: sum(found.values()) for group, found in account.counts().items()
@@ -118,7 +119,7 @@ def test_every_item_of_a_public_model_is_taken_or_refused_by_name(
     assert taken <= named
     save_plan(plan, tmp_path / "plan.toml")
     assert load_plan(tmp_path / "plan.toml") == plan
-    assert nominal_doubts(plan) == ()
+    assert plan_findings(plan) == ()
 
 
 def test_ftc_06_gives_a_plan_with_its_limits(read: Callable[[str], StepModel]) -> None:

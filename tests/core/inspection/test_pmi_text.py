@@ -10,7 +10,7 @@ import time
 import pytest
 
 from ocmm_core.inspection.pmi import Dimension, Pmi, Tolerance, may_say_tolerances, read_pmi
-from tests.core.inspection.pmi_texts import FACES, SIZE, UNITS, WHOLE, ZONE, text_of
+from tests.core.inspection.pmi_texts import FACES, SIZE, UNITS, WHOLE, ZONE, labels_of, text_of
 
 MM = "LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({}),#1)"
 VALUE = (
@@ -129,8 +129,8 @@ def test_a_size_that_cannot_be_says_why_and_has_no_limits(
         ({"_2": MM.format("0.")}, "'INCH' is 0 mm"),
         ({"_3": "(CONVERSION_BASED_UNIT('CUBIT',#2)LENGTH_UNIT()NAMED_UNIT(#9))"}, "'CUBIT'"),
         ({"_2": "LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#3)"}, "refers to itself"),
-        ({"_1": "(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.ATTO.,.METRE.))"}, "prefix of its unit"),
-        ({"_1": "(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.SECOND.))"}, "its unit is SECOND"),
+        ({"_1": "(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.ATTO.,.METRE.))"}, "#1 is ATTO METRE"),
+        ({"_1": "(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.SECOND.))"}, "#1 is MILLI SECOND"),
         ({"_41": MM.format("-0.1")}, "no width of a zone"),
         ({"_41": MM.format("5000.")}, "no width of a zone"),
         ({"_41": "PLANE_ANGLE_MEASURE_WITH_UNIT(PLANE_ANGLE_MEASURE(1.),#6)"}, "no width"),
@@ -166,6 +166,22 @@ def test_the_unit_of_angles_is_degrees() -> None:
     # A degree of pi/200 is none.
     wrong = "PLANE_ANGLE_MEASURE_WITH_UNIT(PLANE_ANGLE_MEASURE(0.015707963),#4)"
     assert "'DEGREE'" in size(_33=angle.format("60.", "#6"), _5=wrong, **more).fault
+
+
+@pytest.mark.parametrize(
+    ("name", "mm", "value"),
+    [("FOOT", 304.8, 304.8), ("thou", 0.0254, 0.0254), ("centimetre", 10.0, 10.0),
+     ("INCHES", 25.4, 25.4), ("US survey foot", 304.8006096, 304.800610)],
+)  # fmt: skip
+def test_a_unit_has_the_names_of_the_grammar(name: str, mm: float, value: float) -> None:
+    unit = f"(CONVERSION_BASED_UNIT('{name}',#2)LENGTH_UNIT()NAMED_UNIT(#9))"
+    found = zone(_2=MM.format(mm), _3=unit, _41=MM.format("1.").replace("#1)", "#3)"))
+    assert (found.fault, found.size) == ("", value)
+
+
+def test_values_of_one_dimension_have_units_of_their_own() -> None:
+    found = size(_33=VALUE.format("1.5", "nominal value").replace("#1)", "#3)"))
+    assert (found.nominal, found.lower, found.upper) == (38.1, -0.2, 0.1)
 
 
 def test_what_changes_a_meaning_is_named() -> None:
@@ -257,10 +273,10 @@ def test_comments_and_texts_that_look_like_entities_are_none() -> None:
 
 def test_labels_are_counted_as_another_reader_does() -> None:
     # One size; the label ends at its own aspect; flatness and position; datum A once.
-    assert read().labels == (1, 2, 1)
+    assert labels_of(read()) == (1, 2, 1)
     note = "DRAUGHTING_CALLOUT('note',())"
-    assert read(_60=note).labels == (2, 2, 1)
-    assert read(_24="", _25="").labels == (1, 1, 0)
+    assert labels_of(read(_60=note)) == (2, 2, 1)
+    assert labels_of(read(_24="", _25="")) == (1, 1, 0)
 
 
 def test_a_text_without_a_word_of_tolerances_need_not_be_read() -> None:

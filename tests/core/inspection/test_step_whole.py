@@ -34,6 +34,7 @@ from tests.core.inspection.step_models import _ball as ball
 from tests.core.inspection.step_models import hill, off_mm, written
 from tests.core.inspection.whole_step_models import (
     GOOD,
+    MORE,
     ODD,
     UNITS,
     as_splines,
@@ -41,6 +42,7 @@ from tests.core.inspection.whole_step_models import (
     bored_plate,
     changed,
     flat_cone,
+    seventy_bores,
     split_plate,
     turned,
 )
@@ -90,24 +92,37 @@ def test_a_ray_between_the_ends_of_two_arcs_finds_the_hole() -> None:
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize("name", GOOD)
+# 12 models in every run, 150 in the long form, each with its own limit of time.
+@pytest.mark.parametrize("turn", range(amount(1, 10)))
+@pytest.mark.parametrize("name", GOOD | (MORE if amount(0, 1) else {}))
 def test_all_targets_of_foreign_models_lie_on_their_faces(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, turn: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     needs_package("OCP", "the extra 'step'")
     # The writer of assemblies puts part files where the program runs.
     monkeypatch.chdir(tmp_path)
-    # 12 kinds: 12 models in every run, 120 in the long form.
-    for turn in range(amount(1, 10)):
-        path = GOOD[name](tmp_path / f"model{turn}.stp", rng_of(name, str(turn)))
-        model = read_model(path)
-        check(path, model, tuple(sorted(model_files(path).parts)))
-        bores = [one for one in model.features if one.shape is Shape.CYLINDER]
-        if name in ("bored plate", "splines", "inside out"):
-            assert len(bores) == (3 if name == "inside out" else 6)
-            assert all(one.side == ("inner" if name != "inside out" else one.side) for one in bores)
-        if "split" in name:
-            assert len(bores) == 3
+    path = (GOOD | MORE)[name](tmp_path / "model.stp", rng_of(name, str(turn)))
+    model = read_model(path)
+    check(path, model, tuple(sorted(model_files(path).parts)))
+    bores = [one for one in model.features if one.shape is Shape.CYLINDER]
+    if name in ("bored plate", "splines", "inside out"):
+        assert len(bores) == (3 if name == "inside out" else 6)
+        assert all(one.side == ("inner" if name != "inside out" else one.side) for one in bores)
+    if "split" in name:
+        assert len(bores) == 3
+
+
+@pytest.mark.skipif(not amount(0, 1), reason="long form")
+def test_seventy_bores_of_splines_are_bores(tmp_path: Path) -> None:
+    """The bores of as1-oc-214: 70 B-splines, all of them cylinders."""
+    needs_package("OCP", "the extra 'step'")
+    path = seventy_bores(tmp_path / "as1.stp", rng_of("as1"))
+    model = read_model(path)
+    bores = [one for one in model.features if one.shape is Shape.CYLINDER]
+    assert len(bores) == 70
+    assert all(one.side == "inner" for one in bores)
+    assert not model.free_forms
+    check(path, model)
 
 
 @pytest.mark.parametrize("name", ODD)

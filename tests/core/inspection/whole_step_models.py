@@ -142,6 +142,49 @@ def turned_inside_out(rng: Generator) -> Any:
     return bored_plate(rng, 3).Reversed()
 
 
+def filleted(rng: Generator) -> Any:
+    """Return a block with a boss and a bore, all its edges rounded."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
+    from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
+    from OCP.TopAbs import TopAbs_EDGE
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    boss = rod((70, 40, 20), Z, float(rng.uniform(12, 20)), 18)
+    body = BRepAlgoAPI_Fuse(block(140, 80, 25), boss).Shape()
+    body = without(body, rod((20, 40, -1), Z, float(rng.uniform(6, 11)), 40))
+    rounded = BRepFilletAPI_MakeFillet(body)
+    edges = TopExp_Explorer(body, TopAbs_EDGE)
+    while edges.More():
+        rounded.Add(float(rng.uniform(0.8, 2.5)), static(TopoDS, "Edge")(edges.Current()))
+        edges.Next()
+    return rounded.Shape()
+
+
+def lofted(rng: Generator) -> Any:
+    """Return a transition from a rectangle to a circle, with a bore through it."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakePolygon
+    from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
+    from OCP.gp import gp_Pnt
+
+    wires = BRepOffsetAPI_ThruSections(True, bool(rng.random() < 0.5))
+    for height, size, corners in ((0.0, 45.0, 4), (40.0, 34.0, 12), (90.0, 26.0, 12)):
+        ring = BRepBuilderAPI_MakePolygon()
+        for angle in np.linspace(0.0, 2.0 * np.pi, corners, endpoint=False):
+            radius = size * float(rng.uniform(0.97, 1.03))
+            ring.Add(gp_Pnt(radius * np.cos(angle), radius * np.sin(angle), height))
+        ring.Close()
+        wires.AddWire(ring.Wire())
+    return without(wires.Shape(), rod((0, 0, -1), Z, float(rng.uniform(8, 15)), 100))
+
+
+def seventy_bores(path: Path, rng: Generator) -> Path:
+    """Write an assembly of 14 brackets with five bores each, all surfaces as splines."""
+    bracket = as_splines(bored_plate(rng, 5))
+    parts = [moved(bracket, 160.0 * (k % 7), 80.0 * (k // 7), 0.0) for k in range(14)]
+    return written(path, together(*parts))
+
+
 def changed(path: Path, pattern: str, replace: Callable[[re.Match[str]], str], count: int) -> Path:
     """Change the first places of a text that fit a pattern."""
     text = path.read_text()
@@ -266,6 +309,12 @@ GOOD: dict[str, Write] = {
     "inside out": in_unit(turned_inside_out),
     "assembly": assembly,
 }
+MORE: dict[str, Write] = {
+    "fillets": in_unit(filleted),
+    "spline fillets": in_unit(lambda rng: as_splines(filleted(rng))),
+    "loft": in_unit(lofted),
+}
+"""Kinds of the long form alone."""
 ODD: dict[str, Write] = {
     "radius": odd_radius, "cone": odd_cone, "torus": odd_torus, "spline": odd_spline,
     "direction": odd_direction, "point": odd_point,

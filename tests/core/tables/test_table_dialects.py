@@ -237,8 +237,26 @@ def test_every_line_is_in_the_account(tmp_path: Path) -> None:
     assert account.taken == 2
     assert [one.role for one in account.columns] == ["name", "x", "y", "z", ""]
     words = " ".join(account.sentences())
-    for part in ("Columns left out: 'dev'", "Unit mm (from line 2)", "Line 8 left out"):
+    for part in ("Columns left out: 'dev'", "Unit mm, stated in line 2", "Line 8 left out"):
         assert part in words
+
+
+@pytest.mark.parametrize(
+    ("head", "mm"),
+    [("# All dimensions INCH\n", None), ("# All dimensions INCH\n# unit: mm\n", 1.5),
+     ("# All dimensions INCH\nX [mm];Y [mm];Z [mm]\n", 1.5), ("# 2 inch stem\n", 1.5),
+     ("单位: 英寸\n点号;X;Y;Z\n7;", 38.1), ("番号;X座標(mm);Y座標(mm);Z座標(mm)\n7;", 1.5)],
+)  # fmt: skip
+def test_a_mentioned_unit_counts_without_a_stated_one(
+    tmp_path: Path, head: str, mm: float | None
+) -> None:
+    file = tmp_path / "points.txt"
+    file.write_text(f"{head}1.5;2.25;3.125\n", encoding="utf-8")
+    if mm is None:
+        with pytest.raises(InputError, match="line 1: 'All dimensions INCH' is not a clear unit"):
+            read_points_file(file)
+    else:
+        assert read_points_file(file).points[0, 0] == mm
 
 
 CASES = {

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from ocmm_core.errors import InputError
-from ocmm_core.units import agreed_unit, find_unit, heading_unit, named_unit, unit_statement
+from ocmm_core.units import agreed_unit, find_unit, heading_unit, named_unit, scaled, unit_statement
 
 
 @pytest.mark.parametrize(
@@ -35,7 +35,7 @@ def test_lengths(text: str, factor: float) -> None:
 def test_other_words_are_not_lengths(text: str) -> None:
     assert find_unit(text, "length") is None
     with pytest.raises(InputError, match="line 3"):
-        named_unit(text, "length", "a.txt, line 3")
+        named_unit(text, "length", "a.txt", 3)
 
 
 def test_angles_and_temperatures() -> None:
@@ -61,6 +61,8 @@ def test_name_and_factor_agree() -> None:
         ("UNITS/INCH,ANGDEC", "inch"),
         ("Einheit: Zoll", "inch"), ("Alle Maße in mm", "mm"), ("units: deg, mm", "mm"),
         ("all values in um", "µm"), ("exported in inches", "inch"), ("[mm]", "mm"), ("G20", "inch"),
+        ("CMM export (inch)", "inch"), ("单位\N{FULLWIDTH COLON}毫米", "mm"),
+        ("単位: インチ", "inch"), ("Единицы: дюймы", "inch"), ("Единица измерения: мм", "mm"),
         ('units = "mm"', "mm"), ("x, y, z in mm", "mm"), ("comment unit mm", "mm"),
     ],
 )  # fmt: skip
@@ -93,6 +95,20 @@ def test_unclear_statements_are_no_units(text: str) -> None:
 
 
 @pytest.mark.parametrize(
+    "text", ["All dimensions INCH", "Measured in imperial", "IPS template, Zoll", "寸法 インチ"]
+)
+def test_a_mentioned_unit_is_asked_for(text: str) -> None:
+    found = unit_statement(text)
+    assert found is not None
+    assert (found.unit, found.is_mention) == (None, True)
+
+
+@pytest.mark.parametrize("text", ["probe 4, 2 inch stem", "1/2-inch ball", "pinch, thousand"])
+def test_a_property_in_inch_is_no_unit(text: str) -> None:
+    assert unit_statement(text) is None
+
+
+@pytest.mark.parametrize(
     ("cell", "parts"),
     [
         ("X [mm]", ("X", "mm")), ("x (in)", ("x", "in")), ("x/mm", ("x", "mm")),
@@ -104,3 +120,14 @@ def test_unclear_statements_are_no_units(text: str) -> None:
 )  # fmt: skip
 def test_headings_with_units(cell: str, parts: tuple[str, str]) -> None:
     assert heading_unit(cell) == parts
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "mm"),
+    [(1.5, "inch", 38.1), (0.375, "inch", 9.525), (-0.007, "in", -0.1778), (1.1, "ft", 335.28),
+     (0.3, "µm", 0.0003), (3.3, "mil", 0.08382), (0.7, "cm", 7.0), (1e-5, "m", 0.01)],
+)  # fmt: skip
+def test_converted_lengths_are_rounded_once(value: float, unit: str, mm: float) -> None:
+    found = find_unit(unit, "length")
+    assert found is not None
+    assert scaled(value, found.factor) == mm

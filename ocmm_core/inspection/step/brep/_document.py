@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.pmi import units_fault
 from ocmm_core.inspection.step.brep._edge_steps import EdgeSteps
@@ -112,7 +113,7 @@ def read_document(
         raise ValueError(msg)
     # Only now: to read a file sets back what is to be mended.
     folder = Path(path).parent
-    contents = [Path(path).read_bytes(), *((folder / name).read_bytes() for name in parts)]
+    contents = [read_bytes(Path(path)), *(read_bytes(folder / name) for name in parts)]
     for name, one in zip(("", *parts), contents, strict=True):
         _refuse_units(name, one)
     content = b"".join(contents)

@@ -3,27 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QKeyEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
 
-from ocmm_core.inspection.plan import FeaturePreview
-from ocmm_core.tables import TableOptions
-from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
-    ChoiceBox,
-    DataTable,
-    NarrowButton,
-    Theme,
-    caption,
-    form_field,
-    said,
-    sentence_label,
-    text_font,
-    tr,
-)
+from ocmm_core.tables import TableOptions, TablePreview
+from ocmm_gui.kit._narrow import NarrowButton
+from ocmm_gui.kit._parts import DataTable, sentence_label
+from ocmm_gui.kit._sheet import ChoiceBox, caption, form_field
+from ocmm_gui.kit._texts import PlainLabel, said, tr
+from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, text_font
 
 _SIGNS = ("", "point", "comma")
 _CELL_PX = 110
@@ -34,34 +25,43 @@ _PAUSE_MS = 300
 class TableImport(QWidget):
     """First and last lines of a table, with columns, unit and decimal sign, all changeable.
 
-    Return takes the features over, Esc goes back without.
+    Return takes the table over, Esc goes back without.
+
+    Parameters
+    ----------
+    example
+        Columns of such a table, as they are stated.
     """
 
     changed = Signal(object, object)
     """Emits path and `TableOptions`: the table is to be read again."""
     taken = Signal(object)
-    """Emits the `FeatureTable`."""
+    """Emits the content that the reader returned."""
     declined = Signal()
 
-    def __init__(self) -> None:
+    def __init__(self, example: str) -> None:
         super().__init__()
         self.setAccessibleName(tr("Import of a table"))
         self._theme = THEMES[DEFAULT_THEME]
         self._path = Path()
-        self._found: FeaturePreview | None = None
+        self._found: TablePreview[Any] | None = None
         self.summary = sentence_label(tr("What the reader makes of the table"), 15)
+        self.title = PlainLabel()
+        self.title.setFont(text_font(18, bold=True))
         self.table = DataTable(tr("First and last lines"), (), font=text_font(14))
         self.unit = form_field(tr("Unit of lengths"), tr("as in the file, else mm"))
-        self.columns = form_field(tr("Columns"), tr("as in the heading; name,shape,x,y,z,-"))
+        self.columns = form_field(
+            tr("Columns"), tr("as in the heading; {example}").format(example=example)
+        )
         self.skip = form_field(tr("Lines to skip"), tr("none; 3: first three, 4-9: range"))
         names = {"": tr("by the numbers"), "point": tr("point"), "comma": tr("comma")}
         tip = tr("Sign before the decimals")
         self.decimal = ChoiceBox(tr("Decimal sign"), tip, _SIGNS, names.__getitem__)
         self.take = NarrowButton(tr("Take over  [Return]"))
-        self.take.setAccessibleName(tr("Take the features of the table over"))
+        self.take.setAccessibleName(tr("Take the table over"))
         self.take.setProperty("role", "primary")
         self.back = NarrowButton(tr("Back  [Esc]"))
-        self.back.setAccessibleName(tr("Go back without features"))
+        self.back.setAccessibleName(tr("Go back without the table"))
         self.take.clicked.connect(self._emit_taken)
         self.back.clicked.connect(self.declined)
         self._again = QTimer(self)
@@ -77,6 +77,7 @@ class TableImport(QWidget):
     def open_table(self, path: Path) -> None:
         """Start with a table and no options."""
         self._path = path
+        self.title.setText(path.name)
         for field in (self.unit, self.columns, self.skip):
             field.blockSignals(True)
             field.clear()
@@ -92,35 +93,35 @@ class TableImport(QWidget):
             self.skip.text().strip(),
         )  # fmt: skip
 
-    def show_preview(self, found: FeaturePreview) -> None:
+    def show_preview(self, found: TablePreview[Any]) -> None:
         """Show the lines of a table, and the account or the reason of a refusal."""
         self._found = found
-        preview = found.preview
-        account = preview.account
-        width = max((len(row.cells) for row in preview.rows), default=1)
+        account = found.account
+        rows = found.rows
+        width = max((len(row.cells) for row in rows), default=1)
         heads = [tr("Line"), tr("Left out, because")]
         for column in range(width):
             role = account.columns[column].role if account and column < len(account.columns) else ""
             heads.append(role or (tr("not read") if account else str(column + 1)))
         self.table.setColumnCount(width + 2)
         self.table.setHorizontalHeaderLabels(heads)
-        self.table.setRowCount(len(preview.rows))
-        for row, one in enumerate(preview.rows):
+        self.table.setRowCount(len(rows))
+        for row, one in enumerate(rows):
             cells = [*one.cells, *[""] * (width - len(one.cells))]
             self.table.show_words(row, (str(one.line), said(one.why) if one.why else "", *cells))
         for column in range(width + 2):
             self.table.setColumnWidth(column, (60, 170)[column] if column < 2 else _CELL_PX)
-        if preview.error is not None:
-            words = f"{said(preview.error.what)}\n{said(preview.error.remedy)}"
+        if found.error is not None:
+            words = f"{said(found.error.what)}\n{said(found.error.remedy)}"
         else:
-            words = "\n".join(said(one) for one in account.sentences(3)) if account else ""
-        if preview.hidden:
+            words = "  ".join(said(one) for one in account.sentences(0)) if account else ""
+        if found.hidden:
             hidden = tr(
                 "%n lines between them are not shown.",
                 "1 line between them is not shown.",
-                preview.hidden,
+                found.hidden,
             )
-            words = f"{words}\n{hidden}"
+            words = f"{words}  {hidden}"
         self.summary.setText(words)
         self.take.setEnabled(found.table is not None)
         self._colour()
@@ -147,10 +148,10 @@ class TableImport(QWidget):
         found = self._found
         if found is None:
             return
-        is_good = found.preview.error is None
+        is_good = found.error is None
         colour = self._theme.text if is_good else self._theme.bad
         self.summary.setStyleSheet(f"color: {colour};")
-        for row, one in enumerate(found.preview.rows):
+        for row, one in enumerate(found.rows):
             for column in range(self.table.columnCount()):
                 item = self.table.item(row, column)
                 if item is not None:
@@ -183,6 +184,7 @@ class TableImport(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(8)
+        layout.addWidget(self.title)
         layout.addWidget(self.summary)
         layout.addWidget(self.table, 1)
         layout.addLayout(form)

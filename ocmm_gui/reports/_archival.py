@@ -1,0 +1,254 @@
+"""Drawn pages as PDF/A-3a (ISO 19005-3): tags, metadata, output intent and associated files.
+
+Qt draws the pages and embeds the fonts. It knows no tags, so each tagged drawing is enclosed by two
+lines off the page (`paint_tag`), which become marked content here.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import cast
+from xml.sax.saxutils import escape
+
+from pypdf import PageObject, PdfReader, PdfWriter
+from pypdf.errors import PyPdfError
+from pypdf.generic import (
+    ArrayObject,
+    BooleanObject,
+    ByteStringObject,
+    DecodedStreamObject,
+    DictionaryObject,
+    IndirectObject,
+    NameObject,
+    NumberObject,
+    PdfObject,
+    StreamObject,
+    TextStringObject,
+)
+from PySide6.QtCore import QPointF
+from PySide6.QtGui import QColor, QColorSpace, QPainter, QPdfWriter, QPen
+
+_OFF = -9000
+"""Of the marks, tenths of a millimetre: far off the page."""
+_MARK = re.compile(rb"-9000 -(\d+) m\n-9000 -\d+ l\nS\n")
+_RANGE = re.compile(rb"^(<\w{4}> <\w{4}> )(.*)$", re.MULTILINE)
+"""Of a font's codes, and the characters that they are copied as."""
+_TYPES = {".json": "application/json", ".xml": "text/xml", ".csv": "text/csv"}
+_XMP = """<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>
+<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">
+<rdf:Description rdf:about="" xmlns:dc="http://purl.org/dc/elements/1.1/"
+ xmlns:xmp="http://ns.adobe.com/xap/1.0/" xmlns:pdf="http://ns.adobe.com/pdf/1.3/"
+ xmlns:pdfaid="http://www.aiim.org/pdfa/ns/id/">
+<pdfaid:part>3</pdfaid:part><pdfaid:conformance>A</pdfaid:conformance>
+<dc:format>application/pdf</dc:format>
+<dc:title><rdf:Alt><rdf:li xml:lang="x-default">{title}</rdf:li></rdf:Alt></dc:title>
+<dc:language><rdf:Bag><rdf:li>{language}</rdf:li></rdf:Bag></dc:language>
+<xmp:CreatorTool>{creator}</xmp:CreatorTool><pdf:Producer>{creator}</pdf:Producer>
+<xmp:CreateDate>{utc}</xmp:CreateDate><xmp:ModifyDate>{utc}</xmp:ModifyDate>
+</rdf:Description></rdf:RDF></x:xmpmeta>
+<?xpacket end="r"?>"""
+
+
+@dataclass(frozen=True, slots=True)
+class PageTag:
+    """An element of the structure of a document (ISO 32000-1, 14.8.4)."""
+
+    role: str
+    parent: int = -1
+    """Index of the element around it; -1 for the document."""
+    words: str = ""
+    """Alternative text of a figure."""
+
+
+@dataclass(frozen=True, slots=True)
+class PdfFacts:
+    """Metadata of a PDF file."""
+
+    title: str
+    language: str
+    software: str
+    utc: str
+    """Time of the record, ISO 8601: the same record makes the same file."""
+
+
+def paint_tag(painter: QPainter, number: int) -> None:
+    """Start the element of an index in a PDF; -1 ends it. Nothing on a screen."""
+    if isinstance(painter.device(), QPdfWriter):
+        painter.save()
+        painter.setClipping(False)
+        # Another pen than the default one, which Qt strokes as an area.
+        painter.setPen(QPen(QColor("black"), 2.0))
+        painter.drawLine(QPointF(_OFF, -number - 2), QPointF(_OFF, -number - 3))
+        painter.restore()
+
+
+def archival_pdf(
+    drawn: bytes, tags: Sequence[PageTag], facts: PdfFacts, files: Mapping[str, bytes]
+) -> bytes:
+    """Return drawn pages as PDF/A-3a with associated files.
+
+    Parameters
+    ----------
+    files
+        Data of the pages by name, ending in ``.json``, ``.xml`` or ``.csv``.
+    """
+    writer = PdfWriter(clone_from=io.BytesIO(drawn))
+    writer.pdf_header = "%PDF-1.7"
+    root, moment = writer.root_object, datetime.fromisoformat(facts.utc)
+    moment = moment.replace(tzinfo=UTC) if moment.tzinfo is None else moment.astimezone(UTC)
+    creator, stamp = f"OCMM {facts.software}", moment.strftime("D:%Y%m%d%H%M%SZ")
+    xmp = _XMP.format(
+        title=escape(facts.title), language=facts.language, creator=escape(creator),
+        utc=moment.strftime("%Y-%m-%dT%H:%M:%SZ"),
+    ).encode()  # fmt: skip
+    for page in writer.pages:
+        _clean_fonts(page)
+    # Qt's has the time of writing.
+    cast("StreamObject", root["/Metadata"].get_object()).set_data(xmp)
+    root[_n("Lang")] = TextStringObject(facts.language)
+    root[_n("MarkInfo")] = _dict(Marked=BooleanObject(value=True))
+    root[_n("ViewerPreferences")] = _dict(DisplayDocTitle=BooleanObject(value=True))
+    root[_n("OutputIntents")] = ArrayObject([_add(writer, _intent(writer))])
+    root[_n("StructTreeRoot")] = _structure(writer, tags)
+    specs = [_add(writer, _file(writer, name, files[name], stamp)) for name in sorted(files)]
+    if specs:
+        root[_n("AF")] = ArrayObject(specs)
+        names = [part for name, spec in zip(sorted(files), specs, strict=True)
+                 for part in (TextStringObject(name), spec)]  # fmt: skip
+        root[_n("Names")] = _dict(EmbeddedFiles=_dict(Names=ArrayObject(names)))
+    writer.metadata = None
+    writer.add_metadata({
+        "/Title": facts.title, "/Creator": creator, "/Producer": creator, "/CreationDate": stamp,
+        "/ModDate": stamp,
+    })  # fmt: skip
+    digest = hashlib.sha256(b"".join((xmp, *files.values()))).digest()[:16]
+    writer._ID = ArrayObject([ByteStringObject(digest)] * 2)  # noqa: SLF001 - else random
+    out = io.BytesIO()
+    writer.write(out)
+    return out.getvalue()
+
+
+def attached(pdf: bytes) -> tuple[int, dict[str, bytes]]:
+    """Return the number of pages and the associated files of a PDF.
+
+    Raises
+    ------
+    ValueError
+        It cannot be read.
+    """
+    try:
+        reader = PdfReader(io.BytesIO(pdf), strict=True)
+        return len(reader.pages), {name: one[0] for name, one in reader.attachments.items()}
+    except (PyPdfError, KeyError, TypeError) as error:
+        raise ValueError(str(error)) from error
+
+
+def _structure(writer: PdfWriter, tags: Sequence[PageTag]) -> IndirectObject:
+    """Turn the marks into marked content and return the tree of the elements."""
+    tree, top = _dict(Type=_n("StructTreeRoot")), ArrayObject()
+    root = _add(writer, tree)
+    document = _add(writer, _dict(Type=_n("StructElem"), S=_n("Document"), P=root, K=top))
+    nodes: list[IndirectObject] = []
+    kids: list[ArrayObject] = [ArrayObject() for _ in tags]
+    for index, tag in enumerate(tags):
+        parent = document if tag.parent < 0 else nodes[tag.parent]
+        node = _dict(Type=_n("StructElem"), S=_n(tag.role), P=parent, K=kids[index])
+        if tag.role == "TH":
+            node[_n("A")] = _dict(O=_n("Table"), Scope=_n("Column"))
+        if tag.words:
+            node[_n("Alt")] = TextStringObject(tag.words)
+        nodes.append(_add(writer, node))
+        (top if tag.parent < 0 else kids[tag.parent]).append(nodes[-1])
+    places = ArrayObject()
+    for number, page in enumerate(writer.pages):
+        drawn, place = page.get_contents(), page.indirect_reference
+        found, content = _marked(b"" if drawn is None else drawn.get_data(), tags)
+        for mark, index in enumerate(found):
+            kids[index].append(
+                _dict(Type=_n("MCR"), Pg=cast("IndirectObject", place), MCID=NumberObject(mark))
+            )
+        page[_n("Contents")] = _add(writer, _stream(content).flate_encode())
+        page[_n("StructParents")] = NumberObject(number)
+        page[_n("Tabs")] = _n("S")
+        places += [NumberObject(number), ArrayObject(nodes[index] for index in found)]
+    after = NumberObject(len(writer.pages))
+    tree.update(_dict(
+        K=document, ParentTree=_add(writer, _dict(Nums=places)), ParentTreeNextKey=after
+    ))  # fmt: skip
+    return root
+
+
+def _marked(content: bytes, tags: Sequence[PageTag]) -> tuple[list[int], bytes]:
+    """Return the elements on a page in their order, and the page with marked content.
+
+    All that has no tag is an artifact: lines, fields of colour, feet.
+    """
+    found: list[int] = []
+
+    def change(match: re.Match[bytes]) -> bytes:
+        index = int(match[1]) - 2
+        if index < 0:
+            return b"EMC\n/Artifact BMC\n"
+        found.append(index)
+        return f"EMC\n/{tags[index].role} <</MCID {len(found) - 1}>> BDC\n".encode()
+
+    return found, b"/Artifact BMC\n" + _MARK.sub(change, content) + b"EMC\n"
+
+
+def _clean_fonts(page: PageObject) -> None:
+    """Correct what Qt writes of fonts: spaces copied as tabs, incomplete lists of characters."""
+    for font in cast("DictionaryObject", page["/Resources"]).get("/Font", {}).values():
+        for under in font.get("/DescendantFonts", ()):
+            # Optional in PDF/A-3 (6.2.11.4.2).
+            under["/FontDescriptor"].pop("/CIDSet", None)
+        stream = font["/ToUnicode"]
+        stream.set_data(_RANGE.sub(_with_spaces, stream.get_data()))
+
+
+def _with_spaces(match: re.Match[bytes]) -> bytes:
+    return match[1] + match[2].replace(b"<0009>", b"<0020>")
+
+
+def _intent(writer: PdfWriter) -> DictionaryObject:
+    profile = bytes(QColorSpace(QColorSpace.NamedColorSpace.SRgb).iccProfile().data())
+    stream = _add(writer, _stream(profile, N=NumberObject(3)).flate_encode())
+    return _dict(
+        Type=_n("OutputIntent"), S=_n("GTS_PDFA1"), DestOutputProfile=stream,
+        OutputConditionIdentifier=TextStringObject("sRGB IEC61966-2.1"),
+        Info=TextStringObject("sRGB IEC61966-2.1"),
+    )  # fmt: skip
+
+
+def _file(writer: PdfWriter, name: str, content: bytes, stamp: str) -> DictionaryObject:
+    kind = _n(_TYPES[name[name.rindex(".") :]])
+    times = _dict(ModDate=TextStringObject(stamp), Size=NumberObject(len(content)))
+    stream = _add(writer, _stream(content, Type=_n("EmbeddedFile"), Subtype=kind, Params=times)
+                  .flate_encode())  # fmt: skip
+    return _dict(
+        Type=_n("Filespec"), F=TextStringObject(name), UF=TextStringObject(name),
+        EF=_dict(F=stream, UF=stream), AFRelationship=_n("Data"),
+    )  # fmt: skip
+
+
+def _add(writer: PdfWriter, one: PdfObject) -> IndirectObject:
+    return writer._add_object(one)  # noqa: SLF001 - pypdf has no other way
+
+
+def _n(name: str) -> NameObject:
+    return NameObject(f"/{name}")
+
+
+def _dict(**entries: PdfObject) -> DictionaryObject:
+    return DictionaryObject({_n(name): entry for name, entry in entries.items()})
+
+
+def _stream(content: bytes, **entries: PdfObject) -> DecodedStreamObject:
+    stream = DecodedStreamObject()
+    stream.set_data(content)
+    stream.update(_dict(**entries))
+    return stream

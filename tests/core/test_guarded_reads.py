@@ -1,0 +1,74 @@
+"""Files of users and stations are read through the guard of `side_files` only."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+_READERS = ("read_bytes", "read_text", "fromfile", "loadtxt", "genfromtxt", "memmap")
+_GUARDS = ("open_guarded", "descriptor")
+
+# Files that read without the guard: why they may.
+EXCEPTIONS = {
+    "ocmm_core/acquisition/bus_process/_rights.py": "/proc",
+    "ocmm_core/acquisition/recording/_recorder.py": "a file that it has just made",
+    "ocmm_core/archive/outbox/_outbox_rows.py": "the identity of the computer in /etc",
+    "ocmm_core/camera/_compiled.py": "sources of this program",
+    "ocmm_core/cluster/_worker.py": "sources of this program",
+    "ocmm_core/export/_files.py": "temporary files that it has just made",
+    "ocmm_core/fieldbus/wire/_interface.py": "/proc",
+    "ocmm_core/fieldbus/wire/_other_masters.py": "/proc",
+    "ocmm_core/host/_posix.py": "/proc",
+    "ocmm_core/simulation/bus/_named_rig.py": "/proc",
+    "ocmm_core/manual/_manual.py": "the manual of this program",
+    "ocmm_gui/help/_what_to_do.py": "texts of this program",
+}
+_CAMPAIGN = "ocmm_core/cli/campaign/"
+"""Trials make and read files of their own folders."""
+
+
+def _reads(tree: ast.AST) -> Iterator[ast.Call]:
+    """Yield the calls that read a file by its path."""
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Call):
+            continue
+        name = node.func
+        method = isinstance(name, ast.Attribute)
+        word = name.attr if isinstance(name, ast.Attribute) else getattr(name, "id", "")
+        read = method and word in _READERS
+        if read or (word == "open" and _is_reading(node, method=method)):
+            yield node
+
+
+def _is_reading(node: ast.Call, *, method: bool) -> bool:
+    modes = [*node.args[0 if method else 1 :][:1], *(k.value for k in node.keywords)]
+    words = [one.value for one in modes if isinstance(one, ast.Constant)]
+    if method:
+        # Other things than paths are opened without a mode.
+        return any(isinstance(one, str) and one.startswith("r") for one in words)
+    guarded = any(word in ast.unparse(node.args[0]) for word in _GUARDS)
+    return not guarded and not any(isinstance(one, str) and one[:1] in "wxa" for one in words)
+
+
+def test_reads_files_through_the_guard_only() -> None:
+    found = {}
+    for path in sorted((*ROOT.glob("ocmm_core/**/*.py"), *ROOT.glob("ocmm_gui/**/*.py"))):
+        name = path.relative_to(ROOT).as_posix()
+        if name.startswith(_CAMPAIGN):
+            continue
+        lines = [node.lineno for node in _reads(ast.parse(path.read_text("utf-8")))]
+        if lines:
+            found[name] = lines
+    assert {name: at for name, at in found.items() if name not in EXCEPTIONS} == {}
+    assert set(EXCEPTIONS) <= set(found)
+
+
+def test_finds_reads() -> None:
+    text = (
+        "path.read_bytes()\nPath(a).read_text('utf-8')\nopen(a)\nwith a.open('rb') as b: pass\n"
+        "np.fromfile(a)\nopen(open_guarded(a), 'rb')\nsource.open()\na.open('wb')\nread_text(a)\n"
+        "a.read_text(encoding='ascii')\n"
+    )
+    assert sorted(node.lineno for node in _reads(ast.parse(text))) == [1, 2, 3, 4, 5, 10]
