@@ -119,7 +119,7 @@ class RequirementCount:
             return f"{found:d} of {self.total:d} requirements of the {kind} are in this plan"
         return (
             f"{found:d} of {self.total:d} requirements of the {kind} are in this plan, "
-            f"notes left out: {self.notes:d}"
+            f"and 0 of {self.notes:d} notes"
         )
 
 
