@@ -38,25 +38,7 @@ else:
     )
 
 __all__ = [
-    "LEAST_LEDS",
-    "REAL_SHARE",
-    "TURNS",
-    "Advice",
-    "Ellipsoid",
-    "Held",
-    "Hint",
-    "ProbeHelp",
-    "ProbePicture",
-    "Sensitivities",
-    "Stance",
-    "SteadyHint",
-    "Turn",
-    "Way",
-    "advise",
-    "covariance_of",
-    "ellipsoid_of",
-    "help_when_lost",
-    "picture_of",
-    "stance_at",
-    "uncertainty_of",
-]
+    "LEAST_LEDS", "REAL_SHARE", "TURNS", "Advice", "Ellipsoid", "Held", "Hint", "ProbeHelp",
+    "ProbePicture", "Sensitivities", "Stance", "SteadyHint", "Turn", "Way", "advise",
+    "covariance_of", "ellipsoid_of", "help_when_lost", "picture_of", "stance_at", "uncertainty_of",
+]  # fmt: skip

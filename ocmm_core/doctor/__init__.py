@@ -40,26 +40,7 @@ else:
     )
 
 __all__ = [
-    "CHECKS",
-    "PERIOD_NS",
-    "CheckResult",
-    "CheckSpec",
-    "Computer",
-    "DoctorReport",
-    "HostCalls",
-    "Light",
-    "LoopTimes",
-    "Mended",
-    "NotAskedError",
-    "SystemChange",
-    "answer_of",
-    "can_undo",
-    "examine",
-    "judge_loop",
-    "may_mend",
-    "mend",
-    "part",
-    "this_computer",
-    "undo",
-    "wake_check",
-]
+    "CHECKS", "PERIOD_NS", "CheckResult", "CheckSpec", "Computer", "DoctorReport", "HostCalls",
+    "Light", "LoopTimes", "Mended", "NotAskedError", "SystemChange", "answer_of", "can_undo",
+    "examine", "judge_loop", "may_mend", "mend", "part", "this_computer", "undo", "wake_check",
+]  # fmt: skip

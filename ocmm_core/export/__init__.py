@@ -48,23 +48,8 @@ else:
     )
 
 __all__ = [
-    "ALL",
-    "BATCH_COLUMNS",
-    "DEFAULT_FORMAT",
-    "ENDING",
-    "EXPORTERS",
-    "FORMATS",
-    "PDF",
-    "ReportSealFound",
-    "batch_table",
-    "check_report_seal",
-    "chosen_formats",
-    "missing_of",
-    "missing_words",
-    "preview",
-    "preview_text",
-    "registry",
-    "require_complete",
-    "write_report",
+    "ALL", "BATCH_COLUMNS", "DEFAULT_FORMAT", "ENDING", "EXPORTERS", "FORMATS", "PDF",
+    "ReportSealFound", "batch_table", "check_report_seal", "chosen_formats", "missing_of",
+    "missing_words", "preview", "preview_text", "registry", "require_complete", "write_report",
     "write_together",
-]
+]  # fmt: skip

@@ -33,13 +33,6 @@ else:
     )
 
 __all__ = [
-    "GEOMETRY_NAMES",
-    "Certificate",
-    "Criterion",
-    "Fit",
-    "PointsFile",
-    "Shape",
-    "certificate",
-    "fit_shape",
-    "read_points_file",
-]
+    "GEOMETRY_NAMES", "Certificate", "Criterion", "Fit", "PointsFile", "Shape", "certificate",
+    "fit_shape", "read_points_file",
+]  # fmt: skip

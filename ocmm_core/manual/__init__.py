@@ -34,17 +34,6 @@ else:
     )
 
 __all__ = [
-    "ENGLISH",
-    "Chapter",
-    "Manual",
-    "ManualHit",
-    "ManualSection",
-    "Part",
-    "Place",
-    "anchors_of",
-    "load_manual",
-    "manual_folder",
-    "mark_of",
-    "search_words",
-    "word_fits",
-]
+    "ENGLISH", "Chapter", "Manual", "ManualHit", "ManualSection", "Part", "Place", "anchors_of",
+    "load_manual", "manual_folder", "mark_of", "search_words", "word_fits",
+]  # fmt: skip

@@ -45,22 +45,7 @@ else:
     )
 
 __all__ = [
-    "NO_FACE",
-    "Bundle",
-    "Canvas",
-    "Colours",
-    "RenderMesh",
-    "RenderMode",
-    "RenderStyle",
-    "Rendering",
-    "ValueField",
-    "blend_flat",
-    "choose_side",
-    "coarser",
-    "draw_bundles",
-    "face_colours",
-    "is_hidden",
-    "mesh_of",
-    "value_field",
-    "with_closed",
-]
+    "NO_FACE", "Bundle", "Canvas", "Colours", "RenderMesh", "RenderMode", "RenderStyle",
+    "Rendering", "ValueField", "blend_flat", "choose_side", "coarser", "draw_bundles",
+    "face_colours", "is_hidden", "mesh_of", "value_field", "with_closed",
+]  # fmt: skip

@@ -56,26 +56,8 @@ else:
     )
 
 __all__ = [
-    "SECTIONS",
-    "SETTINGS",
-    "SETTINGS_SCHEMA",
-    "Applies",
-    "Kind",
-    "LoadedSettings",
-    "Note",
-    "Origin",
-    "RecentPlaces",
-    "Scope",
-    "SettingSpec",
-    "Settings",
-    "SettingsFile",
-    "SettingsStore",
-    "Value",
-    "is_shipped",
-    "released_plans_only",
-    "spec_of",
-    "temperatures_hold",
-    "text_of",
-    "toml_text",
-    "value_of_text",
-]
+    "SECTIONS", "SETTINGS", "SETTINGS_SCHEMA", "Applies", "Kind", "LoadedSettings", "Note",
+    "Origin", "RecentPlaces", "Scope", "SettingSpec", "Settings", "SettingsFile", "SettingsStore",
+    "Value", "is_shipped", "released_plans_only", "spec_of", "temperatures_hold", "text_of",
+    "toml_text", "value_of_text",
+]  # fmt: skip

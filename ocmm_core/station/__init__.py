@@ -60,26 +60,8 @@ else:
     )
 
 __all__ = [
-    "NO_BUS",
-    "NO_BUS_REMEDY",
-    "NO_REPORT",
-    "NO_REPORT_REMEDY",
-    "TREND_S",
-    "BusSample",
-    "BusView",
-    "BusWatch",
-    "Instruments",
-    "JobChange",
-    "Looks",
-    "MeasuringStation",
-    "Reports",
-    "StationEvents",
-    "StationFaults",
-    "StationJob",
-    "StationMaintenance",
-    "StationOptions",
-    "bus_text",
-    "drop_job_without_points",
-    "free_path",
-    "give_back",
-]
+    "NO_BUS", "NO_BUS_REMEDY", "NO_REPORT", "NO_REPORT_REMEDY", "TREND_S", "BusSample", "BusView",
+    "BusWatch", "Instruments", "JobChange", "Looks", "MeasuringStation", "Reports", "StationEvents",
+    "StationFaults", "StationJob", "StationMaintenance", "StationOptions", "bus_text",
+    "drop_job_without_points", "free_path", "give_back",
+]  # fmt: skip

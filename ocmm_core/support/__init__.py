@@ -27,14 +27,6 @@ else:
     )
 
 __all__ = [
-    "MASKED",
-    "PARTS",
-    "BundleDraft",
-    "BundleItem",
-    "Cleaner",
-    "PartSpec",
-    "SupportSite",
-    "draft_bundle",
-    "site_of_this_user",
-    "write_bundle",
-]
+    "MASKED", "PARTS", "BundleDraft", "BundleItem", "Cleaner", "PartSpec", "SupportSite",
+    "draft_bundle", "site_of_this_user", "write_bundle",
+]  # fmt: skip

@@ -40,23 +40,8 @@ else:
     )
 
 __all__ = [
-    "NUMBER",
-    "SKIPPED_BY_USER",
-    "AccountedTable",
-    "NamedColumns",
-    "NumberGrammar",
-    "PointsFile",
-    "PreviewRow",
-    "TableAccount",
-    "TableColumn",
-    "TableOptions",
-    "TablePreview",
-    "TableReader",
-    "TextRow",
-    "TextTable",
-    "decoded",
-    "preview_table",
-    "read_points_file",
-    "read_table",
+    "NUMBER", "SKIPPED_BY_USER", "AccountedTable", "NamedColumns", "NumberGrammar", "PointsFile",
+    "PreviewRow", "TableAccount", "TableColumn", "TableOptions", "TablePreview", "TableReader",
+    "TextRow", "TextTable", "decoded", "preview_table", "read_points_file", "read_table",
     "typed_number",
-]
+]  # fmt: skip

@@ -36,13 +36,6 @@ else:
     )
 
 __all__ = [
-    "Dimension",
-    "MeasureUnit",
-    "UnitStatement",
-    "agreed_unit",
-    "find_unit",
-    "heading_unit",
-    "named_unit",
-    "scaled",
-    "unit_statement",
-]
+    "Dimension", "MeasureUnit", "UnitStatement", "agreed_unit", "find_unit", "heading_unit",
+    "named_unit", "scaled", "unit_statement",
+]  # fmt: skip

@@ -35,13 +35,6 @@ else:
     )
 
 __all__ = [
-    "ENGLISH",
-    "LANGUAGES",
-    "Pattern",
-    "Speech",
-    "Translation",
-    "in_language",
-    "language_of",
-    "load_translation",
-    "with_comma",
-]
+    "ENGLISH", "LANGUAGES", "Pattern", "Speech", "Translation", "in_language", "language_of",
+    "load_translation", "with_comma",
+]  # fmt: skip

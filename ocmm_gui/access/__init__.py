@@ -35,17 +35,6 @@ else:
     )
 
 __all__ = [
-    "RULER_PX",
-    "TARGET_MM",
-    "HandsAndEyes",
-    "PageStack",
-    "RulerLine",
-    "ScreenSize",
-    "TouchTargets",
-    "Zoom",
-    "ZoomArea",
-    "screen_factor",
-    "screen_size",
-    "small_targets",
-    "zoom_before_start",
-]
+    "RULER_PX", "TARGET_MM", "HandsAndEyes", "PageStack", "RulerLine", "ScreenSize", "TouchTargets",
+    "Zoom", "ZoomArea", "screen_factor", "screen_size", "small_targets", "zoom_before_start",
+]  # fmt: skip

@@ -34,11 +34,5 @@ else:
     )
 
 __all__ = [
-    "Choice",
-    "Errands",
-    "FileBrowser",
-    "FindAction",
-    "SettingsPage",
-    "StartPage",
-    "StartWindow",
-]
+    "Choice", "Errands", "FileBrowser", "FindAction", "SettingsPage", "StartPage", "StartWindow",
+]  # fmt: skip

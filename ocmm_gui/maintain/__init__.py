@@ -39,14 +39,6 @@ else:
     )
 
 __all__ = [
-    "BusPage",
-    "CalibrationPage",
-    "ConfirmedActions",
-    "FitsPage",
-    "MaintainView",
-    "Page",
-    "ProbeDesignPage",
-    "ProbePage",
-    "RecallSheet",
-    "plain_body",
-]
+    "BusPage", "CalibrationPage", "ConfirmedActions", "FitsPage", "MaintainView", "Page",
+    "ProbeDesignPage", "ProbePage", "RecallSheet", "plain_body",
+]  # fmt: skip

@@ -38,13 +38,6 @@ else:
     )
 
 __all__ = [
-    "DeskView",
-    "FarView",
-    "Feedback",
-    "JobSheet",
-    "PointChoice",
-    "SimulatedBand",
-    "TipLine",
-    "TrustBar",
-    "TrustPlace",
-]
+    "DeskView", "FarView", "Feedback", "JobSheet", "PointChoice", "SimulatedBand", "TipLine",
+    "TrustBar", "TrustPlace",
+]  # fmt: skip

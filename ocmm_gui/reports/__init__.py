@@ -40,14 +40,6 @@ else:
     )
 
 __all__ = [
-    "BatchPrinting",
-    "CertificateWriting",
-    "FormatText",
-    "PagePicture",
-    "PagePreview",
-    "Previewing",
-    "Writing",
-    "drawing",
-    "pdf_bytes",
-    "template_page",
-]
+    "BatchPrinting", "CertificateWriting", "FormatText", "PagePicture", "PagePreview", "Previewing",
+    "Writing", "drawing", "pdf_bytes", "template_page",
+]  # fmt: skip

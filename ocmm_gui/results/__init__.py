@@ -35,11 +35,6 @@ else:
     )
 
 __all__ = [
-    "AlignmentSheet",
-    "CompareSheet",
-    "JobSource",
-    "ReportSheet",
-    "ReportWriter",
-    "ResultsSheet",
+    "AlignmentSheet", "CompareSheet", "JobSource", "ReportSheet", "ReportWriter", "ResultsSheet",
     "Written",
-]
+]  # fmt: skip

@@ -40,25 +40,7 @@ else:
     )
 
 __all__ = [
-    "MOVING_TRIANGLES",
-    "Diamonds",
-    "Dots",
-    "Easing",
-    "Face",
-    "Item",
-    "KeptScene",
-    "Lines",
-    "Orbit",
-    "OrbitView",
-    "PartDrawing",
-    "PartScene",
-    "SceneLayer",
-    "ScenePainter",
-    "StillScene",
-    "Tag",
-    "blended",
-    "edge_colour",
-    "paint_scene",
-    "painted_still",
-    "part_colour",
-]
+    "MOVING_TRIANGLES", "Diamonds", "Dots", "Easing", "Face", "Item", "KeptScene", "Lines", "Orbit",
+    "OrbitView", "PartDrawing", "PartScene", "SceneLayer", "ScenePainter", "StillScene", "Tag",
+    "blended", "edge_colour", "paint_scene", "painted_still", "part_colour",
+]  # fmt: skip

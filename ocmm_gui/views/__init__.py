@@ -55,22 +55,7 @@ else:
     )
 
 __all__ = [
-    "SCALE_PX",
-    "CameraViews",
-    "PartPicture",
-    "PlacedScene",
-    "PointView",
-    "StepPicture",
-    "deviation_colour",
-    "deviation_items",
-    "deviation_part",
-    "deviations_of",
-    "job_items",
-    "paint_scale",
-    "reach_words",
-    "read_picture",
-    "scale_words",
-    "seen_from",
-    "shapes",
-    "upright",
-]
+    "SCALE_PX", "CameraViews", "PartPicture", "PlacedScene", "PointView", "StepPicture",
+    "deviation_colour", "deviation_items", "deviation_part", "deviations_of", "job_items",
+    "paint_scale", "reach_words", "read_picture", "scale_words", "seen_from", "shapes", "upright",
+]  # fmt: skip

@@ -46,18 +46,6 @@ else:
     )
 
 __all__ = [
-    "SESSIONS",
-    "WIZARDS",
-    "DirectCalculation",
-    "GuidedStack",
-    "ProbeSite",
-    "Runner",
-    "Subject",
-    "Wizard",
-    "WizardDriver",
-    "WizardSite",
-    "WizardSpec",
-    "practice_site",
-    "site_of",
-    "temperature",
-]
+    "SESSIONS", "WIZARDS", "DirectCalculation", "GuidedStack", "ProbeSite", "Runner", "Subject",
+    "Wizard", "WizardDriver", "WizardSite", "WizardSpec", "practice_site", "site_of", "temperature",
+]  # fmt: skip

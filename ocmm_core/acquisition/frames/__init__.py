@@ -59,27 +59,8 @@ else:
     )
 
 __all__ = [
-    "SUBPIXEL",
-    "AcquisitionState",
-    "AcquisitionStatus",
-    "AcquisitionWorker",
-    "Books",
-    "Cycle",
-    "CycleVerdict",
-    "ExposureCount",
-    "FrameBlock",
-    "FrameFlag",
-    "FrameJoiner",
-    "FrameRing",
-    "FrameSource",
-    "Given",
-    "RingHeaderField",
-    "SourceDescription",
-    "StopReason",
-    "frame_dtype",
-    "from_records",
-    "leave_error",
-    "quantise",
-    "read_status",
-    "to_records",
-]
+    "SUBPIXEL", "AcquisitionState", "AcquisitionStatus", "AcquisitionWorker", "Books", "Cycle",
+    "CycleVerdict", "ExposureCount", "FrameBlock", "FrameFlag", "FrameJoiner", "FrameRing",
+    "FrameSource", "Given", "RingHeaderField", "SourceDescription", "StopReason", "frame_dtype",
+    "from_records", "leave_error", "quantise", "read_status", "to_records",
+]  # fmt: skip

@@ -29,10 +29,5 @@ else:
     )
 
 __all__ = [
-    "HISTORY_S",
-    "BusCapture",
-    "CaptureAccount",
-    "FrameHistory",
-    "FrameRecorder",
-    "ReplaySource",
-]
+    "HISTORY_S", "BusCapture", "CaptureAccount", "FrameHistory", "FrameRecorder", "ReplaySource",
+]  # fmt: skip

@@ -36,16 +36,6 @@ else:
     )
 
 __all__ = [
-    "Checked",
-    "Rebuilt",
-    "differences",
-    "files_in",
-    "files_of",
-    "key_and_name",
-    "mark_altered",
-    "rebuild",
-    "records_of",
-    "stations_of",
-    "verify_archive",
-    "verify_files",
-]
+    "Checked", "Rebuilt", "differences", "files_in", "files_of", "key_and_name", "mark_altered",
+    "rebuild", "records_of", "stations_of", "verify_archive", "verify_files",
+]  # fmt: skip

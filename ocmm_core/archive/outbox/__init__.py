@@ -42,26 +42,8 @@ else:
     )
 
 __all__ = [
-    "ArchivePlace",
-    "BackOff",
-    "Contact",
-    "Courier",
-    "HandOver",
-    "HandOverProcess",
-    "Handed",
-    "Item",
-    "ItemState",
-    "JobNote",
-    "Outbox",
-    "default_outbox",
-    "exchange_heads",
-    "follow",
-    "hand_over",
-    "has_points",
-    "learn_marks",
-    "machine_identity",
-    "main",
-    "only_one",
-    "sender_of",
+    "ArchivePlace", "BackOff", "Contact", "Courier", "HandOver", "HandOverProcess", "Handed",
+    "Item", "ItemState", "JobNote", "Outbox", "default_outbox", "exchange_heads", "follow",
+    "hand_over", "has_points", "learn_marks", "machine_identity", "main", "only_one", "sender_of",
     "sweep",
-]
+]  # fmt: skip

@@ -36,19 +36,6 @@ else:
     )
 
 __all__ = [
-    "QUESTIONS",
-    "ArchiveAnswer",
-    "Asked",
-    "Question",
-    "cpk_by_month",
-    "csv_of",
-    "export_answer",
-    "parquet_of",
-    "parts",
-    "passed",
-    "rr",
-    "shown_cell",
-    "today",
-    "trend",
-    "used",
-]
+    "QUESTIONS", "ArchiveAnswer", "Asked", "Question", "cpk_by_month", "csv_of", "export_answer",
+    "parquet_of", "parts", "passed", "rr", "shown_cell", "today", "trend", "used",
+]  # fmt: skip

@@ -50,27 +50,8 @@ else:
     )
 
 __all__ = [
-    "FORGED",
-    "LONGEST_SENTENCE",
-    "NOT_SIGNED",
-    "SIGNED",
-    "USES",
-    "Delivery",
-    "Extract",
-    "ExtractedJob",
-    "JobRecord",
-    "JobRow",
-    "MarkRow",
-    "ResultRow",
-    "Sender",
-    "UseRow",
-    "check_delivery",
-    "check_mark",
-    "delivery_claim",
-    "extract_job",
-    "shown_text",
-    "signature_of",
-    "snapshot",
-    "station_claim",
-    "utc_text",
-]
+    "FORGED", "LONGEST_SENTENCE", "NOT_SIGNED", "SIGNED", "USES", "Delivery", "Extract",
+    "ExtractedJob", "JobRecord", "JobRow", "MarkRow", "ResultRow", "Sender", "UseRow",
+    "check_delivery", "check_mark", "delivery_claim", "extract_job", "shown_text", "signature_of",
+    "snapshot", "station_claim", "utc_text",
+]  # fmt: skip

@@ -56,24 +56,8 @@ else:
     )
 
 __all__ = [
-    "CHI2_DEVIATION",
-    "FLAT_REFUSED",
-    "FLAT_WARNED",
-    "FOCAL_SIGMA",
-    "OUTLIERS_REFUSED",
-    "OUTLIER_PROBABILITY",
-    "RMS_FORCED",
-    "RMS_REFUSED",
-    "KnownPoints",
-    "KnownPointsProcedure",
-    "LensCamera",
-    "SpotTable",
-    "calibrate_rig",
-    "cloud_of",
-    "empty_rows",
-    "fit_camera",
-    "kernel",
-    "load_spots",
-    "read_reference_points",
-    "spot_rows",
-]
+    "CHI2_DEVIATION", "FLAT_REFUSED", "FLAT_WARNED", "FOCAL_SIGMA", "OUTLIERS_REFUSED",
+    "OUTLIER_PROBABILITY", "RMS_FORCED", "RMS_REFUSED", "KnownPoints", "KnownPointsProcedure",
+    "LensCamera", "SpotTable", "calibrate_rig", "cloud_of", "empty_rows", "fit_camera", "kernel",
+    "load_spots", "read_reference_points", "spot_rows",
+]  # fmt: skip

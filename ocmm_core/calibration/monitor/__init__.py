@@ -34,15 +34,7 @@ else:
     )
 
 __all__ = [
-    "N_MOTIONS",
-    "Baseline",
-    "CalibrationMonitor",
-    "ChangeCause",
-    "DriftReport",
-    "ResidualAccumulator",
-    "ResidualSample",
-    "camera_changes",
-    "learn_baseline",
-    "load_baseline",
+    "N_MOTIONS", "Baseline", "CalibrationMonitor", "ChangeCause", "DriftReport",
+    "ResidualAccumulator", "ResidualSample", "camera_changes", "learn_baseline", "load_baseline",
     "save_baseline",
-]
+]  # fmt: skip

@@ -51,23 +51,8 @@ else:
     )
 
 __all__ = [
-    "BAR",
-    "BARS_WANTED",
-    "LENGTH_LIMIT_MM",
-    "POSES_WANTED",
-    "GeometryMode",
-    "KeptByCameras",
-    "KeptByPoints",
-    "LengthBar",
-    "LensMode",
-    "Observations",
-    "ProbeFrames",
-    "RelocationOptions",
-    "RelocationProblem",
-    "RelocationProcedure",
-    "ShownBar",
-    "World",
-    "build",
-    "judge_residuals",
+    "BAR", "BARS_WANTED", "LENGTH_LIMIT_MM", "POSES_WANTED", "GeometryMode", "KeptByCameras",
+    "KeptByPoints", "LengthBar", "LensMode", "Observations", "ProbeFrames", "RelocationOptions",
+    "RelocationProblem", "RelocationProcedure", "ShownBar", "World", "build", "judge_residuals",
     "relocate",
-]
+]  # fmt: skip

@@ -42,21 +42,7 @@ else:
     )
 
 __all__ = [
-    "AGAIN",
-    "BATCH",
-    "CELL_RAD",
-    "CHANGE_LIMIT_MM",
-    "COUNTDOWN_S",
-    "POSES_WANTED",
-    "SECOND",
-    "SWEEPS",
-    "VALID_DAYS",
-    "MapCell",
-    "PivotChange",
-    "PivotOutcome",
-    "PivotProcedure",
-    "PivotView",
-    "SweepPhase",
-    "SweepView",
-    "led_paths",
-]
+    "AGAIN", "BATCH", "CELL_RAD", "CHANGE_LIMIT_MM", "COUNTDOWN_S", "POSES_WANTED", "SECOND",
+    "SWEEPS", "VALID_DAYS", "MapCell", "PivotChange", "PivotOutcome", "PivotProcedure", "PivotView",
+    "SweepPhase", "SweepView", "led_paths",
+]  # fmt: skip

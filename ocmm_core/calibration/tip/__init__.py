@@ -57,27 +57,8 @@ else:
     )
 
 __all__ = [
-    "CHECK_RINGS",
-    "CONE",
-    "POLE",
-    "QUALIFICATION_RINGS",
-    "SPHERE",
-    "VALID_DAYS",
-    "CheckVerdict",
-    "ConeProgress",
-    "Countdown",
-    "Phase",
-    "SphereProgress",
-    "TipCheckOutcome",
-    "TipCheckProcedure",
-    "TipCheckView",
-    "TipLimits",
-    "TipOutcome",
-    "TipQualificationProcedure",
-    "TipView",
-    "TouchView",
-    "conforms",
-    "frame_about",
-    "qualification_checks",
-    "sphere_layout",
-]
+    "CHECK_RINGS", "CONE", "POLE", "QUALIFICATION_RINGS", "SPHERE", "VALID_DAYS", "CheckVerdict",
+    "ConeProgress", "Countdown", "Phase", "SphereProgress", "TipCheckOutcome", "TipCheckProcedure",
+    "TipCheckView", "TipLimits", "TipOutcome", "TipQualificationProcedure", "TipView", "TouchView",
+    "conforms", "frame_about", "qualification_checks", "sphere_layout",
+]  # fmt: skip

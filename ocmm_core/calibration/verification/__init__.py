@@ -49,19 +49,7 @@ else:
     )
 
 __all__ = [
-    "CORNER_NAMES",
-    "LINES",
-    "PLACES",
-    "RESULT",
-    "SEATS_AGAIN",
-    "SEATS_FIRST",
-    "SPHERES",
-    "Limits",
-    "LinePlanning",
-    "PlannedLine",
-    "VerificationProcedure",
-    "corner_distances",
-    "corners_of",
-    "fit_sphere",
-    "plan_lines",
-]
+    "CORNER_NAMES", "LINES", "PLACES", "RESULT", "SEATS_AGAIN", "SEATS_FIRST", "SPHERES", "Limits",
+    "LinePlanning", "PlannedLine", "VerificationProcedure", "corner_distances", "corners_of",
+    "fit_sphere", "plan_lines",
+]  # fmt: skip

@@ -35,13 +35,6 @@ else:
     )
 
 __all__ = [
-    "calibrate_app",
-    "check_tip_command",
-    "mount_tip",
-    "probe_command",
-    "probe_history",
-    "probe_status",
-    "take_relocation_shots",
-    "tip_command",
-    "write_cameras",
-]
+    "calibrate_app", "check_tip_command", "mount_tip", "probe_command", "probe_history",
+    "probe_status", "take_relocation_shots", "tip_command", "write_cameras",
+]  # fmt: skip

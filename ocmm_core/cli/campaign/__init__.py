@@ -52,27 +52,8 @@ else:
     )
 
 __all__ = [
-    "MAKERS",
-    "REFUSED",
-    "Kind",
-    "Make",
-    "damaged_kinds",
-    "document_kinds",
-    "forged",
-    "given",
-    "good_files",
-    "hostile_groups",
-    "job_kinds",
-    "leaf_kinds",
-    "lose_name",
-    "other_station",
-    "points_kinds",
-    "possible_losses",
-    "recording_kinds",
-    "reliability",
-    "selftest_app",
-    "serve_clock",
-    "serve_faults",
-    "table_kinds",
-    "usual_of",
-]
+    "MAKERS", "REFUSED", "Kind", "Make", "damaged_kinds", "document_kinds", "forged", "given",
+    "good_files", "hostile_groups", "job_kinds", "leaf_kinds", "lose_name", "other_station",
+    "points_kinds", "possible_losses", "recording_kinds", "reliability", "selftest_app",
+    "serve_clock", "serve_faults", "table_kinds", "usual_of",
+]  # fmt: skip

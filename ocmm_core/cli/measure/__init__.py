@@ -54,22 +54,8 @@ else:
     )
 
 __all__ = [
-    "align_command",
-    "align_plan_command",
-    "await_part",
-    "certificate_app",
-    "compare_command",
-    "environment_command",
-    "exit_code",
-    "missing_sentences",
-    "plan_app",
-    "print_explanations",
-    "print_states",
-    "print_table",
-    "print_verdict",
-    "recall_archived",
-    "recall_command",
-    "record_source",
-    "report_command",
-    "run_job",
-]
+    "align_command", "align_plan_command", "await_part", "certificate_app", "compare_command",
+    "environment_command", "exit_code", "missing_sentences", "plan_app", "print_explanations",
+    "print_states", "print_table", "print_verdict", "recall_archived", "recall_command",
+    "record_source", "report_command", "run_job",
+]  # fmt: skip

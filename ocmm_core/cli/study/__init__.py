@@ -43,20 +43,7 @@ else:
     )
 
 __all__ = [
-    "BenchRow",
-    "CoverageOutcome",
-    "CoverageSetup",
-    "coverage_table",
-    "fit_command",
-    "measure_speed",
-    "print_run",
-    "probe_app",
-    "probe_calibration",
-    "run_bench",
-    "run_coverage",
-    "run_for",
-    "study_app",
-    "touch_all",
-    "uncertainty_command",
-    "verify_fits_command",
-]
+    "BenchRow", "CoverageOutcome", "CoverageSetup", "coverage_table", "fit_command",
+    "measure_speed", "print_run", "probe_app", "probe_calibration", "run_bench", "run_coverage",
+    "run_for", "study_app", "touch_all", "uncertainty_command", "verify_fits_command",
+]  # fmt: skip

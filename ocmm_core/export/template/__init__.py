@@ -53,24 +53,8 @@ else:
     )
 
 __all__ = [
-    "RELATES_ONLY",
-    "SECTIONS",
-    "WHOLE_ONLY",
-    "Paper",
-    "PaperLengths",
-    "Particulars",
-    "ReportTemplate",
-    "Section",
-    "given_with",
-    "headed_paper",
-    "keep_given",
-    "keep_template",
-    "load_paper",
-    "paper_of",
-    "plain_paper",
-    "standard_template",
-    "station_template",
-    "surroundings",
-    "template_in_use",
-    "use_head",
-]
+    "RELATES_ONLY", "SECTIONS", "WHOLE_ONLY", "Paper", "PaperLengths", "Particulars",
+    "ReportTemplate", "Section", "given_with", "headed_paper", "keep_given", "keep_template",
+    "load_paper", "paper_of", "plain_paper", "standard_template", "station_template",
+    "surroundings", "template_in_use", "use_head",
+]  # fmt: skip

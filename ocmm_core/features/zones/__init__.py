@@ -35,13 +35,6 @@ else:
     )
 
 __all__ = [
-    "ZONES",
-    "Certificate",
-    "best_zone",
-    "certificate",
-    "distances",
-    "fit_bounded",
-    "fit_zone",
-    "fit_zone_line_in_plane",
-    "task_of",
-]
+    "ZONES", "Certificate", "best_zone", "certificate", "distances", "fit_bounded", "fit_zone",
+    "fit_zone_line_in_plane", "task_of",
+]  # fmt: skip

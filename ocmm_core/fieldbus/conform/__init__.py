@@ -38,16 +38,6 @@ else:
     )
 
 __all__ = [
-    "RULES",
-    "ConformLine",
-    "ConformanceReport",
-    "Outcome",
-    "RuleResult",
-    "TimingSheet",
-    "Verdict",
-    "WireLine",
-    "conform",
-    "conformance_page",
-    "conformance_text",
-    "find_place",
-]
+    "RULES", "ConformLine", "ConformanceReport", "Outcome", "RuleResult", "TimingSheet", "Verdict",
+    "WireLine", "conform", "conformance_page", "conformance_text", "find_place",
+]  # fmt: skip

@@ -48,22 +48,7 @@ else:
     )
 
 __all__ = [
-    "ERROR_OVER",
-    "OPERATION",
-    "BusAccounts",
-    "BusSettings",
-    "CameraBus",
-    "CameraPast",
-    "CameraView",
-    "CycleAnswer",
-    "CycleFault",
-    "CyclePacer",
-    "Next",
-    "Schedule",
-    "Supervisor",
-    "Trouble",
-    "WatchView",
-    "advance",
-    "first_frame",
-    "judge",
-]
+    "ERROR_OVER", "OPERATION", "BusAccounts", "BusSettings", "CameraBus", "CameraPast",
+    "CameraView", "CycleAnswer", "CycleFault", "CyclePacer", "Next", "Schedule", "Supervisor",
+    "Trouble", "WatchView", "advance", "first_frame", "judge",
+]  # fmt: skip

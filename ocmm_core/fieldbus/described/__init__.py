@@ -57,28 +57,9 @@ else:
     )
 
 __all__ = [
-    "UNPROVEN_CAMERAS",
-    "AllowedBy",
-    "Clock",
-    "DeviceDescription",
-    "Doubt",
-    "Entry",
-    "InputTranslator",
-    "ProcessImage",
-    "ProcessObject",
-    "Role",
-    "Sends",
-    "StartUp",
-    "Timing",
-    "age_doubts",
-    "corrected_from_pixels",
-    "doubt_line",
-    "doubt_sentences",
-    "doubts_by_name",
-    "doubts_of",
-    "load_device",
-    "pixels_from_corrected",
-    "refuse_coarse",
-    "refuse_unproven",
+    "UNPROVEN_CAMERAS", "AllowedBy", "Clock", "DeviceDescription", "Doubt", "Entry",
+    "InputTranslator", "ProcessImage", "ProcessObject", "Role", "Sends", "StartUp", "Timing",
+    "age_doubts", "corrected_from_pixels", "doubt_line", "doubt_sentences", "doubts_by_name",
+    "doubts_of", "load_device", "pixels_from_corrected", "refuse_coarse", "refuse_unproven",
     "resting_doubt_mm",
-]
+]  # fmt: skip

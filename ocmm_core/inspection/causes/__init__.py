@@ -26,11 +26,6 @@ else:
     )
 
 __all__ = [
-    "EXPLAINED",
-    "Cause",
-    "CauseFinding",
-    "Explanation",
-    "explanations",
-    "explanations_of",
+    "EXPLAINED", "Cause", "CauseFinding", "Explanation", "explanations", "explanations_of",
     "points_words",
-]
+]  # fmt: skip

@@ -31,11 +31,6 @@ else:
     )
 
 __all__ = [
-    "CLASSES",
-    "GROUPS",
-    "Account",
-    "AccountItem",
-    "general_of",
-    "plan_with_tolerances",
+    "CLASSES", "GROUPS", "Account", "AccountItem", "general_of", "plan_with_tolerances",
     "with_account",
-]
+]  # fmt: skip

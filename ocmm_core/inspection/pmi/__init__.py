@@ -38,21 +38,7 @@ else:
     )
 
 __all__ = [
-    "Annotation",
-    "BadEntityError",
-    "Datum",
-    "DatumReference",
-    "DatumTarget",
-    "Dimension",
-    "FaceText",
-    "Part21",
-    "Pmi",
-    "Tolerance",
-    "Typed",
-    "may_say_tolerances",
-    "picked_entities",
-    "plain",
-    "read_pmi",
-    "refs",
-    "units_fault",
-]
+    "Annotation", "BadEntityError", "Datum", "DatumReference", "DatumTarget", "Dimension",
+    "FaceText", "Part21", "Pmi", "Tolerance", "Typed", "may_say_tolerances", "picked_entities",
+    "plain", "read_pmi", "refs", "units_fault",
+]  # fmt: skip

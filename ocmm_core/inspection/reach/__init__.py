@@ -29,14 +29,6 @@ else:
     )
 
 __all__ = [
-    "LEAST_LEDS",
-    "TILT_DEG",
-    "Obstacle",
-    "Placement",
-    "Places",
-    "Reach",
-    "Reached",
-    "Setting",
-    "make_obstacle",
-    "solid_of",
-]
+    "LEAST_LEDS", "TILT_DEG", "Obstacle", "Placement", "Places", "Reach", "Reached", "Setting",
+    "make_obstacle", "solid_of",
+]  # fmt: skip

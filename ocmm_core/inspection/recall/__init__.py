@@ -45,21 +45,7 @@ else:
     )
 
 __all__ = [
-    "COLUMNS",
-    "DoubtedJob",
-    "Doubting",
-    "KeptPlaces",
-    "artefact_wrong",
-    "checked",
-    "decide",
-    "decided",
-    "headline",
-    "job_line",
-    "not_judged",
-    "recall",
-    "recall_doubted",
-    "rests_on",
-    "row",
-    "totals",
-    "worst_first",
-]
+    "COLUMNS", "DoubtedJob", "Doubting", "KeptPlaces", "artefact_wrong", "checked", "decide",
+    "decided", "headline", "job_line", "not_judged", "recall", "recall_doubted", "rests_on", "row",
+    "totals", "worst_first",
+]  # fmt: skip

@@ -39,12 +39,6 @@ else:
     )
 
 __all__ = [
-    "HEADER_EVENT",
-    "NOT_GIVEN",
-    "InspectionSession",
-    "JobSteps",
-    "ReferenceUse",
-    "check_header",
-    "header_of",
-    "header_text",
-]
+    "HEADER_EVENT", "NOT_GIVEN", "InspectionSession", "JobSteps", "ReferenceUse", "check_header",
+    "header_of", "header_text",
+]  # fmt: skip

@@ -31,11 +31,6 @@ else:
     )
 
 __all__ = [
-    "ButtonChange",
-    "ButtonWatch",
-    "StreamOptions",
-    "StreamServer",
-    "check_stream",
-    "tls_context",
+    "ButtonChange", "ButtonWatch", "StreamOptions", "StreamServer", "check_stream", "tls_context",
     "verdict_line",
-]
+]  # fmt: skip

@@ -40,19 +40,7 @@ else:
     )
 
 __all__ = [
-    "KINDS",
-    "KindSpec",
-    "MonteCarlo",
-    "Symbol",
-    "characteristic_fault",
-    "drawn_value",
-    "evaluate",
-    "geometry_value",
-    "involved_features",
-    "needs_part_frame",
-    "own_association",
-    "spec_for",
-    "spec_of",
-    "symbol_of",
-    "taken_again",
-]
+    "KINDS", "KindSpec", "MonteCarlo", "Symbol", "characteristic_fault", "drawn_value", "evaluate",
+    "geometry_value", "involved_features", "needs_part_frame", "own_association", "spec_for",
+    "spec_of", "symbol_of", "taken_again",
+]  # fmt: skip

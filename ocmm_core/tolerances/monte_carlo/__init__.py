@@ -33,10 +33,6 @@ else:
     )
 
 __all__ = [
-    "MonteCarloOptions",
-    "MonteCarloReport",
-    "MonteCarloValue",
-    "Task",
-    "simulate",
+    "MonteCarloOptions", "MonteCarloReport", "MonteCarloValue", "Task", "simulate",
     "simulate_elsewhere",
-]
+]  # fmt: skip

@@ -55,26 +55,8 @@ else:
     )
 
 __all__ = [
-    "NOT_DETERMINED",
-    "ONE_SIDED",
-    "TWO_SIDED",
-    "WHAT_TO_DO",
-    "Budget",
-    "BudgetRow",
-    "FitUncertainty",
-    "FormSample",
-    "Normal",
-    "Spread",
-    "Spreads",
-    "Stated",
-    "budget_of",
-    "expanded",
-    "fit_uncertainty",
-    "form_samples",
-    "gradients_of",
-    "noise_floor",
-    "of_own_form",
-    "sample_of",
-    "spreads_of",
-    "widened",
-]
+    "NOT_DETERMINED", "ONE_SIDED", "TWO_SIDED", "WHAT_TO_DO", "Budget", "BudgetRow",
+    "FitUncertainty", "FormSample", "Normal", "Spread", "Spreads", "Stated", "budget_of",
+    "expanded", "fit_uncertainty", "form_samples", "gradients_of", "noise_floor", "of_own_form",
+    "sample_of", "spreads_of", "widened",
+]  # fmt: skip

@@ -51,25 +51,8 @@ else:
     )
 
 __all__ = [
-    "ANSWERED",
-    "FOUND",
-    "LOST",
-    "MAX_DOUBT",
-    "MAX_TIP_SIGMA",
-    "N_LENS",
-    "OK",
-    "TOO_FEW",
-    "allocate",
-    "answer_of_poses",
-    "backward",
-    "best_turn",
-    "cholesky",
-    "decide_kernel",
-    "extend_tracked",
-    "forward",
-    "identify_kernel",
-    "small_algebra",
-    "solve_frames",
-    "turn",
+    "ANSWERED", "FOUND", "LOST", "MAX_DOUBT", "MAX_TIP_SIGMA", "N_LENS", "OK", "TOO_FEW",
+    "allocate", "answer_of_poses", "backward", "best_turn", "cholesky", "decide_kernel",
+    "extend_tracked", "forward", "identify_kernel", "small_algebra", "solve_frames", "turn",
     "without_rivals",
-]
+]  # fmt: skip

@@ -39,19 +39,7 @@ else:
     )
 
 __all__ = [
-    "BarPage",
-    "ConePage",
-    "DefinitionPage",
-    "FirstConePage",
-    "PivotResultPage",
-    "ResultPage",
-    "SpherePage",
-    "SpheresPage",
-    "SweepPage",
-    "TipCheckResultPage",
-    "TipResultPage",
-    "VerdictPage",
-    "WavePage",
-    "WorldPage",
-    "repeat_worst",
-]
+    "BarPage", "ConePage", "DefinitionPage", "FirstConePage", "PivotResultPage", "ResultPage",
+    "SpherePage", "SpheresPage", "SweepPage", "TipCheckResultPage", "TipResultPage", "VerdictPage",
+    "WavePage", "WorldPage", "repeat_worst",
+]  # fmt: skip

@@ -56,27 +56,8 @@ else:
     )
 
 __all__ = [
-    "ENDLESS",
-    "LESS",
-    "RECOGNISED_MM",
-    "FaceCheck",
-    "FoundFaces",
-    "MeshAside",
-    "RawFace",
-    "Rim",
-    "StepDocument",
-    "StepFace",
-    "Triple",
-    "UnusableModelError",
-    "as_numbers",
-    "box_size",
-    "faces_of",
-    "faces_with_surface",
-    "model_face",
-    "normals_of",
-    "part_of",
-    "read_document",
-    "static",
-    "stretches_of",
-    "tolerances_of",
-]
+    "ENDLESS", "LESS", "RECOGNISED_MM", "FaceCheck", "FoundFaces", "MeshAside", "RawFace", "Rim",
+    "StepDocument", "StepFace", "Triple", "UnusableModelError", "as_numbers", "box_size",
+    "faces_of", "faces_with_surface", "model_face", "normals_of", "part_of", "read_document",
+    "static", "stretches_of", "tolerances_of",
+]  # fmt: skip
