@@ -1,4 +1,7 @@
-"""The live snapshot: what the machine sees now, and whether its number can be trusted."""
+"""The live snapshot: what the machine sees now, and whether its number can be trusted.
+
+The reference body as the station sees it: is it there, and how far was it carried.
+"""
 
 from __future__ import annotations
 
@@ -16,9 +19,8 @@ from ocmm_core.errors import TrackingError
 from ocmm_core.fieldbus.report import BusPhase, trouble_words
 from ocmm_core.geometry import Float, Int
 from ocmm_core.inspection.evaluation import LiveView, ReferenceView, StatusWord
-from ocmm_core.measuring import PointOptions, explain, point_uncertainty
+from ocmm_core.measuring import PointOptions, explain, explain_reference, point_uncertainty
 from ocmm_core.station._bus_watch import SILENCE_S, BusWatch
-from ocmm_core.station._reference_watch import judge_reference, reference_view
 from ocmm_core.station.coaching import LastPose, ProbeNow
 from ocmm_core.tracking import (
     FrameStatus,
@@ -31,6 +33,47 @@ from ocmm_core.tracking import (
     relative_sensitivities,
     tip_sensitivities,
 )
+
+
+def reference_view(
+    track: TrackBlock, pipeline: TrackingPipeline, reference: ReferenceBody
+) -> ReferenceView:
+    """Return what is to be said about the reference body after the latest frame."""
+    seen, home = track.reference, pipeline.home
+    cameras = np.zeros(reference.n_leds)
+    if seen is not None:
+        cameras = np.count_nonzero(np.isfinite(seen.body.uv[-1, :, :, 0]), axis=0)
+    moved_mm, turned_rad = pipeline.reference_motion or (None, None)
+    leds = reference.leds.leds_body
+    return ReferenceView(
+        name=reference.name,
+        n_leds=reference.n_leds,
+        seen=int(np.count_nonzero(cameras >= 2)),
+        moved_mm=moved_mm,
+        turned_rad=turned_rad,
+        leds_world=home.T_rig_from_reference.apply(leds) if home is not None else None,
+    )
+
+
+def judge_reference(
+    track: TrackBlock, pipeline: TrackingPipeline, rig: Rig
+) -> tuple[StatusWord, str]:
+    """Return the word and the sentence for frames that have no place of the reference body."""
+    seen = track.reference
+    if seen is None:
+        return StatusWord.NOT_READY, "Waiting for the cameras."
+    status = FrameStatus(int(seen.body.status[-1]))
+    if status is FrameStatus.OK:
+        return StatusWord.NOT_READY, f"The reference body: {pipeline.reference_reason}."
+    if status is FrameStatus.UNIDENTIFIED:
+        return (
+            StatusWord.LOST,
+            f"The reference body is not recognised: {pipeline.reference_reason}.",
+        )
+    if status is FrameStatus.DOUBTFUL:
+        return StatusWord.INACCURATE, "The spots do not fit the reference body."
+    return StatusWord.LOST, explain_reference(seen, rig, 0.0).what
+
 
 _STALE_S = 0.3
 """Tracking that lags by more than this shows the past, even where the cameras deliver."""

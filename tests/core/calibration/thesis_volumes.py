@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.calibration.cameras import calibrate_rig
-from ocmm_core.calibration.cameras._evaluation import axis_errors, split, subset
+from ocmm_core.calibration.cameras._known_points_session import axis_errors, split, subset
 from ocmm_core.camera import PARAMETERS, Rig, project
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import triangulate

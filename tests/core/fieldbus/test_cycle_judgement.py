@@ -19,7 +19,7 @@ from ocmm_core.fieldbus.cycle import (
     first_frame,
     judge,
 )
-from ocmm_core.fieldbus.cycle._frame_content import all_sound, frames_complaint
+from ocmm_core.fieldbus.cycle._health import all_sound, frames_complaint
 from ocmm_core.fieldbus.cycle._port_errors import PortTrouble
 from ocmm_core.fieldbus.cycle._watch import CameraView, WatchView
 from ocmm_core.fieldbus.device import (
