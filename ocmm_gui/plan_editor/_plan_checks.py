@@ -64,7 +64,8 @@ class PlanChecks(QWidget):
         elif shown:
             tone = "warn"
             words = tr("▲  The plan can be measured. {doubts}")
-        words = words.format(doubts=" ".join(shown), errors=" ".join(shown))
+        listed = "\n".join(shown)
+        words = words.format(doubts=listed, errors=listed)
         missing = without_file(draft.plan, draft.folder)
         if missing:
             drawn = tr(

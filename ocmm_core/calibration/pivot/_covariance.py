@@ -100,14 +100,10 @@ def pivot_uncertainty(
     rig: Rig, sweep: PivotSweep, state: PivotState, geometry: Geometry, slack_mm: float,
     resamples: int, seed: int, *, pattern: bool = False,
 ) -> PivotUncertainty:  # fmt: skip
-    """Return the uncertainty of a minimum.
+    """Return the uncertainty of a minimum, with bootstrap draws ``resamples``.
 
     Parameters
     ----------
-    sweep, state
-        The frames used, and the minimum.
-    resamples, seed
-        Draws of the bootstrap, and their seed.
     pattern
         The sensors have the pattern of the rig.
 

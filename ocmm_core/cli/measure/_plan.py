@@ -296,12 +296,15 @@ def import_(
         plan = with_model(plan, output, file, model.part)
     _write(plan, output, overwrite=overwrite, silent=as_json)
     if as_json:
-        told = {**_told(plan, output, faces), "reach": list(asked.sentences())}
+        told = {
+            **_told(plan, output, faces),
+            "reach": [*filter(None, [model.remark]), *asked.sentences()],
+        }
         typer.echo(account_json(account if tolerances else Account(), told))
     else:
         console = make_console()
         offers.print_faces(faces, console)
-        for sentence in asked.sentences():
+        for sentence in filter(None, (model.remark, *asked.sentences())):
             console.print(say(sentence), style="yellow", highlight=False)
         if model.free_forms and not free_forms:
             console.print(offers.free_form_words(model), highlight=False)

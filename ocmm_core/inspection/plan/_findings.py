@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -113,7 +113,7 @@ def _alignment(plan: Plan) -> Iterator[PlanFinding]:
 
 
 def _datums(
-    plan: Plan, datums: Sequence[str], nominals: dict[str, Float], item: str = "alignment"
+    plan: Plan, datums: Sequence[str], nominals: Mapping[str, Float], item: str = "alignment"
 ) -> Iterator[PlanFinding]:
     """Yield datums that take no degree of freedom from the part."""
     if any(name not in nominals for name in datums):
@@ -255,7 +255,7 @@ def _nominal(item: Characteristic, value: float, unit: str, slack: float) -> Ite
     )
 
 
-def _slack(plan: Plan, item: Characteristic, nominals: dict[str, Float]) -> float:
+def _slack(plan: Plan, item: Characteristic, nominals: Mapping[str, Float]) -> float:
     """Return by how much a distance depends on where its features are probed, mm."""
     if item.kind != "distance" or item.axis:
         return 0.0

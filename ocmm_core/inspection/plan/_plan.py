@@ -160,8 +160,8 @@ def check_plan(path: Path, plan: Plan) -> None:
     names += [(f"constructions[{i}].name", item.name) for i, item in enumerate(plan.constructions)]
     names += [(f"characteristics[{i}].name", c.name) for i, c in enumerate(plan.characteristics)]
     for field, name in names:
-        if fault := label_fault(name) if "." not in field else name_fault(name):
-            raise _error(path, field, f"is {shortened(name)}, which {fault}")
+        if wrong := label_fault(name) if "." not in field else name_fault(name):
+            raise _error(path, field, f"is {shortened(name)}, which {wrong}")
     for group in ("features", "characteristics"):
         seen: set[str] = set()
         for index, item in enumerate(getattr(plan, group)):

@@ -74,6 +74,7 @@ def ask(
     wanted = replace(
         wanted, limit_s=asking.timeout_s, parts=tuple(sorted(files.parts)),
         source_name=_printable(path.name), tolerances_in_parts=files.have_tolerances,
+        papers=tuple(map(_printable, files.papers)),
     )  # fmt: skip
     if with_part:
         wanted = replace(wanted, source_sha256=files.sha256)

@@ -28,6 +28,8 @@ STEP_ENDINGS = (".step", ".stp", ".p21")
 _HEAD = b"ISO-10303-21"
 _FILE, _NAMED = "DOCUMENT_FILE", "EXTERNAL_IDENTIFICATION_ASSIGNMENT"
 _OTHER_FILES = re.compile(rb"^\s*REFERENCE\s*;\s*([^;]*);", re.MULTILINE)
+_QUOTED = re.compile(rb"'[^']*'")
+"""Names and notes: a part called DATUM PLATE has no datum."""
 _PAPERS = frozenset(
     (".pdf", ".txt", ".doc", ".docx", ".xls", ".xlsx", ".csv", ".htm", ".html", ".png", ".jpg",
      ".jpeg", ".tif", ".tiff", ".svg", ".dwg", ".dxf")
@@ -45,12 +47,15 @@ class ModelFiles:
     """Of the bytes of a single file; of several, of the names and hashes of all."""
     parts: dict[str, bytes]
     """Content of each part file by its name, relative to the folder of ``top``."""
+    papers: tuple[str, ...] = ()
+    """Names of documents that are no geometry, which are not read."""
 
     @property
     def have_tolerances(self) -> bool:
         """Return whether a part file may contain tolerances, which are read from ``top`` only."""
         return any(
-            may_say_tolerances(one.decode("utf-8", errors="replace")) for one in self.parts.values()
+            may_say_tolerances(_QUOTED.sub(b"", one).decode("utf-8", errors="replace"))
+            for one in self.parts.values()
         )
 
     def is_unchanged(self) -> bool:
@@ -91,7 +96,8 @@ def model_files(path: Path) -> ModelFiles:
     if not content.lstrip().startswith(_HEAD):
         raise step_error(path, "not a STEP file", f"Choose a file ending in {_endings()}.")
     parts: dict[str, bytes] = {}
-    asked = [("", name) for name in _checked_names(path, content)]
+    names, papers = _checked_names(path, content)
+    asked = [("", name) for name in names]
     size = 0
     while asked:
         owner, written = asked.pop()
@@ -106,9 +112,11 @@ def model_files(path: Path) -> ModelFiles:
                 "Export the part that is measured alone.",
             )  # fmt: skip
         parts[name] = found
-        asked += [(name, one) for one in _checked_names(path.parent / name, found)]
+        names, more = _checked_names(path.parent / name, found)
+        asked += [(name, one) for one in names]
+        papers += more
     _refuse_rings(path, parts)
-    return ModelFiles(path, _hash_of(content, parts), parts)
+    return ModelFiles(path, _hash_of(content, parts), parts, tuple(dict.fromkeys(papers)))
 
 
 def _hash_of(top: bytes, parts: Mapping[str, bytes]) -> str:
@@ -152,8 +160,14 @@ def _part(top: Path, name: str) -> bytes:
     return content
 
 
-def _checked_names(path: Path, content: bytes) -> list[str]:
-    """Return the part files that a file names; InputError if a name cannot be used."""
+def _checked_names(path: Path, content: bytes) -> tuple[list[str], list[str]]:
+    """Return the part files that a file names, and its documents that are no geometry.
+
+    Raises
+    ------
+    InputError
+        A name cannot be used.
+    """
     if found := _OTHER_FILES.search(content):
         words = shortened(" ".join(found[1].decode("utf-8", errors="replace").split()))
         raise step_error(
@@ -161,7 +175,7 @@ def _checked_names(path: Path, content: bytes) -> list[str]:
             "Export the assembly as one file.",
         )  # fmt: skip
     if _FILE.encode() not in content.upper():
-        return []
+        return [], []
     try:
         file = picked_entities(content, (_FILE, _NAMED, "EXTERNAL_SOURCE"))
         named = _names_by_document(file)
@@ -171,11 +185,15 @@ def _checked_names(path: Path, content: bytes) -> list[str]:
             path, f"the names of its part files cannot be read: {error}",
             "Export the assembly as one file.",
         ) from error  # fmt: skip
-    return sorted({
-        name
-        for number, own in files
-        if (name := _part_name(path, number, [own, *named.get(number, ())]))
-    })  # fmt: skip
+    parts, papers = set[str](), list[str]()
+    for number, own in files:
+        names = [own, *named.get(number, ())]
+        part = _part_name(path, number, names)
+        if part:
+            parts.add(part)
+        else:
+            papers.append(next(name for name in names if _is_paper(name)))
+    return sorted(parts), papers
 
 
 def _own_name(file: Part21, number: int) -> str:
@@ -216,8 +234,7 @@ def _part_name(path: Path, number: int, names: list[str]) -> str:
         if not stays_inside(parts[0]):
             raise _outside(path, parts[0])
         return parts[0]
-    endings = {PurePosixPath(name.replace("\\", "/")).suffix.lower() for name in said}
-    if endings & _PAPERS:
+    if any(map(_is_paper, said)):
         return ""
     words = shortened(said[0]) if said else "without a name"
     raise step_error(
@@ -226,12 +243,16 @@ def _part_name(path: Path, number: int, names: list[str]) -> str:
     )  # fmt: skip
 
 
+def _is_paper(name: str) -> bool:
+    return PurePosixPath(name.replace("\\", "/")).suffix.lower() in _PAPERS
+
+
 def _refuse_rings(top: Path, parts: dict[str, bytes]) -> None:
     """Refuse part files that contain themselves through others: no reading of them ends."""
     under = {
         name: [
             (PurePosixPath(name).parent / one).as_posix()
-            for one in _checked_names(top.parent / name, content)
+            for one in _checked_names(top.parent / name, content)[0]
         ]
         for name, content in parts.items()
     }

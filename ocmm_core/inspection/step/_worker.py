@@ -72,6 +72,8 @@ class Wanted:
     """Part files that it names, relative to its folder."""
     tolerances_in_parts: bool = False
     """A part file may contain tolerances, which are not read."""
+    papers: tuple[str, ...] = ()
+    """Documents that the file names and that are no geometry."""
     limit_s: float = 120.0
     """So much time of processors may be taken."""
 
@@ -153,7 +155,9 @@ def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[Step
     finally:
         aside.end()
     answer = StepAnswer(
-        remark=" ".join(filter(None, (remark, _empty_words(document.empty)))),
+        remark=" ".join(
+            filter(None, (remark, _empty_words(document.empty), _paper_words(wanted.papers)))
+        ),
         surfaces=surfaces,
         free_forms=free_forms,
         others=dict(others + found.others),
@@ -173,10 +177,17 @@ def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[Step
 
 
 def _empty_words(names: Sequence[str]) -> str:
-    if not names:
-        return ""
-    listed = ", ".join(names[:_NAMED]) + (" ..." if len(names) > _NAMED else "")
-    return f"Components without geometry in the file: {listed}."
+    return f"Components without geometry in the file: {_listed(names)}." if names else ""
+
+
+def _paper_words(names: Sequence[str]) -> str:
+    return (
+        f"Documents that the file names and that are not read: {_listed(names)}." if names else ""
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names[:_NAMED]) + (" ..." if len(names) > _NAMED else "")
 
 
 def _bounded(wanted: Wanted, faces: int) -> tuple[Wanted, str]:

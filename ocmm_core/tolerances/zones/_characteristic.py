@@ -30,13 +30,14 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     kind: str
     """One of `kinds.KINDS`; see docs/characteristics.md."""
     features: list[str]
-    """Names of the features, probed or constructed."""
     upper: float
     nominal: float = 0.0
     lower: float = 0.0
     """`nominal`, `lower`, `upper`: Nominal value and limits of the deviation, mm, or deg for an
     angle. A geometrical tolerance t has only ``upper`` = t.
     """
+    limits: Literal["set", "proposed"] = "set"
+    """``"proposed"``: the program chose the limits; not valid until a person sets them."""
     axis: Literal["", "x", "y", "z"] = ""
     """Of the aligned part frame: axis of a coordinate or distance; the direction across the planes
     of a zone of two planes, for points and axes.
@@ -69,5 +70,3 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """Faces of the model to compare ball centres with, for the profile of a surface; default: the
     nominal surface of each feature.
     """
-    limits: Literal["set", "proposed"] = "set"
-    """``"proposed"``: the program chose the limits; not valid until a person sets them."""

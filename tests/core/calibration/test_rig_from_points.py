@@ -53,7 +53,7 @@ def codes(calibration: RigCalibration) -> set[str]:
 @pytest.mark.slow
 def test_table_1_of_the_thesis(repeats: Callable[..., int]) -> None:
     # 40 calibrations, 8000 points: the RMS itself is known to one per cent.
-    runs = repeats(20, 40)
+    runs = repeats(10, 40)
     assert table_1(runs) == pytest.approx(TABLE_1_UM, rel=looser(0.05, runs, 40))
 
 

@@ -418,7 +418,7 @@ def test_a_model_in_doubt_gives_nothing_and_says_so() -> None:
 def test_names_are_those_of_the_model_as_a_plan_can_have_them() -> None:
     names = [
         ("Maß Ø12; #1", "Maß Ø12 1"),
-        ("=cmd|' /C'", "cmd C"),
+        ("=cmd|' /C'", "cmd /C"),
         ("", "item"),
         ("x" * 99, "x" * 60),
     ]

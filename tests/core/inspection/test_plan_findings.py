@@ -9,13 +9,14 @@ import re
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from numpy.random import Generator
 
-from ocmm_core.alignment import BestFit, DatumAlignment, DatumReferenceFrame, Relocation
-from ocmm_core.alignment._rules import Alignment, ControlPoint, PlaneAxisPoint
+from ocmm_core.alignment import Alignment, BestFit, DatumAlignment, DatumReferenceFrame
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
@@ -39,17 +40,19 @@ ROOT = Path(__file__).resolve().parents[3]
 Z, X, Y = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 
-def feature(name: str, shape: Shape, point: tuple[float, ...], **more: object) -> NominalFeature:
+def feature(
+    name: str, shape: Shape, point: tuple[float, float, float], **more: Any
+) -> NominalFeature:
     return NominalFeature(
-        name=name, shape=shape, points=shape.spec.usual_points, point=tuple(point), **more
-    )  # type: ignore[arg-type]
+        name=name, shape=shape, points=shape.spec.usual_points, point=point, **more
+    )
 
 
-def item(name: str, kind: str, names: str, **more: object) -> Characteristic:
-    values: dict[str, object] = {"upper": 0.1, **more}
+def item(name: str, kind: str, names: str, **more: Any) -> Characteristic:
+    values: dict[str, Any] = {"upper": 0.1, **more}
     if isinstance(values.get("datums"), str):
         values["datums"] = str(values["datums"]).split()
-    return Characteristic(name=name, kind=kind, features=names.split(), **values)  # type: ignore[arg-type]
+    return Characteristic(name=name, kind=kind, features=names.split(), **values)
 
 
 @cache
@@ -151,7 +154,7 @@ def _alignment(rng: Generator) -> Alignment | None:
         DatumAlignment(primary="TOP", secondary=("RIM", "EYE"), origin="RIM"),
         DatumReferenceFrame(datums=("BASE", "LEFT", "FRONT")),
         DatumReferenceFrame(datums=("BASE", "BORE 1", "BORE 2")),
-        PlaneAxisPoint(plane="BASE", axis="BORE 1", point="BALL"),
+        plane_axis_point("BALL"),
         BestFit(points=("RIM", "EYE", "BALL")),
     ]
     return rules[int(rng.integers(len(rules)))]
@@ -161,15 +164,28 @@ def _origin(rule: Alignment, x1: float) -> float:
     return x1 if isinstance(rule, DatumAlignment) else 0.0
 
 
-def changed(plan: Plan, name: str, **more: object) -> Plan:
+def plane_axis_point(point: str) -> Alignment:
+    data = {"type": "plane-axis-point", "plane": "BASE", "axis": "BORE 1", "point": point}
+    rule: Alignment = msgspec.convert(data, Alignment)
+    return rule
+
+
+def relocation_along_x(*names: str) -> Alignment:
+    control = [{"feature": name, "place": [10.0 * k, 0.0, 0.0]} for k, name in enumerate(names)]
+    data = {"type": "relocation", "name": "f", "digest": "0" * 64, "control": control}
+    rule: Alignment = msgspec.convert(data, Alignment)
+    return rule
+
+
+def changed(plan: Plan, name: str, **more: Any) -> Plan:
     """Return the plan with an item changed, past the editor."""
     features = [_other(one, name, more) for one in plan.features]
     items = [_other(one, name, more) for one in plan.characteristics]
     return plan_with(plan, features, items, plan.alignment)
 
 
-def _other(one: object, name: str, more: dict[str, object]) -> object:
-    data = {field: getattr(one, field) for field in one.__struct_fields__}  # type: ignore[attr-defined]
+def _other(one: Any, name: str, more: dict[str, Any]) -> Any:
+    data = {field: getattr(one, field) for field in one.__struct_fields__}
     return type(one)(**{**data, **(more if data["name"] == name else {})})
 
 
@@ -185,9 +201,10 @@ def aligned(plan: Plan, rule: Alignment) -> Plan:
     return plan_with(plan, plan.features, items, rule)
 
 
-def again(plan: Plan, name: str, new: str, **other: object) -> NominalFeature:
+def again(plan: Plan, name: str, new: str, **other: Any) -> NominalFeature:
     one = next(one for one in plan.features if one.name == name)
-    return _other(one, name, {"name": new, **other})  # type: ignore[return-value]
+    made: NominalFeature = _other(one, name, {"name": new, **other})
+    return made
 
 
 def _zone(kind: str, names: str, datums: str) -> Callable[[Plan, Generator], Plan]:
@@ -196,12 +213,12 @@ def _zone(kind: str, names: str, datums: str) -> Callable[[Plan, Generator], Pla
     )
 
 
-def item_of(name: str, kind: str, features: list[str], **values: object) -> Characteristic:
-    return Characteristic(name=name, kind=kind, features=features, **{"upper": 0.1, **values})  # type: ignore[arg-type]
+def item_of(name: str, kind: str, features: list[str], **values: Any) -> Characteristic:
+    return Characteristic(name=name, kind=kind, features=features, **{"upper": 0.1, **values})
 
 
 def _size(
-    kind: str, *names: str, nominal: float, **values: object
+    kind: str, *names: str, nominal: float, **values: Any
 ) -> Callable[[Plan, Generator], Plan]:
     """Return a change that adds a size with a nominal of the generated block plus an error."""
 
@@ -261,7 +278,7 @@ CONTRADICTIONS: dict[str, Callable[[Plan, Generator], Plan]] = {
     "parallel frame": lambda p, r: aligned(p, DatumReferenceFrame(datums=("BASE", "TOP", "LEFT"))),
     "coaxial frame": lambda p, r: aligned(p, DatumReferenceFrame(datums=("BORE 1", "SINK"))),
     "point on the axis": lambda p, r: aligned(
-        p, PlaneAxisPoint(plane="BASE", axis="BORE 1", point="RIM")),
+        p, plane_axis_point("RIM")),
     "3-2-1 along z": lambda p, r: aligned(
         more(p, again(p, "BALL", "LOW", point=(9.0, 9.0, 9.0), diameter=5.0),
              again(p, "BALL", "HIGH", point=(9.0, 9.0, 99.0), diameter=7.0)),
@@ -274,9 +291,7 @@ CONTRADICTIONS: dict[str, Callable[[Plan, Generator], Plan]] = {
              again(p, "BALL", "MID", point=(9.0, 9.0, 49.0), diameter=8.0)),
         BestFit(points=("LOW", "MID", "HIGH"))),
     "control points on a line": lambda p, r: aligned(
-        p, Relocation(name="f", digest="0" * 64, control=tuple(
-            ControlPoint(feature=name, place=(10.0 * k, 0.0, 0.0))
-            for k, name in enumerate(("RIM", "EYE", "BALL"))))),
+        p, relocation_along_x("RIM", "EYE", "BALL")),
 }  # fmt: skip
 
 
@@ -348,6 +363,6 @@ def test_proposed_limits_block_a_release_until_a_person_sets_them(tmp_path: Path
         release_plan(path, "anna")
     old = plan.characteristics[-1]
     for other in ({"upper": 0.2}, {"limits": "set"}):
-        made = replace_item(plan, "new", _other(old, "new", other))  # type: ignore[arg-type]
+        made = replace_item(plan, "new", _other(old, "new", other))
         assert made.characteristics[-1].limits == "set"
         assert not plan_findings(made)

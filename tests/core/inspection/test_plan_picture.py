@@ -122,7 +122,7 @@ def test_plans_of_a_folder_are_listed_and_the_rest_is_left_out(file: Path) -> No
 def test_head_and_alignment_are_changed_and_checked(plan: Plan) -> None:
     changed = with_head(plan, msgspec.structs.replace(plan, name="P", rule="simple", features=[]))
     assert (changed.name, changed.rule, changed.features) == ("P", "simple", plan.features)
-    with pytest.raises(InputError, match="name"):
+    with pytest.raises(InputError, match="invisible format"):
         with_head(plan, msgspec.structs.replace(plan, part="a\u202eb"))
     assert plan.alignment is not None
     wrong = msgspec.structs.replace(plan.alignment, primary="NOWHERE")

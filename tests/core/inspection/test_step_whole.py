@@ -93,6 +93,7 @@ def test_a_ray_between_the_ends_of_two_arcs_finds_the_hole() -> None:
 
 
 # 12 models in every run, 150 in the long form, each with its own limit of time.
+@pytest.mark.timeout(1800)
 @pytest.mark.parametrize("turn", range(amount(1, 10)))
 @pytest.mark.parametrize("name", GOOD | (MORE if amount(0, 1) else {}))
 def test_all_targets_of_foreign_models_lie_on_their_faces(
@@ -113,6 +114,7 @@ def test_all_targets_of_foreign_models_lie_on_their_faces(
 
 
 @pytest.mark.skipif(not amount(0, 1), reason="long form")
+@pytest.mark.timeout(1800)
 def test_seventy_bores_of_splines_are_bores(tmp_path: Path) -> None:
     """The bores of as1-oc-214: 70 B-splines, all of them cylinders."""
     needs_package("OCP", "the extra 'step'")
@@ -314,6 +316,21 @@ def test_part_files_in_folders_are_read_through_each_other(whole: Path) -> None:
     model = read_model(whole)
     assert sum(one.shape is Shape.SPHERE for one in model.features) == 1
     assert sum(one.shape is Shape.CYLINDER for one in model.features) == 12
+
+
+def test_documents_that_are_not_read_are_named_and_names_are_no_tolerances(whole: Path) -> None:
+    """A drawing is named in the account; a part called DATUM PLATE has no datum."""
+    text = whole.read_text()
+    paper = "#99999=DOCUMENT_FILE('drawing.pdf','','',#99998,'','');\n#99998=DOCUMENT_TYPE('');\n"
+    head, mark, tail = text.rpartition("ENDSEC;")
+    whole.write_text(head + paper + mark + tail)
+    changed(whole.parent / "part_plate.stp", r"PRODUCT\('[^']*'", lambda _: "PRODUCT('DATUM'", 1)
+    files = model_files(whole)
+    assert files.papers == ("drawing.pdf",)
+    assert not files.have_tolerances
+    model = read_model(whole)
+    assert "not read: drawing.pdf." in model.remark
+    assert model.pmi is None or not model.pmi.fault
 
 
 def test_part_files_keep_their_own_units(whole: Path) -> None:
