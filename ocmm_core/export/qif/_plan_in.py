@@ -89,8 +89,8 @@ def plan_of_qif(content: bytes, name: str, part: str, file: str = "QIF document"
             if nominal is None:
                 raise NotTakenError("it has no nominal")
             found.plan = add_feature(found.plan, _feature(references, own, item, nominal))
-        except (NotTakenError, OcmmError) as why:
-            found.left_out.append(LeftOut(own, _reason(why)))
+        except (NotTakenError, OcmmError) as error:
+            found.left_out.append(LeftOut(own, _reason(error)))
         else:
             references.add_feature(item, nominal, own)
     unprobed = list(found.left_out)
