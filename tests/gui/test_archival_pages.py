@@ -31,9 +31,9 @@ from ocmm_gui.reports._paper_head import paper_letterhead
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.export.sample_report import sample_report
+from tests.core.export.test_batch_table import COMPARISON
 from tests.gui.pdf_texts import texts
 from tests.gui.pdf_validity import structure_faults, verapdf
-from tests.gui.test_batch_pages import COMPARISON
 from tests.gui.test_recall_pdf import RECORD
 from tests.host import amount, needs_tools
 
