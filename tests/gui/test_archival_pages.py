@@ -7,10 +7,12 @@ import subprocess
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import msgspec
-import pypdfium2
+import pypdfium2  # type: ignore[import-untyped]
 import pytest
 from pypdf import PdfReader, PdfWriter
 
@@ -29,9 +31,9 @@ from ocmm_gui.reports._paper_head import paper_letterhead
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.export.sample_report import sample_report
+from tests.core.export.test_batch_table import COMPARISON
 from tests.gui.pdf_texts import texts
 from tests.gui.pdf_validity import structure_faults, verapdf
-from tests.gui.test_batch_pages import COMPARISON
 from tests.gui.test_recall_pdf import RECORD
 from tests.host import amount, needs_tools
 
@@ -72,8 +74,7 @@ def _made(tmp_path_factory: pytest.TempPathFactory, qapp: object) -> Made:
         sheet = headed(language)
         paper = certificate_of_cameras(store, sheet)
         write_certificates(
-            [(paper, lambda files, of=paper: certificate.certificate_pdf(of, files))],
-            folder / language,
+            [(paper, partial(certificate.certificate_pdf, paper))], folder / language
         )
         found[f"certificate {language}"] = next((folder / language).glob("*.pdf")).read_bytes()
         data = replace(sample_report(), paper=sheet)
@@ -108,7 +109,8 @@ def test_structure_is_complete(made: Made) -> None:
 
 
 def test_tables_and_headings_are_tagged(made: Made) -> None:
-    tree = PdfReader(io.BytesIO(made["report de"])).trailer["/Root"]["/StructTreeRoot"]["/K"]
+    reader: Any = PdfReader(io.BytesIO(made["report de"]))
+    tree = reader.trailer["/Root"]["/StructTreeRoot"]["/K"]
     roles = [kid["/S"] for kid in tree["/K"]]
     assert roles.count("/H1") == 1
     assert {"/H2", "/P", "/Table"} <= set(roles)
